@@ -1,5 +1,5 @@
-//! What commands write over: none of their inputs by any of its names, no file of another kind, none that is protected; and what can't
-//! be written is said before the work.
+//! What commands write over: no input by any of its names, no file of another kind, none that is protected; and what can't be
+//! written is said before the work.
 
 use crate::cli::{LEVEL, done, folder, maze, run_words, text};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ struct World {
 /// A command with an output: its words, `OUT` for the output, and the inputs among them.
 type Row = (&'static [&'static str], &'static [&'static str]);
 
-/// Every command and every flag with a path that is written. The program's own tests find a flag that is missing in its list of files.
+/// Every command and every flag with a path that is written. The program's own tests find a flag that is missing in its files.
 const TABLE: [Row; 22] = [
     (&["bake", "maze.glb", "-o", "OUT"], &["maze.glb"]),
     (&["bake", "maze.glb", "-o", "OUT", "--cells-file", "cells.json"], &["cells.json"]),

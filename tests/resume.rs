@@ -218,7 +218,7 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let (kept, fresh) = (folder.join("kept.bake-state"), folder.join("kept.pvs"));
     std::fs::copy(&state, &kept).unwrap();
     let others = ["--seed", "7", "--rays", "100k"].map(Path::new);
-    let other = [&[Path::new("bake"), &model, Path::new("-o"), &fresh], &others[..]].concat();
+    let other = [&[Path::new("bake"), &model, Path::new("-o"), &fresh][..], &others].concat();
     refused(&run(&other), &["kept.bake-state: belongs to other options", "--fresh"]);
     assert!(std::fs::read(&kept).unwrap() == std::fs::read(&state).unwrap(), "without --fresh nothing of it is lost");
     let anew = run(&[&other[..], &[Path::new("--fresh")]].concat());
@@ -236,7 +236,7 @@ fn ctrl_c_in_a_report_keeps_what_it_has() {
     let folder = folder("report");
     let (model, page, state) = (building("office.glb"), folder.join("o.html"), folder.join("o.report-state"));
     let flags = ["--views", "2", "--rays", "300k", "-o"].map(Path::new);
-    let words: Vec<&Path> = [&[Path::new("report"), &model], &flags[..], &[page.as_path()]].concat();
+    let words: Vec<&Path> = [&[Path::new("report"), &model][..], &flags, &[page.as_path()]].concat();
     let mut first = command(&words).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
     while std::fs::metadata(&state).map_or(0, |m| m.len()) < 57 && first.try_wait().unwrap().is_none() {
         std::thread::sleep(Duration::from_millis(5));

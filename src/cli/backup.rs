@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Copies a file beside it before other bytes take its place, and returns the copy's name: `FILE.bak`, or `FILE.bak.2`, `FILE.bak.3`
-/// and so on where there are older ones, which stay. Makes none where the bytes are the same.
+/// Copies a file beside it before other bytes take its place, and returns the copy's name: `FILE.bak`, or `FILE.bak.2` and so on
+/// where there are older ones, which stay. Makes none where the bytes are the same.
 pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError> {
     let before = fs::read(path).map_err(|e| at(path, e))?;
     if before == bytes {

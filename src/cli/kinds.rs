@@ -89,8 +89,8 @@ impl Kind {
         }
     }
 
-    /// Whether a file may be replaced by one of this kind: it is empty, it begins as this kind does, or its name says that it is of a
-    /// kind that is only ours, and nothing in it says that it is of another one.
+    /// Whether a file may be replaced by one of this kind: it is empty, it begins as this kind does, or it has the extension of a
+    /// kind that is only ours, and doesn't begin as another one.
     pub fn may_replace(self, path: &Path) -> io::Result<bool> {
         let mut head = Vec::new();
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;

@@ -65,8 +65,8 @@ fn give_up() {
 /// Flags of commands that keep what they have worked out.
 #[derive(clap::Args)]
 pub struct StateFlags {
-    /// What an interrupted run leaves, and the next goes on from [default: beside the output, or the level, with an extension of its
-    /// own]
+    /// What an interrupted run leaves, and the next goes on from [default: the output's name, or the level's, with an extension of
+    /// its own]
     #[arg(long, value_name = "FILE")]
     pub state: Option<PathBuf>,
     /// Drop what an interrupted run has left, and begin anew

@@ -61,9 +61,10 @@ fn goal(file: &PvsFile, word: &str) -> Result<Goal, String> {
     let objects = named(file.objects.iter().map(|object| [Some(object.node.as_str()), None]), name);
     let cells = if name == word { cells_named(file, name) } else { Vec::new() };
     match (&objects[..], &cells[..]) {
-        ([], []) => Err(format!(
-            "no object or cell is named {name:?}; give an object, as 17 or object:17, a cell, as cell:4, or a name, as `dump` lists them"
-        )),
+        ([], []) => {
+            let forms = "an object, as 17 or object:17, a cell, as cell:4, or a name, as `dump` lists them";
+            Err(format!("no object or cell is named {name:?}; give {forms}"))
+        }
         ([], cells) => only(name, "cells", cells).map(|id| Goal::Cell(CellId(id))),
         (objects, []) => only(name, "objects", objects).map(|id| Goal::Object(ObjectId(id))),
         _ => Err(format!("an object and a cell are named {name:?}; give object:{name} or cell:{name}")),
