@@ -31,8 +31,8 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
         // A plane that only touches the leaf has a face without area.
         let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
         let near = faces(planes, &within);
-        let is_endless = near[planes.len()..].iter().any(bounds);
-        // Planes of two leaves without end may part them only where nothing is drawn any more.
+        // What does not come near the level is outside, too. Planes of two leaves without end may part them only there.
+        let is_endless = near[planes.len()..].iter().any(bounds) || !near.iter().any(bounds);
         let faces = if is_endless { faces(planes, &beyond) } else { near };
         let mut bounding: Vec<Plane> = Vec::new();
         for (plane, face) in planes.iter().zip(&faces) {
@@ -41,7 +41,8 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
                 bounding.push(*plane);
             }
         }
-        let piece = if planes.is_empty() { None } else { Piece::new(bounding, eps) };
+        let is_there = !planes.is_empty() && faces.iter().any(bounds);
+        let piece = if is_there { Piece::new(bounding, eps) } else { None };
         (piece, is_endless)
     });
 

@@ -12,7 +12,6 @@ use enfilade::level::prt::read_prt;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::quake::import_map_bytes;
 use enfilade::scene::{ImportError, ImportOptions, Leaves, Mesh, Role, Scene, SceneBuilder, Source, import};
-use enfilade::types::level::LevelPortal;
 use enfilade::verify::{CheckOptions, check};
 use glam::DVec3;
 use serde_json::Value;
@@ -225,8 +224,7 @@ fn case_62_rim() {
     }
 }
 
-/// Leaves without end are parted by their planes also where nothing is drawn any more: a plane of this level bounds one of them from two
-/// metres above the floor on.
+/// Leaves without end are parted by their planes also where nothing is drawn any more: here two metres above a floor.
 #[test]
 fn case_63_tiny_bsp() {
     let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
@@ -235,10 +233,8 @@ fn case_63_tiny_bsp() {
     builder.add(Mesh { node, role: Role::Structure, opaque: true, positions, triangles }).unwrap();
     let plane = |n: DVec3, d: f64| Plane { n, d };
     let floor = plane(-DVec3::Y, 0.0);
-    let leaves = vec![vec![floor, plane(DVec3::Y, 2.5)], vec![plane(-DVec3::Y, -2.5)], vec![plane(DVec3::Y, 0.0)]];
-    let portal =
-        LevelPortal { cells: [0, 1], winding: vec![DVec3::Y * 2.5, DVec3::new(0., 2.5, 1.), DVec3::new(1., 2.5, 1.)] };
-    builder.hints.leaves = Some(Leaves { leaves, portals: vec![portal], walls: Vec::new(), shutters: Vec::new() });
+    let leaves = vec![vec![floor, plane(DVec3::Y, 2.0)], vec![floor, plane(-DVec3::Y, -2.0)], vec![floor.flipped()]];
+    builder.hints.leaves = Some(Leaves { leaves, portals: Vec::new(), walls: Vec::new(), shutters: Vec::new() });
     let scene = builder.finish("floor").unwrap();
     let graph = cells(&scene);
     assert_eq!((graph.cells.len(), graph.cells[0].pieces.len(), graph.cells[0].open), (1, 3, true));
@@ -265,7 +261,7 @@ fn case_64_unsealed_map() {
         let check = ["check", "--rays", "20k", "--model"].map(Path::new);
         let checked = run(&check.into_iter().chain([map.as_path(), file.as_path()]).collect::<Vec<_>>());
         assert!(checked.status.success(), "{cells}: {}", String::from_utf8_lossy(&checked.stderr));
-        std::fs::remove_file(&file).unwrap();
+        [&file, &points].map(|path| std::fs::remove_file(path).unwrap());
     }
     let scene = imported(&map).unwrap();
     let leaves = SplitOptions { strategy: Some(Strategy::Leaves), ..SplitOptions::default() };
