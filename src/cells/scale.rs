@@ -137,7 +137,8 @@ impl HumanScale {
                 (false, Some(_)) if is_odd => Some(format!(
                     "the model is not in metres, it seems: its rooms are {height} units high (--unit tells what a unit is)"
                 )),
-                _ => None,
+                (false, Some(_)) => None,
+                (false, None) => Some("the model is not in metres, it seems (--unit tells what a unit is)".to_owned()),
             };
         }
         let feet = || format!("its rooms are {height:.1} m high; if the model is in feet, give --unit 0.3048");

@@ -361,8 +361,8 @@ impl SceneBuilder {
                 if let Some(group) = group {
                     groups.entry(group).or_default().push(ObjectId(objects.len() as u32));
                 }
-                let moved = |reach: Aabb| Aabb { min: reach.min - origin, max: reach.max - origin }.union(bounds);
-                let reach = reach.map(moved);
+                let around = |reach: Aabb| Aabb { min: reach.min - origin, max: reach.max - origin }.union(bounds);
+                let reach = reach.map(around);
                 objects.push(Object { node, role, opaque, glass, triangles, segments, bounds, reach });
             }
         }
@@ -375,27 +375,32 @@ impl SceneBuilder {
             self.source.notes.push(format!("{count} triangles left out: a corner is not a finite number (first in {node})"));
         }
         self.source.notes.extend(see_through(&objects, &self.source.format));
-        let mut hints = self.hints;
-        for s in &mut hints.storeys {
-            s.elevation -= origin.y;
-        }
-        for p in hints.rooms.iter_mut().flat_map(|r| r.surface.iter_mut().flatten()) {
-            *p -= origin;
-        }
-        for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
-            *p -= origin;
-        }
-        if let Some(Leaves { leaves, portals, walls, shutters: _ }) = &mut hints.leaves {
-            leaves.iter_mut().flatten().for_each(|plane| plane.d -= plane.n.dot(origin));
-            let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
-            windings.flatten().for_each(|p| *p -= origin);
-        }
+        let hints = moved(self.hints, origin);
         let (name, source) = (name.to_owned(), self.source);
         let mut scene = Scene { name, source, origin, positions, triangles, objects, tubes, together, hints, trace };
         let count = scene.tube_count();
         scene.source.notes.extend(count.map(|count| count.to_string()));
         Ok(scene)
     }
+}
+
+/// Hints relative to an origin.
+fn moved(mut hints: Hints, origin: DVec3) -> Hints {
+    for s in &mut hints.storeys {
+        s.elevation -= origin.y;
+    }
+    for p in hints.rooms.iter_mut().flat_map(|r| r.surface.iter_mut().flatten()) {
+        *p -= origin;
+    }
+    for p in hints.openings.iter_mut().flat_map(|o| o.winding.iter_mut()) {
+        *p -= origin;
+    }
+    if let Some(Leaves { leaves, portals, walls, shutters: _ }) = &mut hints.leaves {
+        leaves.iter_mut().flatten().for_each(|plane| plane.d -= plane.n.dot(origin));
+        let windings = portals.iter_mut().map(|p| &mut p.winding).chain(walls);
+        windings.flatten().for_each(|p| *p -= origin);
+    }
+    hints
 }
 
 /// Groups of two objects or more. Each object of a group gets the reach of all of them.

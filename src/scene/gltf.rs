@@ -52,6 +52,7 @@ mod looks;
 mod meshopt;
 mod motion;
 pub(crate) mod pictures;
+mod placement;
 mod primitive;
 mod tubes;
 
@@ -74,6 +75,7 @@ use document::{Document, Instancing, Node, Primitive};
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use looks::Looks;
 use motion::Motion;
+use placement::{Placement, transform};
 use primitive::{LeftOut, Part};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -138,14 +140,6 @@ struct Placed {
     reach: Option<Aabb>,
     /// Whether an animation may move or bend it, or a skeleton.
     moves: bool,
-}
-
-/// Scale, then rotation, then translation.
-#[derive(Clone, Copy)]
-struct Placement {
-    scale: DVec3,
-    rotation: DQuat,
-    translation: DVec3,
 }
 
 /// Reads a document; `json` is its text, where somebody asks how it looks.
@@ -660,18 +654,6 @@ fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
     }
 }
 
-/// A node's own transform.
-fn transform(node: &Node, index: usize) -> Result<DAffine3, ImportError> {
-    if let Some(matrix) = &node.matrix {
-        let matrix = DMat4::from_cols_array(matrix.as_ref());
-        if !bent::is_affine(matrix.row(3)) {
-            return Err(broken(format!("node {index}: the last row of its matrix is not 0 0 0 1")));
-        }
-        return Ok(DAffine3::from_mat4(matrix));
-    }
-    Ok(Placement::of(node).transform())
-}
-
 /// Names of all nodes with a mesh, in small letters.
 fn names(document: &Document) -> HashSet<String> {
     let nodes = (0..document.node_count()).map(|i| document.node(i)).filter(|node| node.mesh.is_some());
@@ -716,32 +698,6 @@ fn is_body(name: &str, extensions: &serde_json::Value) -> bool {
     let motions = [extensions.pointer("/KHR_physics_rigid_bodies/motion"), extensions.pointer("/OMI_physics_body/motion")];
     let is_static = |motion: &serde_json::Value| motion["type"] == "static";
     by_name || motions.into_iter().flatten().any(|motion| !is_static(motion))
-}
-
-impl Placement {
-    /// Of a node; what its matrix comes to, where it has one.
-    fn of(node: &Node) -> Self {
-        if let Some(matrix) = &node.matrix {
-            let matrix = DAffine3::from_mat4(DMat4::from_cols_array(matrix.as_ref()));
-            let (scale, rotation, translation) = matrix.to_scale_rotation_translation();
-            return Self::new(scale, rotation, translation);
-        }
-        let rotation = node.rotation.as_deref().map_or(DQuat::IDENTITY, |&r| DQuat::from_array(r));
-        let [scale, translation] = [(&node.scale, DVec3::ONE), (&node.translation, DVec3::ZERO)]
-            .map(|(given, default)| given.as_deref().map_or(default, |&v| DVec3::from(v)));
-        Self::new(scale, rotation, translation)
-    }
-
-    /// The rotation is made a unit quaternion: files round it to `f32`.
-    fn new(scale: DVec3, rotation: DQuat, translation: DVec3) -> Self {
-        let length = rotation.length();
-        let rotation = if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY };
-        Self { scale, rotation, translation }
-    }
-
-    fn transform(self) -> DAffine3 {
-        DAffine3::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
-    }
 }
 
 /// The transforms of EXT_mesh_gpu_instancing.

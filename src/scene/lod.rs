@@ -49,7 +49,31 @@ pub(super) fn levels(nodes: &[(Option<usize>, &str)]) -> Vec<Option<Level>> {
             next += 1;
         }
     }
+    join_parts(&mut found, &named, next);
     found
+}
+
+/// Coarse levels whose finest one is there in parts: `wall_LOD2` beside `wall.0_LOD0` and `wall.1_LOD0`. Where none of it is there, a coarse
+/// level is one all the same, if the model has finer ones of other things.
+fn join_parts(found: &mut [Option<Level>], named: &[Option<(String, i32)>], mut next: u32) {
+    let Some(finest) = named.iter().flatten().map(|(_, level)| *level).min() else { return };
+    let coarse: Vec<usize> = (0..named.len())
+        .filter(|&node| found[node].is_none() && named[node].as_ref().is_some_and(|(_, level)| *level > finest))
+        .collect();
+    for node in coarse {
+        let Some((stem, _)) = &named[node] else { continue };
+        let is_part = |(whole, level): &(String, i32)| {
+            let rest = whole.strip_prefix(stem.as_str()).filter(|_| *level == finest);
+            rest.is_some_and(|rest| rest.starts_with(|c: char| !c.is_alphanumeric()))
+        };
+        for part in 0..named.len() {
+            if found[part].is_none() && named[part].as_ref().is_some_and(is_part) {
+                found[part] = Some(Level { group: next, is_finest: true });
+            }
+        }
+        found[node] = Some(Level { group: next, is_finest: false });
+        next += 1;
+    }
 }
 
 fn tell(found: &mut [Option<Level>], group: &[(i32, usize)], number: u32) {
@@ -119,6 +143,8 @@ mod tests {
         assert_eq!(of(&[(Some(7), "a_LOD0"), (Some(8), "a_LOD1")]), [yes, lower], "under parents of their own");
         assert_eq!(of(&[(Some(7), "a_LOD0"), (Some(8), "a_LOD0")]), [no, no], "two copies of one level");
         assert_eq!(of(&[(Some(7), "LOD1"), (Some(7), "LOD2")]), [yes, lower], "whole groups of nodes");
+        let parts = [(None, "a.0_LOD0"), (None, "a.1_LOD0"), (None, "a_LOD2"), (None, "ab_LOD0"), (None, "c_LOD1")];
+        assert_eq!(of(&parts), [yes, yes, lower, no, lower], "the finest in parts, and none at all");
         let groups = levels(&[(None, "a_LOD0"), (None, "b_LOD0"), (None, "b_LOD1"), (None, "a_LOD1")]);
         assert_eq!(groups[0].unwrap().group, groups[3].unwrap().group);
         assert_ne!(groups[0].unwrap().group, groups[1].unwrap().group);

@@ -194,7 +194,7 @@ fn meta_clauses() {
     refused_with(META, 24, &(-1.0f64).to_le_bytes(), "section meta, byte 24: a negative length");
     refused_with(META, 32, &[6], "section meta, byte 32: strategy 6, of which there are 6");
     refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
-    refused_with(META, 37, &[16], "section meta, byte 37: flags 16");
+    refused_with(META, 37, &[32], "section meta, byte 37: flags 32");
     // The rest is behind the unit, which may be there or not.
     let mut f = forged();
     let content = f.decoded(META);

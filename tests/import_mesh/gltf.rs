@@ -215,8 +215,10 @@ fn materials_that_let_light_through_are_not_opaque() {
     for (material, opaque) in [
         (json!({}), true),
         (json!({"alphaMode": "OPAQUE"}), true),
-        (json!({"alphaMode": "MASK"}), false),
-        (json!({"alphaMode": "BLEND"}), false),
+        // Alpha is 1 everywhere.
+        (json!({"alphaMode": "MASK"}), true),
+        (json!({"alphaMode": "BLEND"}), true),
+        (json!({"alphaMode": "BLEND", "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5]}}), false),
         (transmission(0.0), true),
         (transmission(0.9), false),
     ] {

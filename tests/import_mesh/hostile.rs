@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 /// Two nodes, one below the other, over an indexed mesh with a material; a room and a portal.
 fn small() -> Glb {
     let mut glb = Glb::new();
-    let position = glb.positions(&[TRIANGLE[0], TRIANGLE[1], TRIANGLE[2], [0.0, 0.0, 3.0]]);
+    let position = glb.positions(&[TRIANGLE[0], TRIANGLE[1], TRIANGLE[2], [1.0, 1.0, 0.0]]);
     let indices = glb.indices(&[0, 1, 2, 1, 3, 2]);
     let material = glb.push("materials", json!({"alphaMode": "OPAQUE"}));
     let primitive = json!({"attributes": {"POSITION": position}, "indices": indices, "material": material});

@@ -60,13 +60,15 @@ fn damaged_stl_is_refused() {
     for (bytes, why) in [
         (&whole[..whole.len() - 30], "not an STL file"),
         (&lying, "not an STL file"),
-        (&nan, "not a finite number"),
         (b"solid x\nfacet normal 0 0 1\nouter loop\nvertex a 0 0\n", "not an STL file"),
         (&binary_stl(&[]), "no triangles in it"),
     ] {
         let error = read_stl(bytes).unwrap_err().to_string();
         assert!(error.contains(why) && !error.contains('\n'), "{error}");
     }
+    // A triangle without a place is left out.
+    let scene = read_stl(&nan).unwrap();
+    assert!(scene.source.notes.iter().any(|note| note.contains("not a finite number")), "{:?}", scene.source.notes);
 }
 
 const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n\

@@ -9,7 +9,7 @@ use super::motion::{Motion, corners};
 use super::primitive::Part;
 use crate::geom::Aabb;
 use crate::scene::ImportError;
-use glam::{DAffine3, DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat4, DVec3};
 
 /// Morph targets may share their bytes: no more is read than so many times what there is. More: a small file takes long. Less: none is known.
 const MOST_TIMES: usize = 64;
@@ -177,11 +177,4 @@ impl Weights {
         }
         Ok(swept)
     }
-}
-
-/// The last row of a matrix as files round it.
-pub(super) fn is_affine(row: DVec4) -> bool {
-    /// Larger: a perspective is taken for rounding. Smaller: exporters that work in single precision are refused.
-    const ROUNDING: f64 = 1e-4;
-    (row - DVec4::W).abs().max_element() <= ROUNDING
 }

@@ -6,7 +6,7 @@
 
 use super::data::{Buffers, broken};
 use super::document::{Animation, Channel, Document};
-use super::{Placement, transform};
+use super::placement::{Placement, transform};
 use crate::geom::Aabb;
 use crate::scene::ImportError;
 use glam::{DAffine3, DQuat, DVec3, DVec4};
