@@ -72,7 +72,7 @@ use bent::{Joints, Weights};
 pub(crate) use cut::cut_file;
 use data::{Buffers, broken, entry};
 use document::{Document, Instancing, Node, Primitive};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 use looks::Looks;
 use motion::Motion;
 use placement::{Placement, transform};

@@ -261,7 +261,7 @@ fn case_64_unsealed_map() {
         let check = ["check", "--rays", "20k", "--model"].map(Path::new);
         let checked = run(&check.into_iter().chain([map.as_path(), file.as_path()]).collect::<Vec<_>>());
         assert!(checked.status.success(), "{cells}: {}", String::from_utf8_lossy(&checked.stderr));
-        [&file, &points].map(|path| std::fs::remove_file(path).unwrap());
+        [&file, &points].into_iter().for_each(|path| std::fs::remove_file(path).unwrap());
     }
     let scene = imported(&map).unwrap();
     let leaves = SplitOptions { strategy: Some(Strategy::Leaves), ..SplitOptions::default() };
