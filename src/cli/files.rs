@@ -187,7 +187,7 @@ fn check_folder(path: &Path, folder: &Path, folders: &mut Vec<PathBuf>) -> Resul
     match fs::metadata(folder) {
         Ok(about) if about.is_dir() => (),
         Ok(_) => return Err(at(folder, "is no folder")),
-        Err(_) => return Err(at(folder, format!("there is no such folder for {}", path.display()))),
+        Err(_) => return Err(at(folder, "there is no such folder")),
     }
     // Only trying tells: root may write where bits forbid it, and nobody may on a disk that is read-only.
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());

@@ -158,7 +158,7 @@ fn case_11_names() {
 
 #[test]
 fn case_12_obj() {
-    all_are_as_base("12_obj", &["negative.obj", "continued.obj", "crlf.obj", "bom.obj", "merged.obj"]);
+    all_are_as_base("12_obj", &["negative.obj", "continued.obj", "concave.obj", "crlf.obj", "bom.obj", "merged.obj"]);
 }
 
 #[test]
