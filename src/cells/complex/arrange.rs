@@ -5,6 +5,7 @@
 
 use super::bands::Band;
 use super::limits::{Count, Limits};
+use super::snap::{Corner, snap_round};
 use crate::geom::Aabb;
 use crate::parallel;
 use glam::DVec2;
@@ -64,13 +65,13 @@ fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64, count: &Co
     let mut segments = band.segments.clone();
     segments.retain(|(a, b)| snap(*a) != snap(*b));
 
-    let mut points: HashMap<(i64, i64), usize> = HashMap::new();
-    let mut vertices: Vec<Point2<f64>> = Vec::new();
+    let mut points: HashMap<Corner, usize> = HashMap::new();
+    let mut corners: Vec<Corner> = Vec::new();
     let mut vertex = |q: DVec2| {
         let key = snap(q);
         *points.entry(key).or_insert_with(|| {
-            vertices.push(Point2::new(key.0 as f64 * grid, key.1 as f64 * grid));
-            vertices.len() - 1
+            corners.push(key);
+            corners.len() - 1
         })
     };
     let (x0, x1, y0, y1) = (domain.min.x, domain.max.x, -domain.max.z, -domain.min.z);
@@ -96,7 +97,7 @@ fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64, count: &Co
             edge(pair[0], pair[1]);
         }
     }
-    Some(triangulate(vertices, edges.into_iter().collect()))
+    Some(triangulate(corners, edges.into_iter().collect(), grid))
 }
 
 /// For each segment, where others cross it, as fractions of its length; beyond 0 or 1 where it stops short by up to `reach`. Of no use
@@ -177,20 +178,19 @@ fn corners_within(at: &[f64], length: f64, reach: f64) -> usize {
     along.len()
 }
 
-fn triangulate(vertices: Vec<Point2<f64>>, edges: Vec<[usize; 2]>) -> Plan {
-    let ends = vertices.clone();
-    let mut conflicts = Vec::new();
-    let mut cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
-        ConstrainedDelaunayTriangulation::try_bulk_load_cdt(vertices, edges, |e| conflicts.push(e))
+fn triangulate(mut corners: Vec<Corner>, edges: Vec<[usize; 2]>, grid: f64) -> Plan {
+    let triangles = |corners: &[Corner], edges: Vec<[usize; 2]>| {
+        let at = corners.iter().map(|&(x, y)| Point2::new(x as f64 * grid, y as f64 * grid)).collect();
+        let mut conflicts = 0;
+        let cdt = ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(at, edges, |_| conflicts += 1)
             .expect("grid coordinates are finite and of moderate size");
-    // Snapping can make two neighbours cross by a hair; those few are split where they cross.
-    for [a, b] in conflicts {
-        let (Ok(a), Ok(b)) = (cdt.insert(ends[a]), cdt.insert(ends[b])) else {
-            continue;
-        };
-        if a != b {
-            cdt.add_constraint_and_split(a, b, |p| p);
-        }
+        (cdt, conflicts)
+    };
+    let (mut cdt, conflicts) = triangles(&corners, edges.clone());
+    // Moved to the grid, two neighbours can cross by a hair.
+    if conflicts > 0 {
+        let edges = snap_round(&mut corners, &edges);
+        cdt = triangles(&corners, edges).0;
     }
     let number: HashMap<usize, u32> = cdt.inner_faces().enumerate().map(|(i, f)| (f.fix().index(), i as u32)).collect();
     let mut plan =

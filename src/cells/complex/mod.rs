@@ -26,6 +26,7 @@ pub(super) mod faces;
 pub(super) mod facets;
 pub(super) mod limits;
 pub(super) mod polygon;
+pub(super) mod snap;
 pub(super) mod tiling;
 
 use glam::{DVec2, DVec3};
