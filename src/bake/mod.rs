@@ -1,10 +1,12 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 mod opened;
+mod prose;
 mod report;
 mod unbaked;
 mod worth;
 
+pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use unbaked::unbaked;
 
@@ -19,6 +21,7 @@ use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Object, Role, Scene};
+use crate::types::note::{Note, NoteKind, details};
 use serde::Serialize;
 use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;
@@ -85,6 +88,8 @@ pub struct Seconds {
 pub struct Baked {
     /// What goes into the file.
     pub file: PvsFile,
+    /// How the import and the bake went, for who asks; never part of the file, whose notes are for everybody.
+    pub details: Vec<String>,
     /// What is wrong in what the model's author wrote, where the cells are the author's rooms; never part of the file.
     pub audit: Option<Audit>,
     /// Both sides of what is seen from view cells, where there are any.
@@ -171,9 +176,10 @@ fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) ->
     let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
     let share = worth::drawn_share(rays, &walls, work)?;
     if share > WORTH {
-        let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
+        let reason =
+            format!("walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell", 100.0 * share);
         let mut graph = CellGraph { reason, ..undivided() };
-        graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
+        graph.notes.extend(walls.notes.into_iter().filter(|note| note.kind == NoteKind::Cost));
         return Ok(graph);
     }
     let found = split_beside(rays, options, Some(walls.clone()), work)?;
@@ -188,7 +194,7 @@ fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) ->
         if share <= WORTH * of_plan {
             let [of_plan, of_walls] = [of_plan, share].map(|share| 100.0 * share);
             let reason = format!(
-                "walls leave {of_walls:.0} % of what the frustum draws; a plan with {rooms} closed cells would leave {of_plan:.0} %"
+                "cells along walls leave {of_walls:.0} % of the frustum to draw; a plan with {rooms} closed cells would leave {of_plan:.0} %"
             );
             return Ok(CellGraph { reason, ..walls });
         }
@@ -208,7 +214,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     CellGraph {
         strategy: graph.strategy,
         reason: graph.reason,
-        notes: graph.notes.into_iter().chain([bound]).collect(),
+        notes: graph.notes.into_iter().chain([Note::cost(bound)]).collect(),
         ..undivided(scene)
     }
 }
@@ -251,7 +257,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.ship == Guarantee::Conservative;
     if sees_all && options.view_cells.is_empty() && !divides {
         pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
-        graph.notes.push(format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget));
+        let what = format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget);
+        graph.notes.push(Note::detail(what));
     }
     let rays = if graph.closed_holes.is_empty() { rays } else { RayScene::with_closed_holes(scene, &graph.closed_holes) };
     let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, work)?;
@@ -261,7 +268,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let growth = options.clusters.unwrap_or(if found && pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
     if growth > 0.0 {
         let joined = clusters::join(scene, &mut pvs, growth);
-        pvs.graph.notes.push(joined.to_string());
+        pvs.graph.notes.push(Note::detail(joined.to_string()));
         cells_found = cells_found.or((joined.cells < joined.found).then_some(joined.found));
         if found {
             stage("clusters", &pvs.graph, scene, SEGMENTS);
@@ -289,7 +296,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
-    Ok(Baked { file, audit, views, partition, cells_found, sampling_end, seconds })
+    let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
+    Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, seconds })
 }
 
 #[cfg(test)]
