@@ -186,8 +186,9 @@ fn one_thread_and_two_write_the_same_bytes() {
 fn where_nobody_may_write_is_told() {
     let world = World::new("place");
     let a = world.write("a.tif", &plain().bytes());
-    for out in [world.folder.join("no/such/folder/o.ground"), world.folder.clone()] {
-        refused(&run(&[Path::new("ground"), &a, Path::new("-o"), &out]), &[out.to_str().unwrap()]);
+    let missing = world.folder.join("no/such/folder");
+    for (out, said) in [(missing.join("o.ground"), &missing), (world.folder.clone(), &world.folder)] {
+        refused(&run(&[Path::new("ground"), &a, Path::new("-o"), &out]), &[said.to_str().unwrap()]);
     }
     #[cfg(target_os = "linux")]
     refused(&run(&[Path::new("ground"), &a, Path::new("-o"), Path::new("/dev/full")]), &["/dev/full: "]);

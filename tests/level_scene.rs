@@ -255,7 +255,7 @@ fn commands_take_levels_and_refuse_what_is_none() {
     let file = level.with_extension("pvs");
     let baked = run(&[path("bake"), &level, path("--rays"), path("10k")]);
     assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
-    let said = String::from_utf8_lossy(&baked.stderr).into_owned();
+    let said = String::from_utf8_lossy(&baked.stdout).into_owned();
     assert!(said.contains("5 cells (0 open), 4 portals, by leaves: the level's own"), "{said}");
     for command in ["check", "walk"] {
         let out = run(&[path(command), &file, path("--model"), &level]);

@@ -298,8 +298,8 @@ fn the_way_out_goes_to_a_file_that_editors_load() {
     std::fs::write(&map, entity("worldspawn", "", &shell([0, 0, 0], [64, 64, 64], "brick")[1..]) + &start("32 32 8"))
         .unwrap();
     let output = run(&["bake".as_ref(), map.as_path(), "--leak".as_ref(), points.as_path()]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{said}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(said.contains("the map leaks: the way out from info_player_start at (32 32 8) is"), "{said}");
     let text = std::fs::read_to_string(&points).unwrap();
     let lines: Vec<Vec<f64>> = text.lines().map(|l| l.split(' ').map(|w| w.parse().unwrap()).collect()).collect();

@@ -52,6 +52,7 @@ mod locate;
 mod map_scene;
 mod mirrors_drawn;
 mod numbers;
+mod object_size;
 mod own_tree;
 mod plan_scenes;
 mod prefetch;

@@ -3,11 +3,13 @@
 mod opened;
 mod prose;
 mod report;
+mod sizes;
 mod unbaked;
 mod worth;
 
 pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
+pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
 pub use unbaked::unbaked;
 
 use crate::cells::validate::{stage, structure};
@@ -37,7 +39,7 @@ pub struct BakeOptions {
     pub keep_bounds: bool,
     /// How the scene was imported: the file keeps it, so that its model can be imported again in the same way.
     pub import: ImportOptions,
-    /// Cells and portals that the user brings, instead of splitting.
+    /// Cells and portals that the user brings, or that were found before, instead of splitting.
     pub given: Option<CellGraph>,
     /// Portals narrower than this, metres, are closed: what shows only through them is culled. `None` closes none.
     pub smallest_hole: Option<f64>,
@@ -163,6 +165,10 @@ pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Resu
 }
 
 fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
+    split_by(rays, options, work).map(|graph| if_affordable(rays.scene(), graph))
+}
+
+fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
     let scene = rays.scene();
     if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
         return split_beside(rays, options, None, work);
@@ -230,12 +236,12 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     // 1. Cells and portals.
     let start = Instant::now();
     work.tell("cells", 0.0);
-    let found = options.given.is_none();
     let rays = RayScene::new(scene);
     let mut graph = match options.given {
         Some(graph) => graph,
-        None => work.once(|| find_cells_by(&rays, &options.split, work).map(|graph| if_affordable(scene, graph)))?,
+        None => work.once(|| find_cells_by(&rays, &options.split, work))?,
     };
+    let found = graph.strategy != Strategy::Given;
     if graph.cells.is_empty() {
         return Err(BakeError::NoCells);
     }

@@ -1,6 +1,6 @@
 //! What a bake found, in numbers: one typed answer, from which `prose` makes words, the command line JSON, and pages their figures.
 
-use super::Baked;
+use super::{Baked, ObjectSizes};
 use super::opened::why_open;
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
@@ -93,6 +93,9 @@ pub struct BakeReport {
     pub triangles: usize,
     /// Objects.
     pub objects: usize,
+    /// What their size was chosen by, where it was a choice.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub object_sizes: Option<ObjectSizes>,
     /// Where the scene has tubes: what is in [`Self::triangles`] of them is prisms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tubes: Option<TubeCount>,
@@ -166,6 +169,7 @@ impl BakeReport {
         Ok(Self {
             triangles: scene.triangles.len(),
             objects: file.objects.len(),
+            object_sizes: None,
             tubes: scene.tube_count(),
             cells: file.cells.len(),
             open_cells: file.cells.iter().filter(|c| c.open).count(),

@@ -20,27 +20,47 @@ const DIRECTIONS: usize = 4;
 const FOV_Y: f64 = 1.1;
 const ASPECT: f64 = 16.0 / 9.0;
 
+/// Cameras over the floors of a scene; none where it has no floor.
+pub(super) fn cameras(rays: &RayScene<'_>) -> Vec<Camera> {
+    let mut random = SplitMix::new(0);
+    let eyes = Floors::of(rays.scene()).eyes(rays, EYES, &mut random);
+    let around = |eye: DVec3| {
+        let turn = random.unit() * FRAC_PI_2;
+        (0..DIRECTIONS).map(move |k| {
+            let angle = turn + TAU * k as f64 / DIRECTIONS as f64;
+            Camera::look_at(eye, eye + DVec3::new(angle.cos(), 0.0, angle.sin()), FOV_Y, ASPECT)
+        })
+    };
+    eyes.into_iter().flat_map(around).collect()
+}
+
 /// Triangles that portals draw over those in the frustum, in the mean of some cameras over floors; 1 where there are none.
 pub(super) fn drawn_share(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<f64, Stopped> {
-    let scene = rays.scene();
+    let [[frustum, _], [portals, _]] = drawn(rays.scene(), graph, &cameras(rays), [Mode::Frustum, Mode::Portals], work)?;
+    Ok(if frustum > 0.0 { portals / frustum } else { 1.0 })
+}
+
+/// Triangles and objects that each mode draws, where every cell sees everything: sums over the cameras.
+pub(super) fn drawn<const N: usize>(
+    scene: &Scene,
+    graph: &CellGraph,
+    cameras: &[Camera],
+    modes: [Mode; N],
+    work: &Job<'_>,
+) -> Result<[[f64; 2]; N], Stopped> {
     let file = without_rows(scene, graph);
     let culler = Culler::new(&file);
     let mut scratch = Scratch::for_culler(&culler);
-    let mut drawn = [0u64; 2];
-    let mut random = SplitMix::new(0);
-    for eye in Floors::of(scene).eyes(rays, EYES, &mut random) {
+    let mut drawn = [[0.0; 2]; N];
+    for camera in cameras {
         work.go_on()?;
-        let turn = random.unit() * FRAC_PI_2;
-        for k in 0..DIRECTIONS {
-            let angle = turn + TAU * k as f64 / DIRECTIONS as f64;
-            let camera = Camera::look_at(eye, eye + DVec3::new(angle.cos(), 0.0, angle.sin()), FOV_Y, ASPECT);
-            for (sum, mode) in drawn.iter_mut().zip([Mode::Frustum, Mode::Portals]) {
-                *sum += culler.cull(&camera, mode, &mut scratch).stats.triangles;
-            }
+        for (sum, mode) in drawn.iter_mut().zip(modes) {
+            let culled = culler.cull(camera, mode, &mut scratch);
+            sum[0] += culled.stats.triangles as f64;
+            sum[1] += culled.objects.len() as f64;
         }
     }
-    let [frustum, portals] = drawn.map(|sum| sum as f64);
-    Ok(if frustum > 0.0 { portals / frustum } else { 1.0 })
+    Ok(drawn)
 }
 
 /// The graph as a file in which every cell sees everything.

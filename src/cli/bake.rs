@@ -176,7 +176,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;
     let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
-    let options = BakeOptions {
+    let mut options = BakeOptions {
         split: SplitOptions { memory: args.memory / FOR_THE_SPLIT, ..args.scene.split() },
         pvs: PvsOptions {
             ship: match args.ship {
@@ -209,9 +209,11 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     if kept.is_done() {
         return kept.stopped();
     }
-    let baked = bake(&scene, options, &kept.work(&progress));
+    let work = kept.work(&progress);
+    let sized = args.scene.sized(scene, &mut options, &work);
+    let baked = sized.and_then(|(scene, sizes)| bake(&scene, options, &work).map(|baked| (scene, sizes, baked)));
     bar.finish_and_clear();
-    let baked = match baked {
+    let (scene, sizes, baked) = match baked {
         Ok(baked) => baked,
         Err(BakeError::Stopped(_)) => return kept.stopped(),
         Err(e) => {
@@ -226,6 +228,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
     let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
         .map_err(|e| at(&output, e))?;
+    let report = BakeReport { object_sizes: sizes, ..report };
     if args.json {
         super::answer(&super::json(&report)?)?;
     } else {

@@ -2,8 +2,10 @@
 
 use super::{CliError, at, count};
 use clap::ValueEnum;
+use enfilade::bake::{BakeError, BakeOptions, ObjectSizes, size_objects};
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, read_cells, read_indoorgml};
-use enfilade::scene::{ImportOptions, Scene};
+use enfilade::job::Job;
+use enfilade::scene::{ImportOptions, Scene, split_objects};
 use std::path::{Path, PathBuf};
 
 /// Flags of commands that bake.
@@ -27,9 +29,12 @@ pub struct SceneFlags {
     /// Rays that sampling may cast, as 500k or 20M: a count and not a time, so that the bytes don't depend on the machine [default: 20M]
     #[arg(long, value_name = "COUNT", value_parser = count::parse)]
     pub rays: Option<u64>,
-    /// Most triangles an object may have before its mesh is split
-    #[arg(long, value_name = "N", default_value_t = ImportOptions::default().object_triangles, value_parser = clap::value_parser!(u32).range(1..))]
-    pub object_triangles: u32,
+    /// Most triangles of an object; larger meshes are split [default: what draws least, with a draw call counted as 16 triangles]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub object_triangles: Option<u32>,
+    /// Objects stay as their author made them; a note says what splitting would save
+    #[arg(long, conflicts_with = "object_triangles")]
+    pub whole: bool,
     /// Metres per unit of the input [default: the format's own]
     #[arg(long, value_name = "METRES")]
     pub unit: Option<f64>,
@@ -113,10 +118,29 @@ impl SceneFlags {
 
     /// How to import.
     pub fn import(&self) -> ImportOptions {
-        let Self { object_triangles, unit: metres_per_unit, tube_radius, .. } = *self;
+        let Self { unit: metres_per_unit, tube_radius, .. } = *self;
+        // Whole ones, where their size is a choice.
+        let object_triangles = self.object_triangles.unwrap_or(u32::MAX);
         let (tubes, z_up) = (self.tubes == TubesFlag::Auto, self.up == Some(UpFlag::Z));
         let smallest_hole = self.smallest_hole;
         ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole, ..self.files.options() }
+    }
+
+    /// The scene with objects of the size that costs least, unless somebody said how large they are; and the sizes that were tried.
+    pub fn sized(
+        &self,
+        scene: Scene,
+        options: &mut BakeOptions,
+        work: &Job<'_>,
+    ) -> Result<(Scene, Option<ObjectSizes>), BakeError> {
+        if self.object_triangles.is_some() {
+            return Ok((scene, None));
+        }
+        if !scene.tubes.tubes.is_empty() && !self.whole {
+            options.import.object_triangles = ImportOptions::default().object_triangles;
+            return Ok((split_objects(scene, options.import.object_triangles), None));
+        }
+        size_objects(scene, options, self.whole, work).map(|(scene, sizes)| (scene, Some(sizes)))
     }
 
     /// How to split.
@@ -149,9 +173,8 @@ impl SceneFlags {
         flags.extend(self.smallest_hole.map(|v| ("--smallest-hole", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
         flags.extend(self.rays.map(|rays| ("--rays", count::text(rays))));
-        let triangles = self.object_triangles;
-        let usual = ImportOptions::default().object_triangles;
-        flags.extend((triangles != usual).then(|| ("--object-triangles", triangles.to_string())));
+        flags.extend(self.object_triangles.map(|triangles| ("--object-triangles", triangles.to_string())));
+        flags.extend(self.whole.then(|| ("--whole", String::new())));
         flags.extend(self.unit.map(|v| ("--unit", v.to_string())));
         let up = self.up.and_then(|up| up.to_possible_value());
         flags.extend(up.map(|v| ("--up", v.get_name().to_owned())));

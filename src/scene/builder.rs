@@ -1,6 +1,6 @@
 //! Where every importer hands in its meshes: numbers checked, degenerate triangles dropped and counted, large meshes split.
 
-use super::cluster::clusters;
+use super::objects::split_objects;
 use super::pipes::{self, Prisms};
 use super::sky::{self, Backdrop, Shape};
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
@@ -250,7 +250,7 @@ impl SceneBuilder {
                 added.mesh = pipes::mesh(node, role, &std::mem::take(&mut added.tubes));
                 added.dropped = self.drop_degenerate(&mut added.mesh);
             } else {
-                let made = pipes::prisms(node, role, &added.tubes, self.options.object_triangles);
+                let made = pipes::prisms(node, role, &added.tubes, self.options.triangles_of_tubes());
                 Prisms { mesh: added.mesh, tubes: added.tubes, pieces: added.pieces } = made;
             }
             self.count(added.mesh.triangles.len().saturating_sub(counted))?;
@@ -328,15 +328,11 @@ impl SceneBuilder {
             ..Trace::default()
         });
         for mut added in self.meshes {
-            let parts = if added.pieces.is_empty() {
-                clusters(&added.mesh, self.options.object_triangles)
-            } else {
-                added.pieces.iter().map(|[triangles, _]| triangles.clone().collect()).collect()
-            };
+            let whole = 0..added.mesh.triangles.len() as u32;
+            let parts = if added.pieces.is_empty() { vec![[whole, 0..0]] } else { std::mem::take(&mut added.pieces) };
             if let Some(trace) = &mut trace {
-                let numbers = added.numbers();
                 trace.meshes.extend(parts.iter().map(|_| added.number));
-                trace.triangles.extend(parts.iter().flatten().map(|&t| numbers[t as usize]));
+                trace.triangles.extend(added.numbers());
                 trace.looks[added.number as usize] = std::mem::take(&mut added.look);
             }
             let Added { mesh, glass, facts: Facts { reach, group, .. }, .. } = added;
@@ -344,12 +340,12 @@ impl SceneBuilder {
                 return Err(ImportError::Sections { limit: MOST_SECTIONS });
             }
             let first = tubes.append(added.tubes, -origin);
-            for (k, part) in parts.into_iter().enumerate() {
+            for [part, segments] in parts {
                 let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
                 let mut bounds = Aabb::EMPTY;
-                for triangle in part {
-                    triangles.push(mesh.triangles[triangle as usize].map(|i| {
+                for triangle in &mesh.triangles[part.start as usize..part.end as usize] {
+                    triangles.push(triangle.map(|i| {
                         let p = mesh.positions[i as usize] - origin;
                         // Adding zero makes -0.0 and 0.0 one.
                         *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
@@ -361,8 +357,7 @@ impl SceneBuilder {
                 }
                 let triangles = start..triangles.len() as u32;
                 let (node, role, opaque) = (mesh.node.clone(), mesh.role, mesh.opaque);
-                let of_tubes = |[_, segments]: &[Range<u32>; 2]| segments.start + first..segments.end + first;
-                let segments = added.pieces.get(k).map_or(0..0, of_tubes);
+                let segments = if segments.is_empty() { 0..0 } else { segments.start + first..segments.end + first };
                 if let Some(group) = group {
                     groups.entry(group).or_default().push(ObjectId(objects.len() as u32));
                 }
@@ -383,7 +378,8 @@ impl SceneBuilder {
         self.source.notes.extend(see_through(&objects, &self.source.format));
         let hints = moved(self.hints, origin);
         let (name, source) = (name.to_owned(), self.source);
-        let mut scene = Scene { name, source, origin, positions, triangles, objects, tubes, together, hints, trace };
+        let whole = Scene { name, source, origin, positions, triangles, objects, tubes, together, hints, trace };
+        let mut scene = split_objects(whole, self.options.object_triangles);
         let count = scene.tube_count();
         scene.source.notes.extend(count.map(|count| Note::detail(count.to_string())));
         Ok(scene)

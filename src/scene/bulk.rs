@@ -1,6 +1,6 @@
-//! Where a model stands: around nearly all of its walls, if its ground goes on far beyond them.
+//! Where a model stands: around nearly all of its walls, if its ground goes on far beyond them, and never as far as its sky.
 
-use super::Scene;
+use super::{Object, Role, Scene};
 use crate::geom::{Aabb, newell};
 use glam::DVec3;
 
@@ -20,8 +20,16 @@ const WIDE: f64 = 0.05;
 /// And only where that is less than this share of the model's ground. More: buildings lose their yards. Less: fields count.
 const SPARSE: f64 = 0.25;
 
-/// The box around nearly all walls, as high as the model; `None` where that is no small part of it.
+/// The box around nearly all walls, as high as the model; `None` where that is no small part of it, and nothing of it is sky.
 pub(crate) fn bulk(scene: &Scene) -> Option<Aabb> {
+    let is_sky = |o: &Object| o.role == Role::Sky;
+    let below = scene.objects.iter().filter(|o| !is_sky(o)).fold(Aabb::EMPTY, |b, o| b.union(o.bounds));
+    let has_sky = scene.objects.iter().any(is_sky) && !below.is_empty();
+    let whole = if has_sky { below } else { scene.bounds() };
+    around_walls(scene, whole).or(has_sky.then_some(whole))
+}
+
+fn around_walls(scene: &Scene, whole: Aabb) -> Option<Aabb> {
     let each = scene.triangles.len() / LOOKED_AT + 1;
     let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone()).step_by(each);
     let is_wall = |c: &[DVec3; 3]| {
@@ -42,7 +50,6 @@ pub(crate) fn bulk(scene: &Scene) -> Option<Aabb> {
         let [least, most] = [(0, few), (1, last)].map(|(end, k)| *ends[end].select_nth_unstable_by(k, f64::total_cmp).1);
         Some([least, most])
     };
-    let whole = scene.bounds();
     let spans = [span(0)?, span(2)?];
     let sizes = spans.map(|[least, most]| most - least);
     let (width, length) = (sizes[0].min(sizes[1]), sizes[0].max(sizes[1]));
@@ -99,6 +106,15 @@ mod tests {
         let part = bulk(&scene).expect("the ground is wide");
         let (min, max) = (part.min + scene.origin, part.max + scene.origin);
         assert!((min - DVec3::new(-2.5, 0.0, -2.5)).length() < 1e-9 && (max - DVec3::new(12.5, 3.0, 10.5)).length() < 1e-9);
+    }
+
+    #[test]
+    fn a_sky_is_no_part_of_where_a_model_stands() {
+        let mut with_sky = scene(1, 12.0);
+        let ground = with_sky.objects.last_mut().unwrap();
+        (ground.role, ground.opaque) = (Role::Sky, false);
+        let house = bulk(&with_sky).expect("a part of all");
+        assert!((house.size() - DVec3::new(10.0, 3.0, 8.0)).length() < 1e-9, "{house:?}");
     }
 
     #[test]

@@ -8,7 +8,6 @@
 //! and keeps clusters from becoming crumbs. A mesh below the limit that is strewn over the scene (levels are often exported with
 //! one group a texture) is split as well.
 
-use super::Mesh;
 use crate::geom::Aabb;
 use crate::parallel;
 use glam::DVec3;
@@ -28,13 +27,20 @@ const CRUMB: usize = 8;
 /// Parts of more triangles than this are split on two threads.
 const FORK: usize = 1 << 14;
 
+/// Triangles, as indices into positions of which they need not use all.
+#[derive(Clone, Copy)]
+pub(super) struct Soup<'a> {
+    pub positions: &'a [DVec3],
+    pub triangles: &'a [[u32; 3]],
+}
+
 /// Lists of triangle numbers, ascending, each of at most `limit`, every triangle in exactly one; in a fixed order.
 /// O(n log n) in the number of triangles.
-pub(super) fn clusters(mesh: &Mesh, limit: u32) -> Vec<Vec<u32>> {
+pub(super) fn clusters(mesh: Soup<'_>, limit: u32) -> Vec<Vec<u32>> {
     split(mesh, (0..mesh.triangles.len() as u32).collect(), limit.max(1) as usize)
 }
 
-fn split(mesh: &Mesh, part: Vec<u32>, limit: usize) -> Vec<Vec<u32>> {
+fn split(mesh: Soup<'_>, part: Vec<u32>, limit: usize) -> Vec<Vec<u32>> {
     let fits = part.len() <= limit;
     if fits && part.len() <= limit / CRUMB {
         return vec![part];
@@ -64,7 +70,7 @@ struct Triangle {
 }
 
 impl Triangle {
-    fn of(mesh: &Mesh, triangle: u32) -> Self {
+    fn of(mesh: Soup<'_>, triangle: u32) -> Self {
         let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize]);
         let facing = (b - a).cross(c - a);
         Self { middle: (a + b + c) / 3.0, bounds: Aabb::of([a, b, c]), facing, area: facing.length() }
@@ -136,7 +142,7 @@ impl Group {
 }
 
 /// The cheapest split that leaves each side its least share, and its cost as a fraction of the unsplit cost.
-fn best_split(mesh: &Mesh, part: &[u32]) -> Option<(Cut, f64)> {
+fn best_split(mesh: Soup<'_>, part: &[u32]) -> Option<(Cut, f64)> {
     let middles = part.iter().fold(Aabb::EMPTY, |b, &t| b.with(Triangle::of(mesh, t).middle));
     let bins_per_metre = (BINS as f64 / middles.size()).map(|x| if x.is_finite() { x } else { 0.0 });
     let mut bins = [[Group::NONE; BINS]; 3];
@@ -182,7 +188,7 @@ fn best_split(mesh: &Mesh, part: &[u32]) -> Option<(Cut, f64)> {
 }
 
 /// Where no split leaves each side its share: half of the triangles each, by their middles along the longest axis.
-fn halves(mesh: &Mesh, part: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
+fn halves(mesh: Soup<'_>, part: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
     let middle = |t: u32| Triangle::of(mesh, t).middle;
     let size = Aabb::of(part.iter().map(|&t| middle(t))).size();
     let axis = if size.x >= size.max_element() {
@@ -202,13 +208,18 @@ fn halves(mesh: &Mesh, part: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Role;
     use super::*;
+
+    struct Mesh(Vec<DVec3>, Vec<[u32; 3]>);
 
     fn mesh(triangles: impl IntoIterator<Item = [DVec3; 3]>) -> Mesh {
         let positions: Vec<DVec3> = triangles.into_iter().flatten().collect();
         let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-        Mesh { node: String::new(), role: Role::Unknown, opaque: true, positions, triangles }
+        Mesh(positions, triangles)
+    }
+
+    fn clusters(mesh: &Mesh, limit: u32) -> Vec<Vec<u32>> {
+        super::clusters(Soup { positions: &mesh.0, triangles: &mesh.1 }, limit)
     }
 
     /// A grid of `n * n` squares of 1 m in the plane through `at` along `u` and `v`.

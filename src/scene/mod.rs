@@ -18,6 +18,7 @@ mod lod;
 mod meshed;
 mod naming;
 pub mod obj;
+mod objects;
 mod pipes;
 pub mod ply;
 pub mod quake;
@@ -35,6 +36,7 @@ pub use crate::types::import::ImportOptions;
 pub use crate::types::scene::{Look, Material, Object, Picture, Role, Scene, Source, Trace};
 pub use builder::{Facts, Mesh, SceneBuilder};
 pub use error::{ImportError, Place};
+pub use objects::split_objects;
 pub use tube_count::TubeCount;
 
 use crate::geom;

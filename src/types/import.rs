@@ -8,7 +8,7 @@ use std::path::PathBuf;
 #[derive(Clone, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct ImportOptions {
-    /// Most triangles an object may have before its mesh is split into clusters; 1 or more.
+    /// Most triangles an object may have before its mesh is split into clusters; 1 or more. `u32::MAX` keeps objects whole.
     pub object_triangles: u32,
     /// Metres per unit of the source; `None` takes the format's own (glTF and OBJ: 1; IFC: its unit).
     pub metres_per_unit: Option<f64>,
@@ -55,6 +55,11 @@ impl Default for ImportOptions {
 
 #[cfg(feature = "bake")]
 impl ImportOptions {
+    /// Most triangles of a part of a tube, which is no one's whole: as many as usual where objects stay whole.
+    pub(crate) fn triangles_of_tubes(&self) -> u32 {
+        if self.object_triangles == u32::MAX { Self::default().object_triangles } else { self.object_triangles }
+    }
+
     /// A point of a source whose +Y is up unless [`Self::z_up`] is set, +Y up.
     pub(crate) fn upright(&self, p: DVec3) -> DVec3 {
         if self.z_up { DVec3::new(p.x, p.z, -p.y) } else { p }

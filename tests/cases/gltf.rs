@@ -169,7 +169,7 @@ fn case_13_lod() {
     let file = is_as_base(&scene);
     // The coarse walls have no doorways; they hide nothing, and are drawn wherever the fine ones are.
     let id = |name: &str| scene.objects.iter().position(|o| o.node == name).unwrap();
-    let (fine, coarse) = (id("corr_s_LOD0"), id("corr_s_LOD2"));
+    let (fine, coarse) = (id("corr_s.0_LOD0"), id("corr_s_LOD2"));
     assert!(scene.objects[fine].opaque && !scene.objects[coarse].opaque);
     let rows = file.object_rows.as_ref().unwrap();
     assert!((0..file.cells.len()).all(|cell| rows.get(cell, fine) == rows.get(cell, coarse)));

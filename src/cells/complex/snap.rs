@@ -63,21 +63,15 @@ fn tile_size(corners: &[Corner], edges: &[[usize; 2]]) -> i64 {
 
 /// The tiles that a line from `a` to `b` comes within a square of.
 fn tiles(a: Corner, b: Corner, size: i64) -> impl Iterator<Item = Corner> {
-    let tile = |v: i64| v.div_euclid(size);
-    let (x0, x1) = (tile(a.0.min(b.0) - 1), tile(a.0.max(b.0) + 1));
-    (x0..=x1).flat_map(move |i| {
-        // The line's part over column `i`, with a square to each side.
-        let along = |x: i64| match b.0 - a.0 {
-            0 => None,
-            dx => {
-                let x = x.clamp(a.0.min(b.0), a.0.max(b.0));
-                Some(a.1 + (i128::from(x - a.0) * i128::from(b.1 - a.1)).div_euclid(i128::from(dx)) as i64)
-            }
-        };
-        let (y, z) = match (along(i * size - 1), along((i + 1) * size + 1)) {
-            (Some(y), Some(z)) => (y, z),
-            _ => (a.1, b.1),
-        };
+    let tile = move |v: i64| v.div_euclid(size);
+    // Where the line is at `x`, or at its nearer end; anywhere on it where it goes straight up.
+    let height = move |x: i64| {
+        let x = x.clamp(a.0.min(b.0), a.0.max(b.0));
+        let rise = i128::from(x - a.0) * i128::from(b.1 - a.1);
+        a.1 + rise.div_euclid(i128::from(b.0 - a.0)) as i64
+    };
+    (tile(a.0.min(b.0) - 1)..=tile(a.0.max(b.0) + 1)).flat_map(move |i| {
+        let [y, z] = if a.0 == b.0 { [a.1, b.1] } else { [i * size - 1, (i + 1) * size + 1].map(height) };
         (tile(y.min(z) - 2)..=tile(y.max(z) + 2)).map(move |j| (i, j))
     })
 }

@@ -50,27 +50,32 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let watch = Watch::new();
     let progress = |stage: &str, done: f64| watch.tell(stage, done);
 
-    // 1. The scene and its cells.
+    // 1. The scene.
     progress("import", 0.0);
     let import_options = args.scene.import();
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
     let import_seconds = begin.elapsed().as_secs_f64();
-    progress("cells", 0.0);
-    let since = Instant::now();
-    let graph = match args.scene.given(&args.input, &scene)? {
-        Some(graph) => graph,
-        None => find_cells(&scene, &args.scene.split(), &Job::new(&progress)).map_err(|e| at(&args.input, e))?,
-    };
-    let cells_seconds = since.elapsed().as_secs_f64();
 
-    // 2. Both sides, as `bake` works them out.
-    let options = options(args, &scene, import_options, &graph)?;
+    // 2. Its cells, the size of its objects, and both sides, as `bake` works them out.
+    let mut options = options(args, &scene, import_options)?;
     let of = Of { digest: digest(&scene, &options), beside: (output, super::STATE), outputs: &[] };
     let kept = Kept::open(&args.state, None, &of)?;
     let clock = Clock::start();
-    let baked = bake(&scene, options.clone(), &kept.work(&progress));
-    let mut baked = match baked {
-        Ok(baked) => baked,
+    let work = kept.work(&progress);
+    let since = Instant::now();
+    let worked = args.scene.sized(scene, &mut options, &work).and_then(|(scene, sizes)| {
+        let graph = match options.given.take() {
+            Some(graph) => graph,
+            None => find_cells(&scene, &options.split, &work)?,
+        };
+        options.given = Some(graph.clone());
+        let seconds = since.elapsed().as_secs_f64();
+        let mut baked = bake(&scene, options.clone(), &work)?;
+        baked.seconds.cells += seconds;
+        Ok((scene, sizes, graph, baked))
+    });
+    let (scene, sizes, graph, baked) = match worked {
+        Ok(worked) => worked,
         Err(BakeError::Stopped(_)) => return kept.stopped(),
         Err(e) => {
             kept.vain()?;
@@ -78,7 +83,6 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         }
     };
     let cpu = clock.seconds();
-    baked.seconds.cells += cells_seconds;
 
     // 3. What to hold against them.
     let measured = Measured::new(args, &scene, &graph, &options, (&baked, cpu), &progress)?;
@@ -90,6 +94,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
     let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
         .map_err(|e| at(&args.input, e))?;
+    let report = BakeReport { object_sizes: sizes, ..report };
     let page = BuildingReport {
         building: &name(&args.input),
         command: &again(args),
@@ -123,7 +128,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 }
 
 /// Those of the page's bake.
-fn options(args: &Args, scene: &Scene, import: ImportOptions, graph: &CellGraph) -> Result<BakeOptions, CliError> {
+fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOptions, CliError> {
     let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
     let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), scene)?;
     Ok(BakeOptions {
@@ -134,7 +139,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions, graph: &CellGraph)
         // The page compares rows of the cells as they were found.
         clusters: Some(0.0),
         import,
-        given: Some(graph.clone()),
+        given: args.scene.given(&args.input, scene)?,
         view_cells,
         view_cell_bytes,
         ..BakeOptions::default()

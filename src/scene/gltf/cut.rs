@@ -244,22 +244,34 @@ impl<'a> Cutter<'a> {
         if !self.reading.undrawn.is_empty() {
             self.notes.push(format!("{} surfaces of rooms and portals aren't drawn", self.reading.undrawn.len()));
         }
-        let drawn: BTreeSet<usize> = self.reading.drawn.iter().map(|d| d.node).collect();
         for node in list(&mut self.root, "nodes").filter(|node| node.get("mesh").is_some_and(Value::is_null)) {
             node.as_object_mut().map(|node| node.remove("mesh"));
         }
-        let mut left_out = 0;
+    }
+
+    /// Animations of the morph targets of nodes that objects replaced go to the nodes of their objects.
+    fn morph(&mut self, objects_of: &BTreeMap<usize, Vec<usize>>) {
         for animation in list(&mut self.root, "animations") {
             let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) else { continue };
-            let before = channels.len();
-            channels.retain(|channel| {
+            let passed_on = |channel: Value| {
                 let target = &channel["target"];
-                target["path"] != "weights" || target["node"].as_u64().is_none_or(|node| !drawn.contains(&(node as usize)))
-            });
-            left_out += before - channels.len();
+                let node = target["node"].as_u64().filter(|_| target["path"] == "weights").map(|node| node as usize);
+                let Some(objects) = node.and_then(|node| objects_of.get(&node)) else { return vec![channel] };
+                let of_object = |&object: &usize| {
+                    let mut own = channel.clone();
+                    own["target"]["node"] = object.into();
+                    own
+                };
+                objects.iter().map(of_object).collect()
+            };
+            *channels = std::mem::take(channels).into_iter().flat_map(passed_on).collect();
         }
-        if left_out > 0 {
-            self.notes.push(format!("{left_out} animations of morph targets left out"));
+        // The format knows no empty lists.
+        if let Some(animations) = self.root.get_mut("animations").and_then(Value::as_array_mut) {
+            animations.retain(|animation| animation["channels"] != json!([]));
+            if animations.is_empty() {
+                self.root.as_object_mut().map(|root| root.remove("animations"));
+            }
         }
     }
 
@@ -293,6 +305,7 @@ impl<'a> Cutter<'a> {
         let Reading { scene, drawn, .. } = self.reading;
         let Some(Trace { meshes: mesh_of, triangles: triangle_of, .. }) = &scene.trace else { return Ok(0) };
         let mut known: HashMap<(usize, usize, &[u32]), usize> = HashMap::new();
+        let mut objects_of: BTreeMap<usize, Vec<usize>> = drawn.iter().map(|d| (d.node, Vec::new())).collect();
         let mut opened = None;
         let before = list(&mut self.root, "meshes").len();
         for (id, object) in scene.objects.iter().enumerate() {
@@ -331,7 +344,11 @@ impl<'a> Cutter<'a> {
             place(&mut new, instance);
             let child = push(&mut self.root, "nodes", new);
             push(&mut self.root["nodes"][node], "children", child.into());
+            if !self.document.meshes[mesh].primitives[primitive].targets.is_empty() {
+                objects_of.entry(node).or_default().push(child);
+            }
         }
+        self.morph(&objects_of);
         // What a skin bends is below now.
         for node in drawn.iter().map(|d| d.node).collect::<BTreeSet<_>>() {
             if let Some(node) = self.root["nodes"][node].as_object_mut().filter(|node| !node.contains_key("mesh")) {

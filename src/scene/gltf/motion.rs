@@ -18,6 +18,8 @@ use std::collections::{HashMap, HashSet};
 const REST: f64 = 1e-6;
 /// A turn is cut into pieces of this angle of quaternions, radians: half that of space. Larger: boxes grow by more than the pieces' 2 %. Smaller: time.
 const PIECE: f64 = 0.02;
+/// Below this angle of quaternions, radians, there is no arc to divide. Larger: turns by it lie off their arc. Smaller: its sine is zero.
+const NO_TURN: f64 = 1e-9;
 /// Pieces of a cubic turn.
 const CUBIC_PIECES: usize = 16;
 /// With more rotations than this, a node may turn anyhow. Larger: time. Smaller: boxes of long animations become those of balls.
@@ -286,7 +288,7 @@ impl Turns {
                 let at = |k: usize| {
                     let t = k as f64 / pieces as f64;
                     let [wa, wb] = [(1.0 - t) * angle, t * angle].map(f64::sin);
-                    if angle < 1e-9 { a.lerp(b, t) } else { a * wa + b * wb }
+                    if angle < NO_TURN { a.lerp(b, t) } else { a * wa + b * wb }
                 };
                 (0..pieces).for_each(|k| self.within(&[at(k), at(k + 1)]));
             }

@@ -247,7 +247,7 @@ fn sorted(map: &QuakeMap, notes: &mut Vec<Note>) -> Result<Sorted, ImportError> 
                 flat.push(format!("entity {e} brush {b}"));
                 continue;
             };
-            match kind(&class, &brush) {
+            match kind(entity, &class, &brush) {
                 Kind::Structure => structure.push(brush),
                 Kind::AreaPortal => area_portals.push((format!("{class} {e}"), brush)),
                 Kind::Absent => absent += 1,
@@ -277,7 +277,13 @@ fn is_world(class: &str) -> bool {
     matches!(class, "worldspawn" | "func_group" | "func_illusionary_visblocker") || class.starts_with("func_detail")
 }
 
-fn kind(class: &str, brush: &Brush) -> Kind {
+/// Whether an entity is drawn half transparent; 0 stands for no value, as in engines.
+fn is_half_transparent(entity: &Entity) -> bool {
+    let alpha = ["alpha", "_alpha"].iter().find_map(|key| value(entity, key)).and_then(|text| text.trim().parse::<f64>().ok());
+    alpha.is_some_and(|alpha| alpha > 0.0 && alpha < 1.0)
+}
+
+fn kind(entity: &Entity, class: &str, brush: &Brush) -> Kind {
     let any = |is: fn(&str) -> bool| brush.sides.iter().any(|side| is(&side.texture));
     let has = |flags: u32| brush.contents & flags != 0;
     match class {
@@ -287,6 +293,7 @@ fn kind(class: &str, brush: &Brush) -> Kind {
         "func_illusionary" | "func_detail_illusionary" | "func_detail_fence" => Kind::SeeThrough,
         _ if !is_world(class) => Kind::Moving,
         _ if any(is_see_through) || has(LOOKED_THROUGH) => Kind::SeeThrough,
+        _ if class != "worldspawn" && is_half_transparent(entity) => Kind::SeeThrough,
         _ if class.starts_with("func_detail") || has(DETAIL) => Kind::Detail,
         _ => Kind::Structure,
     }

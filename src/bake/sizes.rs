@@ -1,0 +1,132 @@
+//! How large objects are: smaller ones draw fewer triangles, in more draw calls.
+//!
+//! What a size costs is measured, as [`worth`] measures portals: what they draw from eyes over floors.
+
+use super::{BakeError, BakeOptions, find_cells_by, worth};
+use crate::cells::CellGraph;
+use crate::job::{Job, Stopped};
+use crate::runtime::Mode;
+use crate::scene::rays::RayScene;
+use crate::scene::{Scene, split_objects};
+use serde::{Deserialize, Serialize};
+
+/// A draw call costs as much as so many triangles. Less: objects become crumbs that cost more to decide about than to draw. More: what one
+/// sees a corner of is drawn whole.
+pub const DRAW_CALL: f64 = 16.0;
+/// Where the search begins: objects of so many triangles at most.
+const FIRST: u32 = 256;
+/// Neither are smaller objects tried than this,
+const LEAST: u32 = 16;
+/// nor larger ones, but for whole ones.
+const MOST: u32 = 4096;
+/// No size is taken that makes more objects than this, unless all sizes do: rows have a bit for each.
+const MOST_OBJECTS: usize = 1 << 16;
+
+/// What is drawn with objects of a size.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ObjectSize {
+    /// Most triangles of an object; `None`: as their author made them.
+    pub most_triangles: Option<u32>,
+    /// Objects of the scene.
+    pub objects: usize,
+    /// Triangles that portals draw, in the mean of some cameras over floors.
+    pub triangles: f64,
+    /// Likewise draw calls, one an object.
+    pub draw_calls: f64,
+}
+
+impl ObjectSize {
+    /// In triangles.
+    pub fn cost(&self) -> f64 {
+        self.triangles + DRAW_CALL * self.draw_calls
+    }
+
+    fn limit(&self) -> u32 {
+        self.most_triangles.unwrap_or(u32::MAX)
+    }
+}
+
+/// The sizes that were tried.
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
+pub struct ObjectSizes {
+    /// As their author made them.
+    pub whole: ObjectSize,
+    /// The cheapest.
+    pub best: ObjectSize,
+}
+
+/// Finds the cells of a scene with whole objects, unless `options` bring some, and splits its objects where that draws less; both are in
+/// `options` then, ready for [`bake`](super::bake()). With `keep_whole` it only says what splitting would save.
+///
+/// # Errors
+///
+/// As [`find_cells`](super::find_cells).
+pub fn size_objects(
+    scene: Scene,
+    options: &mut BakeOptions,
+    keep_whole: bool,
+    work: &Job<'_>,
+) -> Result<(Scene, ObjectSizes), BakeError> {
+    work.tell("cells", 0.0);
+    let given = options.given.take();
+    let (mut graph, sizes) = work.once(|| {
+        let rays = RayScene::new(&scene);
+        let graph = given.map_or_else(|| find_cells_by(&rays, &options.split, work), Ok)?;
+        let sizes = tried(&rays, &graph, work)?;
+        Ok::<_, BakeError>((graph, sizes))
+    })?;
+    graph.notes.extend(note(&sizes, keep_whole));
+    let limit = if keep_whole { u32::MAX } else { sizes.best.limit() };
+    options.import.object_triangles = limit;
+    options.given = Some(graph);
+    Ok((split_objects(scene, limit), sizes))
+}
+
+/// Measures whole objects, and others of powers of two from [`FIRST`] on, down or up, to where it gets no cheaper.
+fn tried(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<ObjectSizes, Stopped> {
+    let cameras = worth::cameras(rays);
+    let measure = |most_triangles: Option<u32>| {
+        let split = most_triangles.map(|limit| split_objects(rays.scene().clone(), limit));
+        let scene = split.as_ref().unwrap_or(rays.scene());
+        let [sums] = worth::drawn(scene, graph, &cameras, [Mode::Portals], work)?;
+        let [triangles, draw_calls] = sums.map(|sum| sum / cameras.len().max(1) as f64);
+        Ok::<_, Stopped>(ObjectSize { most_triangles, objects: scene.objects.len(), triangles, draw_calls })
+    };
+    let whole = measure(None)?;
+    let largest = rays.scene().objects.iter().map(|o| o.triangles.len()).max().unwrap_or(0);
+    if cameras.is_empty() || largest <= LEAST as usize {
+        return Ok(ObjectSizes { whole, best: whole });
+    }
+    let most = MOST_OBJECTS.max(whole.objects);
+    let cost = |size: &ObjectSize| if size.objects > most { f64::INFINITY } else { size.cost() };
+    let mut best = measure(Some(FIRST))?;
+    let ways: &[fn(u32) -> u32] = if cost(&best).is_finite() { &[|n| n / 2, |n| n * 2] } else { &[|n| n * 2] };
+    for way in ways {
+        let begin = best.limit();
+        loop {
+            let limit = way(best.limit());
+            let is_of_use = (LEAST..=MOST).contains(&limit) && (limit as usize) < largest;
+            let size = if is_of_use { measure(Some(limit))? } else { break };
+            if cost(&best).is_finite() && cost(&size) >= cost(&best) {
+                break;
+            }
+            best = size;
+        }
+        if best.limit() != begin {
+            break;
+        }
+    }
+    Ok(ObjectSizes { whole, best: if cost(&best) < cost(&whole) { best } else { whole } })
+}
+
+/// What the choice is, or what it would be.
+fn note(sizes: &ObjectSizes, keep_whole: bool) -> Option<String> {
+    let ObjectSizes { whole, best } = sizes;
+    let limit = best.most_triangles?;
+    let [draws, would] = [whole, best].map(|size| format!("{:.0} triangles in {:.0} draw calls", size.triangles, size.draw_calls));
+    Some(if keep_whole {
+        format!("objects are as their author made them, and {draws} are drawn a frame; without --whole, split to {limit} triangles, {would}")
+    } else {
+        format!("objects are split to at most {limit} triangles: {would} are drawn a frame, of whole ones {draws}; --whole keeps them whole")
+    })
+}

@@ -1,0 +1,108 @@
+//! How large objects are: splitting afterwards is importing with a limit, and what is chosen costs least.
+
+use crate::cli::{building, enfilade, folder, text};
+use enfilade::bake::{BakeOptions, DRAW_CALL, size_objects};
+use enfilade::file::PvsFile;
+use enfilade::job::Job;
+use enfilade::scene::{ImportOptions, Role, Scene, import, split_objects};
+use glam::DVec3;
+use std::path::Path;
+use testing::meshes::{builder, cuboid, soup};
+
+fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+/// Two rooms of 4 x 5 m with a doorway between, and in both `stools` stools of 12 triangles that are one mesh.
+fn house(stools: usize) -> Scene {
+    let walls = [
+        (v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
+        (v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
+        (v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
+        (v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
+        (v(0., 0., -0.2), v(8.2, 2.8, 0.)),
+        (v(0., 0., 5.), v(8.2, 2.8, 5.2)),
+        (v(4., 0., 0.), v(4.2, 2.8, 2.)),
+        (v(4., 0., 2.9), v(4.2, 2.8, 5.)),
+        (v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
+    ];
+    let mut builder = builder();
+    for (i, (min, max)) in walls.into_iter().enumerate() {
+        builder.add(soup(&format!("wall {i}"), Role::Structure, true, &cuboid(min, max))).unwrap();
+    }
+    let stool = |i: usize| {
+        let (room, place) = (i % 2, i / 2);
+        let at = v(0.3 + 4.2 * room as f64 + 0.3 * (place % 10) as f64, 0.0, 0.3 + 0.3 * (place / 10) as f64);
+        cuboid(at, at + v(0.2, 0.4, 0.2))
+    };
+    if stools > 0 {
+        let all: Vec<_> = (0..stools).flat_map(stool).collect();
+        builder.add(soup("stools", Role::Furnishing, true, &all)).unwrap();
+    }
+    split_objects(builder.finish("house").unwrap(), u32::MAX)
+}
+
+#[test]
+fn splitting_afterwards_is_importing_with_a_limit() {
+    for model in ["villa_rotonda.glb", "office.glb"] {
+        let read = |object_triangles: u32| {
+            let options = ImportOptions { object_triangles, trace: true, ..ImportOptions::default() };
+            import(&building(model), &options).unwrap()
+        };
+        let whole = read(u32::MAX);
+        for limit in [1, 16, 100, 256] {
+            assert!(split_objects(whole.clone(), limit) == read(limit), "{model}: {limit}");
+        }
+        assert!(split_objects(whole.clone(), u32::MAX) == whole);
+    }
+}
+
+#[test]
+fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
+    let work = Job::quiet();
+    let mut options = BakeOptions::default();
+    let (scene, sizes) = size_objects(house(120), &mut options, false, &work).unwrap();
+    let limit = sizes.best.most_triangles.expect("stools of the other room needn't be drawn");
+    assert_eq!((options.import.object_triangles, scene.objects.len()), (limit, sizes.best.objects));
+    assert!(scene.objects.iter().all(|object| object.triangles.len() <= limit as usize));
+    let cost = |triangles: f64, calls: f64| triangles + DRAW_CALL * calls;
+    assert!(sizes.best.cost() < sizes.whole.cost());
+    assert_eq!(sizes.best.cost(), cost(sizes.best.triangles, sizes.best.draw_calls));
+    // From wherever one looks at stools, they are drawn as a whole: nearly always all 1440 triangles.
+    assert!(sizes.whole.triangles > 1000.0 && sizes.best.triangles < 0.8 * sizes.whole.triangles, "{sizes:?}");
+    let graph = options.given.as_ref().unwrap();
+    assert!(graph.notes.iter().any(|note| note.contains(&format!("split to at most {limit} triangles"))), "{:?}", graph.notes);
+    // They stay whole, where that is asked for; what it costs is told.
+    let mut options = BakeOptions::default();
+    let (kept, told) = size_objects(house(120), &mut options, true, &work).unwrap();
+    assert!(kept == house(120) && told == sizes && options.import.object_triangles == u32::MAX);
+    assert!(options.given.unwrap().notes.iter().any(|note| note.contains("--whole")));
+    // Nothing larger than a wall of twelve triangles.
+    let mut options = BakeOptions::default();
+    let (scene, sizes) = size_objects(house(0), &mut options, false, &work).unwrap();
+    assert!(scene == house(0) && sizes.best.most_triangles.is_none());
+}
+
+#[test]
+fn a_bake_chooses_and_its_file_says_how_its_model_is_read() {
+    let folder = folder("chosen");
+    let model = building("villa_rotonda.glb");
+    let bake = |name: &str, flags: &[&str]| {
+        let file = folder.join(name);
+        let mut words = vec!["bake", text(&model), "-o", text(&file), "--rays", "20k"];
+        words.extend(flags);
+        let output = crate::cli::run_words(&words);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        PvsFile::load(&file).unwrap()
+    };
+    let [chosen, whole, given] = [bake("a.pvs", &[]), bake("b.pvs", &["--whole"]), bake("c.pvs", &["--object-triangles", "100"])];
+    assert_eq!((whole.import.object_triangles, given.import.object_triangles), (u32::MAX, 100));
+    for file in [&chosen, &whole, &given] {
+        let options = file.import.options();
+        assert_eq!(import(&model, &options).unwrap().hash(), file.model_hash);
+    }
+    let checked = enfilade!("check", &folder.join("a.pvs"), "--model", &model, "--rays", "50k");
+    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));
+    let refused = enfilade!("bake", &model, "--whole", "--object-triangles", Path::new("7"));
+    assert_eq!(refused.status.code(), Some(2));
+}
