@@ -182,8 +182,10 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
     let share = worth::drawn_share(rays, &walls, work)?;
     if share > WORTH {
-        let reason =
-            format!("walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell", 100.0 * share);
+        let reason = format!(
+            "walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell",
+            100.0 * share
+        );
         let mut graph = CellGraph { reason, ..undivided() };
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.kind == NoteKind::Cost));
         return Ok(graph);

@@ -29,7 +29,10 @@ impl BakeReport {
         let findings = self.findings.as_deref().unwrap_or_default();
         let finding = findings.first().map(|first| {
             let count = findings.len();
-            format!("{count} things that the model says of rooms and doors don't fit its walls (-v lists them), as: {}", first.text)
+            format!(
+                "{count} things that the model says of rooms and doors don't fit its walls (-v lists them), as: {}",
+                first.text
+            )
         });
         let notes: Vec<&String> = finding.iter().chain(&self.notes).collect();
         let shown = if notes.len() > room { room.saturating_sub(1) } else { notes.len() };

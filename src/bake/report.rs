@@ -1,7 +1,7 @@
 //! What a bake found, in numbers: one typed answer, from which `prose` makes words, the command line JSON, and pages their figures.
 
-use super::{Baked, ObjectSizes};
 use super::opened::why_open;
+use super::{Baked, ObjectSizes};
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
 use crate::scene::{Scene, TubeCount};

@@ -369,12 +369,15 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
 }
 
 fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<Note> {
-    let mut notes =
-        vec![Note::detail(format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len()))];
+    let mut notes = vec![Note::detail(format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len()))];
     notes.extend(human.note());
     for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
         if labels.regions.iter().all(|r| r.room != Some(i as u32)) {
-            let what = if unsound[i] { "is not closed, is empty or holds other rooms, and is no cell" } else { "holds no free space" };
+            let what = if unsound[i] {
+                "is not closed, is empty or holds other rooms, and is no cell"
+            } else {
+                "holds no free space"
+            };
             notes.push(Note::fault(format!("room {} ({}) {what}", room.id, room.name)));
         }
     }

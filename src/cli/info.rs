@@ -74,7 +74,10 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport, is_verbose: bool) -
     out.add("cells", &format!("{} ({} open), {} portals, by {by}: {}", f.cells, f.open_cells, f.portals, f.reason));
     for (kind, s) in [("doors", &f.doors), ("windows", &f.windows)].into_iter().filter(|(_, s)| s.count != 0) {
         let [open, shut, ajar] = [s.open, s.shut, s.ajar];
-        out.add(kind, &format!("{}: {open} open, {shut} shut ({ajar} of them ajar), {} see-through", s.count, s.see_through));
+        out.add(
+            kind,
+            &format!("{}: {open} open, {shut} shut ({ajar} of them ajar), {} see-through", s.count, s.see_through),
+        );
     }
     out.add("objects", &format!("{} of {} triangles", f.objects, f.triangles));
     let p = &f.pvs;
@@ -113,7 +116,8 @@ fn figures(f: &FileSummary, out: &mut Lines) {
         ("", "object", [p.lower_pairs, p.upper_pairs, p.undecided_pairs, p.total_pairs]),
     ] {
         let [seen, not_hidden] = [lower, upper].map(|part| percent(part, all));
-        let what = format!("{seen:.2} % proven visible, {not_hidden:.2} % not proven hidden; {undecided} of {all} undecided");
+        let what =
+            format!("{seen:.2} % proven visible, {not_hidden:.2} % not proven hidden; {undecided} of {all} undecided");
         out.add(label, &format!("cell-{name}: {what}"));
     }
     for (label, name, bytes, bits, entropy) in [

@@ -65,7 +65,7 @@ use super::sidecar::Sidecars;
 use super::sky::Backdrop;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, textures, whole_file};
 use crate::geom::Aabb;
-use crate::types::note::Note;
+use crate::types::note::{Note, NoteKind};
 use alpha::Alpha;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
@@ -593,17 +593,16 @@ impl<'a> Importer<'a> {
         let Self { mut builder, buffers, parts, drawn, undrawn, .. } = self;
         let LeftOut { points_and_lines, without_positions, leftover_corners } = self.left_out;
         let moved = self.moved - self.skinned.min(self.moved);
-        let notes: [(_, fn(String) -> Note, _); 7] = [
-            (points_and_lines - self.lines_of_tubes.len(), Note::fault, "primitives of points or lines left out"),
-            (without_positions, Note::detail, "primitives without positions left out"),
-            (leftover_corners, Note::detail, "corners left over at the end of triangle lists"),
-            (self.motion.unread, Note::fault, "animations are not as glTF has them; what they move is taken as still"),
-            (self.skinned, Note::taken, SKINNED),
-            (moved, Note::taken, "meshes move: they hide nothing, and are seen wherever animations take them"),
-            (self.bodies, Note::taken, BODIES),
+        let notes = [
+            (points_and_lines - self.lines_of_tubes.len(), NoteKind::Fault, "primitives of points or lines left out"),
+            (without_positions, NoteKind::Detail, "primitives without positions left out"),
+            (leftover_corners, NoteKind::Detail, "corners left over at the end of triangle lists"),
+            (self.motion.unread, NoteKind::Fault, "animations are not as glTF has them; what they move is taken as still"),
+            (self.skinned, NoteKind::Taken, SKINNED),
+            (moved, NoteKind::Taken, "meshes move: they hide nothing, and are seen wherever animations take them"),
+            (self.bodies, NoteKind::Taken, BODIES),
         ];
-        let notes = notes.into_iter().filter(|(count, ..)| *count > 0);
-        builder.source.notes.extend(notes.map(|(count, note, what)| note(format!("{count} {what}"))));
+        builder.source.notes.extend(notes.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
         builder.source.notes.extend(self.by_name.note());
         self.lines.finish(&mut builder)?;
         builder.source.notes.extend(self.helpers.note());
@@ -613,8 +612,10 @@ impl<'a> Importer<'a> {
 }
 
 /// What a note says of skinned meshes, and of bodies.
-const SKINNED: &str = "skinned meshes hide nothing, and are seen wherever the file's animations take them; draw them always if others do";
-const BODIES: &str = "meshes are physics bodies: they hide nothing; rows have them where they stand, so draw them always once they move";
+const SKINNED: &str =
+    "skinned meshes hide nothing, and are seen wherever the file's animations take them; draw them always if others do";
+const BODIES: &str =
+    "meshes are physics bodies: they hide nothing; rows have them where they stand, so draw them always once they move";
 
 /// Points without those that are nowhere.
 fn finite(points: Vec<DVec3>) -> impl Iterator<Item = DVec3> {

@@ -3,7 +3,7 @@
 use super::builder::short_name;
 use super::{ImportError, Place, Role, SceneBuilder};
 use crate::tubes::{Counts, Shape, TubeError, Tubes, usual_error};
-use crate::types::note::Note;
+use crate::types::note::{Note, NoteKind};
 use glam::DVec3;
 
 /// A line, in the model's own coordinates: metres, +Y up.
@@ -72,8 +72,8 @@ impl Lines {
             (self.counts.odd.back, "turns back, where a tube ends and another begins"),
             (self.counts.tight, "bends tighter than the tube's radius"),
         ];
-        let odd = odd.into_iter().filter(|(count, _)| *count > 0);
-        notes.extend(odd.map(|(count, what)| Note::detail(format!("{count} {what}"))));
+        let odd = odd.into_iter().map(|(count, what)| Note::counted(NoteKind::Detail, count as usize, what));
+        notes.extend(odd.flatten());
         Ok(())
     }
 }

@@ -22,7 +22,7 @@ use super::sidecar::Sidecars;
 use super::sky::Backdrop;
 use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, textures, whole_file};
 use crate::tubes::Shape;
-use crate::types::note::Note;
+use crate::types::note::{Note, NoteKind};
 use glam::DVec3;
 use materials::Material;
 use std::collections::{HashMap, HashSet};
@@ -263,15 +263,14 @@ impl Reader {
             }
             meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
         }
-        let notes: [(_, fn(String) -> Note, _); 5] = [
-            (concave, Note::detail, "concave polygons cut into triangles"),
-            (fanned, Note::detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines, Note::fault, "lines left out; --tube-radius makes tubes of them"),
-            (self.points, Note::detail, "points left out"),
-            (self.free_form, Note::fault, "free-form curves and surfaces left out"),
+        let notes = [
+            (concave, NoteKind::Detail, "concave polygons cut into triangles"),
+            (fanned, NoteKind::Detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
+            (self.lines, NoteKind::Fault, "lines left out; --tube-radius makes tubes of them"),
+            (self.points, NoteKind::Detail, "points left out"),
+            (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),
         ];
-        let notes = notes.into_iter().filter(|(count, ..)| *count > 0);
-        builder.source.notes.extend(notes.map(|(count, note, what)| note(format!("{count} {what}"))));
+        builder.source.notes.extend(notes.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
         if let Some(first) = &self.first_unknown {
             let what = format!("{} unknown statements skipped, the first is {first}", self.unknown);
             builder.source.notes.push(Note::detail(what));

@@ -47,6 +47,11 @@ impl Note {
     pub fn detail(text: impl Into<String>) -> Self {
         Self { kind: NoteKind::Detail, text: text.into() }
     }
+
+    /// So many of something, where there are any.
+    pub fn counted(kind: NoteKind, count: usize, what: &str) -> Option<Self> {
+        (count > 0).then(|| Self { kind, text: format!("{count} {what}") })
+    }
 }
 
 impl Deref for Note {

@@ -207,7 +207,9 @@ impl Authored {
         match winding(triangles) {
             Some((winding, off)) => {
                 if off > FLAT * Aabb::of(winding.iter().copied()).diagonal() {
-                    self.notes.push(Note::taken(format!("{node}: a portal that is not flat (by {off:.3} m either way), flattened")));
+                    self.notes.push(Note::taken(format!(
+                        "{node}: a portal that is not flat (by {off:.3} m either way), flattened"
+                    )));
                 }
                 let mesh: f64 = triangles.iter().map(|t| crate::geom::area(t)).sum();
                 // Drawn on both sides, it has twice the area.
@@ -268,7 +270,10 @@ impl Authored {
                 }
             }
             if rooms[0].is_some() && rooms[0] == rooms[1] {
-                notes.push(Note::fault(format!("{}: a portal from a room into itself; its other side is left open", portal.id)));
+                notes.push(Note::fault(format!(
+                    "{}: a portal from a room into itself; its other side is left open",
+                    portal.id
+                )));
                 rooms[1] = None;
             }
             let (id, winding) = (portal.id.clone(), portal.winding.clone());

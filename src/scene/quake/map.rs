@@ -279,7 +279,8 @@ fn is_world(class: &str) -> bool {
 
 /// Whether an entity is drawn half transparent; 0 stands for no value, as in engines.
 fn is_half_transparent(entity: &Entity) -> bool {
-    let alpha = ["alpha", "_alpha"].iter().find_map(|key| value(entity, key)).and_then(|text| text.trim().parse::<f64>().ok());
+    let alpha =
+        ["alpha", "_alpha"].iter().find_map(|key| value(entity, key)).and_then(|text| text.trim().parse::<f64>().ok());
     alpha.is_some_and(|alpha| alpha > 0.0 && alpha < 1.0)
 }
 
