@@ -12,6 +12,7 @@ pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyR
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
 pub use unbaked::unbaked;
 
+use crate::cells::lean::Lean;
 use crate::cells::validate::{stage, structure};
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
 use crate::cells::{BOUND, small_holes, split_beside, undivided, undivided_in_metres};
@@ -165,7 +166,17 @@ pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Resu
 }
 
 fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
-    split_by(rays, options, work).map(|graph| if_affordable(rays.scene(), graph))
+    let scene = rays.scene();
+    let tolerance = scene.tolerance();
+    let may_lean = scene.hints.leaves.is_none() && scene.hints.storeys.is_empty();
+    let graph = match Lean::of(scene, tolerance.coplanar).filter(|_| may_lean) {
+        Some(lean) => {
+            let upright = lean.levelled(scene);
+            lean.back(split_by(&RayScene::new(&upright), options, work)?, 0.1 * tolerance.coplanar)
+        }
+        None => split_by(rays, options, work)?,
+    };
+    Ok(if_affordable(scene, graph))
 }
 
 fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {

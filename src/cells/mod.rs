@@ -12,6 +12,7 @@ mod convex;
 pub(crate) mod disjoint_sets;
 mod doors;
 mod given;
+pub(crate) mod lean;
 mod leaves;
 pub(crate) mod locate;
 pub(crate) mod merge;

@@ -83,7 +83,7 @@ fn once(parts: Vec<Part>, most: f64) -> Vec<Part> {
 }
 
 /// What two convex polygons, both counter-clockwise, share.
-fn shared(a: &[DVec2], b: &[DVec2]) -> Vec<DVec2> {
+pub fn shared(a: &[DVec2], b: &[DVec2]) -> Vec<DVec2> {
     let mut left = a.to_vec();
     for (i, &from) in b.iter().enumerate() {
         let edge = b[(i + 1) % b.len()] - from;
