@@ -3,9 +3,11 @@
 use crate::cli::{self, LEVEL, building, folder, refused, run};
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, bake};
+use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::pages::curves::held_out;
+use enfilade::pages::html::thousands;
 use enfilade::pages::storeys::{along_a_walk, storeys};
 use enfilade::pages::undecided::{closed_and_open, hardest, kinds, of_cell};
 use enfilade::pvs::{Guarantee, PvsOptions};
@@ -27,7 +29,7 @@ fn text(path: &Path) -> String {
 fn without_times(html: &str) -> Vec<&str> {
     let times =
         |part: &&str| ["Error against run time", "Tubes", "Growth", "Time and memory"].iter().all(|t| !part.starts_with(t));
-    html.split("<h2>").filter(times).collect()
+    html.split("<h2>").flat_map(|part| part.split("<details class=\"part\">\n<summary>")).filter(times).collect()
 }
 
 #[test]
@@ -244,6 +246,52 @@ fn a_page_tells_how_wrong_tubes_are_drawn() {
     assert!(String::from_utf8_lossy(&bake.stdout).lines().any(|said| said == format!("detail: {line}")), "{bake:?}");
     let never = json(&["bake", model, "-o", file, "--rays", "20k", "--tubes", "never", "--json"]);
     assert!(never.get("tubes").is_none() && !never["details"].to_string().contains("with 18 sides"));
+}
+
+/// What a reader wants to know comes first: four numbers, plans with the numbers of portals, what is dear. Figures of the method are folded away.
+#[test]
+fn a_page_opens_with_four_numbers_and_plans() {
+    let folder = folder("opens");
+    let (model, out) = cli::maze(&folder);
+    let page = folder.join("maze.html");
+    let report = ["report", cli::text(&model), "-o", cli::text(&page), "--rays", "100k", "--views", "20", "--json"];
+    let told = json(&report);
+    let html = text(&page);
+    check_page(&html);
+    // 1. Four numbers, then the plans.
+    let (head, rest) = html.split_once("<h2>").unwrap();
+    let tiles = head.split("<div class=\"tiles wide\">").nth(1).unwrap();
+    let tiles: Vec<&str> = tiles.split("<div>").skip(1).map(|tile| tile.split("</b>").next().unwrap()).collect();
+    let closed = told["cells"].as_u64().unwrap() - told["open_cells"].as_u64().unwrap();
+    let drawn = format!("Drawn<b>{:.0} %", 100.0 * told["expected_draw"]["both"].as_f64().unwrap());
+    let file = PvsFile::load(&out).unwrap();
+    let doors = file.portals.iter().filter(|portal| portal.kind == PortalKind::Door).count();
+    assert_eq!(tiles, [format!("Rooms<b>{closed}"), format!("Doors<b>{doors}"), drawn, "Pixels missed<b>0".to_owned()]);
+    assert_eq!(told["missed_pixels"], 0, "the rows of a conservative file lack nothing");
+    assert!(rest.starts_with("Plans</h2>"), "{rest}");
+    let plan = rest.split("</svg>\n</div>").next().unwrap();
+    let numbers: Vec<usize> =
+        plan.split("<text class=\"id\"").skip(1).map(|t| t.split(['>', '<']).nth(1).unwrap().parse().unwrap()).collect();
+    assert!(!numbers.is_empty() && numbers.iter().all(|portal| *portal < file.portals.len()), "{numbers:?}");
+    // 2. What is dear. Rows are told in triangles.
+    let (open, folded) = html.split_once("<details class=\"part\">").unwrap();
+    let rows = file.object_rows.as_ref().unwrap();
+    let row = |cell: usize| rows.ones(cell).map(|o| u64::from(file.objects[o].triangles)).sum::<u64>();
+    let dearest = (0..file.cells.len()).filter(|c| !file.cells[*c].open).map(row).max().unwrap();
+    assert!(open.contains("The dearest rooms and doors</h2>") && open.contains(&format!("<td>{}</td>", thousands(dearest))));
+    let costs = told["portal_costs"].as_array().unwrap();
+    let triangles: Vec<f64> = costs.iter().map(|cost| cost["triangles"].as_f64().unwrap()).collect();
+    let drawn = &told["expected_draw"];
+    let most = drawn["both"].as_f64().unwrap() * drawn["frustum_triangles"].as_f64().unwrap();
+    assert!(!costs.is_empty() && triangles.iter().all(|t| *t > 0.0 && *t < most), "{triangles:?} of {most}");
+    assert!(
+        triangles.is_sorted_by(|a, b| a >= b) && costs.iter().all(|cost| cost["portal"].as_u64() < told["portals"].as_u64())
+    );
+    // 3. The rest is folded, and the lower set's error is not called the file's.
+    for words in ["Error against run time", "Bits a pair", "How sure the rows are", "Who sees whom", "Time and memory"] {
+        assert!(!open.contains(words) && folded.contains(words), "{words}");
+    }
+    assert!(!html.contains("were the rows the lower set") && !html.to_lowercase().contains("false pixels"));
 }
 
 #[test]

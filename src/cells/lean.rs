@@ -4,6 +4,7 @@ use super::bsp::planes::opaque_structure;
 use super::{Cell, CellGraph, Piece, Portal};
 use crate::geom::{Aabb, Plane, newell};
 use crate::scene::{Hints, Object, RoomHint, Scene};
+use crate::types::note::Note;
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::HashMap;
 
@@ -49,7 +50,8 @@ impl Lean {
     pub fn levelled(&self, scene: &Scene) -> Scene {
         let turn = |p: &DVec3| self.0 * *p;
         let around = |b: Aabb| {
-            let corner = |i: usize| DVec3::new([b.min.x, b.max.x][i & 1], [b.min.y, b.max.y][i >> 1 & 1], [b.min.z, b.max.z][i >> 2]);
+            let corner =
+                |i: usize| DVec3::new([b.min.x, b.max.x][i & 1], [b.min.y, b.max.y][i >> 1 & 1], [b.min.z, b.max.z][i >> 2]);
             Aabb::of((0..8).map(|i| self.0 * corner(i)))
         };
         let positions: Vec<DVec3> = scene.positions.iter().map(turn).collect();
@@ -86,7 +88,7 @@ impl Lean {
             cells: graph.cells.into_iter().map(cell).collect(),
             portals: graph.portals.into_iter().map(portal).collect(),
             closed_holes: graph.closed_holes.iter().map(|hole| winding(hole)).collect(),
-            notes: graph.notes.into_iter().chain([note]).collect(),
+            notes: graph.notes.into_iter().chain([Note::taken(note)]).collect(),
             ..graph
         }
     }

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 /// Extension of the state of a report that was interrupted.
 const STATE: &str = "report-state";
-/// Views in which false pixels are counted, where nothing is said.
+/// Views in which missed pixels are counted: the default.
 const VIEWS: u32 = 1000;
 
 /// Flags.
@@ -34,7 +34,7 @@ pub struct Args {
     /// Of a level: rows of another tool to compare with: text as `vis --rows` writes it, or a .bsp that holds some
     #[arg(long, value_name = "THIRD_PARTY")]
     rows: Option<PathBuf>,
-    /// Of a building: views in which false pixels are counted
+    /// Of a building: views in which missed pixels are counted
     #[arg(long, value_name = "N", default_value_t = VIEWS)]
     views: u32,
     /// Of a building: compare conservative rows with rows sampled to bounds of 0.1 %, 0.01 % and 0.001 %; bakes up to four times more

@@ -1,14 +1,16 @@
-//! What a bake found in a building, as a page and as tables: plans, both sides of the truth, error against run time.
+//! What a bake found in a building, as a page and as tables: four numbers, plans, what is dear; both sides of the truth and error against run
+//! time are folded away.
 //!
 //! All text is made safe here; whoever calls hands over plain text. Times stand in five sections only: tiers, error against run time, tubes,
 //! growth, and the stages; all else is the same bytes for the same building and seed.
 
 use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
 use super::curves::{Curve, CurvePoint, Growth, exponent};
-use super::html::{Remark, duration, escape, number, page, percent, share, thousands};
+use super::dearest;
+use super::html::{Remark, duration, escape, folded, number, page, percent, share, thousands};
 use super::matrix::figure;
 use super::splits::{self, Splits};
-use super::storeys::{Plans, Storey, along_a_walk, storeys};
+use super::storeys::{Plans, Storey, along_a_walk, on, storeys};
 use super::tiers::Tiers;
 use super::tubes::TubesFound;
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
@@ -16,7 +18,7 @@ use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
 use crate::scene::Scene;
 use crate::types::expected::ExpectedDraw;
 use crate::types::guarantee::Guarantee;
-use crate::types::portal::PortalKind;
+use crate::types::portal::{PortalCost, PortalKind};
 use crate::{BitMatrix, CellId};
 use serde::Serialize;
 use std::fmt::Write;
@@ -27,7 +29,7 @@ const WORST: usize = 10;
 const NOTES: usize = 12;
 /// Storeys that are drawn; a tower's others are named.
 const MOST_PLANS: usize = 24;
-/// False pixels below this share of a view are drawn as none: one pixel of some 2,000 views.
+/// Less than this share of a view is drawn as none: one pixel of some 2,000 views.
 const LEAST_SHARE: f64 = 1e-7;
 /// Classes of curves in the style sheet: what is solid, and what is broken.
 const CLASSES: [[&str; 2]; 7] = [
@@ -79,8 +81,12 @@ pub struct BuildingReport<'a> {
     pub tubes: Option<&'a TubesFound>,
     /// How view cells were split, a bake each; empty where they were not chosen by cost.
     pub splits: &'a [Splits],
-    /// Views that false pixels were counted in.
+    /// Views that were drawn apart from the bake.
     pub views: usize,
+    /// Pixels of these that show what the file's rows lack.
+    pub missed_pixels: u64,
+    /// What portals cost, the dearest first.
+    pub portal_costs: &'a [PortalCost],
     /// Undecided pairs and why they are.
     pub hardest: &'a [Remark],
     /// In the order in which they were begun.
@@ -95,21 +101,32 @@ impl BuildingReport<'_> {
         let storeys = storeys(self.file);
         let mut body = String::new();
         self.head(&mut body);
-        self.certified(&mut body);
+        self.plans(&storeys, &mut body);
+        body.push_str(&dearest::html(self.file, &storeys, self.portal_costs));
+        if !self.file.notes.is_empty() {
+            body.push_str("<h2>Notes</h2>\n");
+            list(&self.file.notes, &mut body);
+        }
         body.extend(self.tiers.map(Tiers::html));
         if !self.splits.is_empty() {
             body.push_str(&splits::html(self.splits));
         }
-        self.plans(&storeys, &mut body);
-        self.against_time(&mut body);
         body.extend(self.tubes.map(TubesFound::html));
         self.growth(&mut body);
-        self.matrix(&storeys, &mut body);
-        self.worst(&storeys, &mut body);
-        self.pairs(&mut body);
-        self.left_out(&mut body);
-        self.stages(&mut body);
-        self.end(&mut body);
+        let mut fold = |title: &str, part: &dyn Fn(&mut String)| {
+            let mut text = String::new();
+            part(&mut text);
+            body.push_str(&if text.is_empty() { text } else { folded(title, &text) });
+        };
+        fold("How sure the rows are", &|out| self.certified(out));
+        fold("Error against run time", &|out| self.against_time(out));
+        fold("Who sees whom", &|out| self.matrix(&storeys, out));
+        fold("The least certain rooms", &|out| self.worst(&storeys, out));
+        fold("The hardest pairs", &|out| self.pairs(out));
+        fold("What was left out", &|out| list(&self.file.left_out, out));
+        fold("Repairs", &|out| list(&self.repairs(), out));
+        fold("Time and memory", &|out| self.stages(out));
+        fold("Again", &|out| self.end(out));
         page(&format!("Visibility of {}", self.building), &body)
     }
 
@@ -180,52 +197,48 @@ impl BuildingReport<'_> {
     fn head(&self, out: &mut String) {
         let file = self.file;
         let open = file.cells.iter().filter(|c| c.open).count();
-        let (promise, statement) = (file.guarantee.in_words(), Guarantee::STATEMENT);
         let _ = writeln!(
             out,
-            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}, {} triangles in {} objects. Cells by {}: {}. Seed {}.</p>\n\
-             <p class=\"soft\">Rows are {promise}. {statement} The clearance is {:.3} mm; openings narrower than {:.3} mm may be sealed.</p>",
+            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}, {} triangles in {} objects; {} cells ({open} open), {} portals, by {}: {}.</p>",
             escape(self.building),
             escape(&self.scene.source.format),
             number(self.scene.triangles.len() as u64),
             number(file.objects.len() as u64),
+            number(file.cells.len() as u64),
+            number(file.portals.len() as u64),
             strategy(file),
             escape(&file.reason),
-            self.seed,
-            1e3 * file.clearance(),
-            1e3 * file.smallest_hole,
         );
-        out.push_str("<div class=\"tiles wide\">");
-        let mut tile = |name: &str, value: String, note: String| {
-            let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
+        let mut tiles: Vec<Tile> = Vec::new();
+        let mut tile = |name, value, note| tiles.push((name, value, note));
+        tile("Rooms", thousands((file.cells.len() - open) as u64), "cells that are closed".to_owned());
+        let [doors, windows, openings] =
+            [PortalKind::Door, PortalKind::Window, PortalKind::Opening].map(|kind| self.count(kind) as u64);
+        let others = format!("portals in doors; {} in windows, {} in openings", thousands(windows), thousands(openings));
+        tile("Doors", thousands(doors), others);
+        let (drawn, of) = match &self.expected {
+            Some(expected) => {
+                (format!("{:.0} %", 100.0 * expected.both), "of the triangles in the frustum, on a walk through every cell")
+            }
+            None => ("none".to_owned(), "there is nothing to draw"),
         };
-        tile("Cells", number(file.cells.len() as u64), format!("{open} of them open; culling is online there"));
-        tile(
-            "Portals",
-            number(file.portals.len() as u64),
-            format!(
-                "{} in doors, {} in windows, {} in openings",
-                self.count(PortalKind::Door),
-                self.count(PortalKind::Window),
-                self.count(PortalKind::Opening)
-            ),
-        );
-        if let Some(expected) = &self.expected {
-            let note = format!("{expected}, on a walk through every cell");
-            tile("Expected to draw", format!("{:.0} %", 100.0 * expected.both), note);
-        }
-        self.gap_tiles(&mut tile);
-        self.error_tiles(&mut tile);
-        tile(
-            "Bits a pair",
-            format!("{:.3}", self.pvs.bits_per_pair),
-            format!("in the file's rows; zero-order entropy {:.3}", self.pvs.entropy_bits_per_pair),
-        );
-        out.push_str("</div>\n");
+        tile("Drawn", drawn, of.to_owned());
+        let (missed, of) = match self.views {
+            0 => ("not counted".to_owned(), "there are no views".to_owned()),
+            views => {
+                let views = thousands(views as u64);
+                let of = format!("in {views} views of 96 &times; 54 pixels, drawn apart from the bake; cracks count");
+                (thousands(self.missed_pixels), of)
+            }
+        };
+        tile("Pixels missed", missed, of);
+        out.push_str(&cards(&tiles));
     }
 
-    /// What is certified: `tile` takes a name, a value and a note.
-    fn gap_tiles(&self, tile: &mut impl FnMut(&str, String, String)) {
+    /// What is certified, what sampling says of the error, and what rows take.
+    fn sure_tiles(&self) -> Vec<Tile> {
+        let mut tiles: Vec<Tile> = Vec::new();
+        let mut tile = |name, value, note| tiles.push((name, value, note));
         let [closed, opened] = closed_and_open(self.file);
         let all = closed.with(opened);
         tile(
@@ -246,22 +259,6 @@ impl BuildingReport<'_> {
             percent(all.total - all.upper, all.total),
             format!("of {} cell-object pairs", number(all.total)),
         );
-    }
-
-    /// What sampling says of the error.
-    fn error_tiles(&self, tile: &mut impl FnMut(&str, String, String)) {
-        if let Some(last) = self.curves.first().and_then(|c| c.points.last()) {
-            let [mean, _, max] = last.false_pixels;
-            tile(
-                "False pixels",
-                share(mean),
-                format!(
-                    "of a view in the mean, {} in the worst of {}, were the rows the lower set",
-                    share(max),
-                    thousands(self.views as u64)
-                ),
-            );
-        }
         if let Some(unseen) = &self.file.unseen {
             let worst = unseen.cells.iter().zip(&self.file.cells).filter(|(_, cell)| !cell.open).map(|(&bound, _)| bound);
             tile(
@@ -274,11 +271,26 @@ impl BuildingReport<'_> {
                 ),
             );
         }
+        tile(
+            "Bits a pair",
+            format!("{:.3}", self.pvs.bits_per_pair),
+            format!("in the file's rows; zero-order entropy {:.3}", self.pvs.entropy_bits_per_pair),
+        );
+        tiles
     }
 
     fn certified(&self, out: &mut String) {
+        let (file, promise, statement) = (self.file, self.file.guarantee.in_words(), Guarantee::STATEMENT);
+        let _ = writeln!(
+            out,
+            "<p>Rows are {promise}. {statement} The clearance is {:.3} mm; openings narrower than {:.3} mm may be sealed. Seed {}.</p>",
+            1e3 * file.clearance(),
+            1e3 * file.smallest_hole,
+            self.seed,
+        );
+        out.push_str(&cards(&self.sure_tiles()));
         out.push_str(
-            "<h2>How wrong it can be</h2>\n<p>A pair of a cell and an object is <em>witnessed</em> where an unobstructed segment from the \
+            "<p>A pair of a cell and an object is <em>witnessed</em> where an unobstructed segment from the \
              one to the other is kept as proof, and <em>hidden</em> where portals or triangles prove that there is none. The truth lies \
              between; what is neither is the certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
              <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
@@ -333,7 +345,7 @@ impl BuildingReport<'_> {
         if storeys.is_empty() {
             return;
         }
-        out.push_str("<h2>Plans</h2>\n<ul class=\"legend\">");
+        out.push_str("<h2>Plans</h2>\n<p class=\"soft\">Small numbers are those of portals.</p>\n<ul class=\"legend\">");
         for (class, name) in [("door", "door"), ("window", "window"), ("opening", "opening")] {
             let _ = write!(
                 out,
@@ -345,7 +357,7 @@ impl BuildingReport<'_> {
              storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the \
              model where it is cut</li></ul>\n",
         );
-        let plans = Plans::new(self.file, self.scene, storeys);
+        let plans = Plans::new(self.file, self.scene, storeys).with_numbers();
         let note = |cell: CellId| {
             let name = &self.file.cells[cell.index()].name;
             let named = if is_named(name, cell) { format!(" ({name})") } else { String::new() };
@@ -381,8 +393,8 @@ impl BuildingReport<'_> {
         let Some(upper) = upper else { return };
         let _ = writeln!(
             out,
-            "<h2>Error against run time</h2>\n<p>Each mark is a run of its own. {} views that no strategy has seen, 96 &times; 54 pixels \
-             each, show how much of a picture the lower set alone would miss; the rows of a conservative file miss nothing.</p>",
+            "<p>Each mark is a run of its own. {} views that no strategy has seen, 96 &times; 54 pixels each, show how much of a picture \
+             the witnessed pairs alone would lack. The rows of this file hold more than these, and lack nothing of it.</p>",
             thousands(self.views as u64)
         );
         let chart = |title, values, scale, series: &[Series], text| Chart {
@@ -418,12 +430,12 @@ impl BuildingReport<'_> {
                 count,
             ),
             chart(
-                "False pixels of the lower set against run time",
+                "What the witnessed pairs alone would lack of a picture, against run time",
                 "share of a view (logarithmic)",
                 Scale::Shares { least: LEAST_SHARE },
                 &[
-                    Series { what: "false pixels in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
-                    Series { what: "false pixels in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
+                    Series { what: "lacking in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
+                    Series { what: "lacking in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
                 ],
                 share,
             ),
@@ -433,7 +445,7 @@ impl BuildingReport<'_> {
         }
         out.push_str(
             "<div class=\"scroll\"><table><thead><tr><th>strategy</th><th>CPU seconds</th><th>rays</th><th>witnessed</th>\
-             <th>not proven hidden</th><th>false pixels, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
+             <th>not proven hidden</th><th>lacking, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
         );
         for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
             let [mean, p95, max] = p.false_pixels.map(share);
@@ -513,13 +525,11 @@ impl BuildingReport<'_> {
             }
             sorted
         };
-        out.push_str("<h2>Who sees whom</h2>\n");
         let order = "cells: open ones, then storey by storey from the lowest, each along a walk through its portals";
         out.push_str(&figure(&sorted(&bounds.cells_lower), &sorted(&bounds.cells_upper), order));
     }
 
     fn worst(&self, storeys: &[Storey], out: &mut String) {
-        out.push_str("<h2>The worst cells</h2>\n");
         let mut cells: Vec<(CellId, Pairs)> =
             (0..self.file.cells.len() as u32).map(CellId).map(|c| (c, of_cell(self.file, c))).collect();
         let mut table = |caption: &str, by: fn(&Pairs) -> u64| {
@@ -551,7 +561,6 @@ impl BuildingReport<'_> {
     }
 
     fn pairs(&self, out: &mut String) {
-        out.push_str("<h2>The hardest pairs</h2>\n");
         if self.hardest.is_empty() {
             out.push_str("<p>None: each pair has a witness, or is proven hidden.</p>\n");
             return;
@@ -567,38 +576,17 @@ impl BuildingReport<'_> {
         out.push_str("</tbody></table></div>\n");
     }
 
-    fn left_out(&self, out: &mut String) {
-        let list = |title: &str, lines: &[String], out: &mut String| {
-            let _ = writeln!(out, "<h2>{title}</h2>");
-            if lines.is_empty() {
-                out.push_str("<p>None.</p>\n");
-            }
-            let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
-            let (shown, folded) = lines.split_at(lines.len().min(NOTES));
-            if !shown.is_empty() {
-                let _ = writeln!(out, "<ul>\n{}</ul>", items(shown));
-            }
-            if !folded.is_empty() {
-                let _ = writeln!(
-                    out,
-                    "<details><summary>and {} more</summary><ul>\n{}</ul></details>",
-                    folded.len(),
-                    items(folded)
-                );
-            }
-        };
-        list("What was left out", &self.file.left_out, out);
-        list("Notes of the import and of the split", &self.file.notes, out);
+    fn repairs(&self) -> Vec<String> {
         let repairs = self.file.repairs.iter().map(|r| {
             let ([a, b], at) = (r.cells, r.at + self.file.origin);
             format!("a hole between cells {a} and {b} at ({:.2}, {:.2}, {:.2}) m, mended with a portal", at.x, at.y, at.z)
         });
-        list("Repairs", &repairs.collect::<Vec<_>>(), out);
+        repairs.collect()
     }
 
     fn stages(&self, out: &mut String) {
         out.push_str(
-            "<h2>Time and memory</h2>\n<div class=\"scroll\"><table><thead><tr><th>stage</th><th>seconds</th><th>peak memory by then, MiB</th>\
+            "<div class=\"scroll\"><table><thead><tr><th>stage</th><th>seconds</th><th>peak memory by then, MiB</th>\
              </tr></thead>\n<tbody>\n",
         );
         for s in self.stages {
@@ -612,7 +600,7 @@ impl BuildingReport<'_> {
     fn end(&self, out: &mut String) {
         let _ = writeln!(
             out,
-            "<h2>Again</h2>\n<p><code>{}</code></p>\n<p class=\"soft\">But for times and memory, the same on every run and for every number \
+            "<p><code>{}</code></p>\n<p class=\"soft\">But for times and memory, the same on every run and for every number \
              of threads.</p>",
             escape(self.command)
         );
@@ -647,9 +635,25 @@ fn lines(curves: &[Curve], series: &[Series], upper: u64, text: fn(f64) -> Strin
     curves.iter().enumerate().flat_map(|(k, curve)| series.iter().filter_map(move |s| line(k, curve, s))).collect()
 }
 
-/// The storey that a cell is on.
-fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
-    storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
+/// A number with its name and a note.
+type Tile = (&'static str, String, String);
+
+/// Numbers side by side.
+fn cards(tiles: &[Tile]) -> String {
+    let card = |(name, value, note): &Tile| format!("<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
+    format!("<div class=\"tiles wide\">{}</div>\n", tiles.iter().map(card).collect::<String>())
+}
+
+/// Lines, all but the first few folded away.
+fn list(lines: &[String], out: &mut String) {
+    let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
+    let (shown, more) = lines.split_at(lines.len().min(NOTES));
+    if !shown.is_empty() {
+        let _ = writeln!(out, "<ul>\n{}</ul>", items(shown));
+    }
+    if !more.is_empty() {
+        let _ = writeln!(out, "<details><summary>and {} more</summary><ul>\n{}</ul></details>", more.len(), items(more));
+    }
 }
 
 /// Whether a cell has a name of its own.

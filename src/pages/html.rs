@@ -89,6 +89,11 @@ fn three_digits(x: f64) -> String {
     format!("{x:.digits$}")
 }
 
+/// A part of a page that is folded away: its title shows, and `body`, already safe, where the reader asks for it.
+pub fn folded(title: &str, body: &str) -> String {
+    format!("<details class=\"part\">\n<summary>{title}</summary>\n{body}</details>\n")
+}
+
 /// A PNG as an address that holds it.
 pub fn png_address(png: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -121,6 +126,7 @@ font:16px/1.5 system-ui,-apple-system,'Segoe UI','DejaVu Sans',sans-serif}
 h1{font-size:1.7rem;line-height:1.2;margin:.5rem 0;overflow-wrap:anywhere}
 h2{font-size:1.2rem;margin:2.4rem 0 .4rem}
 p{margin:.5rem 0;max-width:46rem}
+.part{border-top:1px solid var(--rule);padding:.5rem 0}.part>summary{font-size:1.1rem;font-weight:600;cursor:pointer}
 .soft,figcaption,caption{color:var(--soft);font-size:.9rem}
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(11rem,1fr));gap:.75rem;margin:1.2rem 0}
 .tiles.wide{grid-template-columns:repeat(auto-fit,minmax(13.5rem,1fr))}
@@ -152,6 +158,7 @@ svg text{fill:var(--soft);font-size:13px}
 .portal{stroke-width:3.2}.lying{stroke-width:1.3;stroke-dasharray:5 4}
 .door{stroke:var(--door)}.window{stroke:var(--window)}.opening{stroke:var(--opening)}
 .plan .name{fill:var(--ink);font-weight:600;text-anchor:middle;pointer-events:none}
+.plan .id{fill:var(--ink);font-size:8px;text-anchor:middle;pointer-events:none;paint-order:stroke;stroke:var(--card);stroke-width:2.5px}
 .curve{fill:none;stroke-width:2.2;stroke-linejoin:round}.band{fill:var(--band);stroke:none}
 .dot{stroke-width:1.6;stroke-dasharray:none;fill:var(--card)}
 .key{display:inline-block;width:.8em;height:.8em;border:1px solid var(--rule);margin-right:.35em;vertical-align:-.05em}

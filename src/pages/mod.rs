@@ -3,6 +3,7 @@
 pub mod building;
 pub mod chart;
 pub mod curves;
+pub mod dearest;
 pub mod ground;
 pub mod html;
 pub mod level;

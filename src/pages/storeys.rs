@@ -2,11 +2,11 @@
 
 use super::building::is_named;
 use super::html::escape;
-use crate::CellId;
 use crate::file::{FilePortal, PvsFile};
 use crate::geom::{Aabb, Plane, clip};
 use crate::scene::{Role, Scene};
 use crate::types::portal::PortalKind;
+use crate::{CellId, PortalId};
 use glam::{DVec2, DVec3, Vec4};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -36,6 +36,8 @@ const THINGS: f64 = 0.5;
 const STOREY: f64 = 0.45;
 /// Most lines of walls in a plan; then furniture is left out, then walls.
 const MOST_LINES: usize = 20_000;
+/// A portal has no number where another one stands nearer than this, in units of the SVG.
+const NUMBER: [f64; 2] = [15.0, 8.0];
 /// Tints of cells in the style sheet.
 const TINTS: usize = 7;
 
@@ -86,6 +88,11 @@ pub fn storeys(file: &PvsFile) -> Vec<Storey> {
         nearest.into_iter().for_each(|s| s.cells.push(cell));
     }
     found
+}
+
+/// The storey that a cell is on.
+pub(super) fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
+    storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
 }
 
 /// All cells, so that what belongs together stands together: open cells, then storey by storey, each along a breadth-first walk
@@ -155,6 +162,7 @@ pub struct Plans<'f> {
     max: DVec2,
     /// Units of the SVG a metre.
     scale: f64,
+    numbers_portals: bool,
 }
 
 impl<'f> Plans<'f> {
@@ -162,7 +170,8 @@ impl<'f> Plans<'f> {
     pub fn new(file: &'f PvsFile, scene: &'f Scene, storeys: &[Storey]) -> Self {
         let bounds = scene.bounds();
         let flat = |p: DVec3| DVec2::new(p.x, p.z);
-        let mut plans = Self { file, scene, min: flat(bounds.min), max: flat(bounds.max), scale: 1.0 };
+        let (min, max) = (flat(bounds.min), flat(bounds.max));
+        let mut plans = Self { file, scene, min, max, scale: 1.0, numbers_portals: false };
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for storey in storeys {
             for cell in &storey.cells {
@@ -179,6 +188,11 @@ impl<'f> Plans<'f> {
         let size = (plans.max - plans.min).max(DVec2::splat(1e-6));
         plans.scale = ((WIDTH - 2.0 * MARGIN) / size.x).min((HEIGHT - 2.0 * MARGIN) / size.y);
         plans
+    }
+
+    /// With the number of each portal beside it.
+    pub fn with_numbers(self) -> Self {
+        Self { numbers_portals: true, ..self }
     }
 
     /// A storey as SVG, each cell with its note.
@@ -211,6 +225,9 @@ impl<'f> Plans<'f> {
             }
         }
         self.portals(storey, &mut out);
+        if self.numbers_portals {
+            self.numbers(storey, &mut out);
+        }
         out.push_str(&labels);
         self.bar(height, &mut out);
         out.push_str("</svg>\n");
@@ -302,18 +319,38 @@ impl<'f> Plans<'f> {
         out
     }
 
+    /// Portals of a storey's cells that are as high as its rooms: what is only above or below belongs to another storey.
+    fn portals_on(&self, storey: &Storey) -> impl Iterator<Item = (PortalId, &FilePortal)> {
+        let [low, high] = [storey.floor - 0.5 * storey.cut, storey.floor + 2.0 * storey.cut];
+        let is_on = move |portal: &FilePortal| {
+            let heights = || portal.winding.iter().map(|p| f64::from(p.y));
+            heights().any(|y| y >= low) && heights().any(|y| y <= high)
+        };
+        let has_cell = |portal: &FilePortal| portal.cells.iter().any(|cell| storey.cells.binary_search(cell).is_ok());
+        let all = (0..).map(PortalId).zip(&self.file.portals);
+        all.filter(move |(_, portal)| has_cell(portal) && is_on(portal))
+    }
+
+    /// The numbers of portals, where they have room.
+    fn numbers(&self, storey: &Storey, out: &mut String) {
+        let mut taken: Vec<DVec2> = Vec::new();
+        for (id, portal) in self.portals_on(storey) {
+            let points = portal.winding.iter().map(|p| DVec2::new(p.x.into(), p.z.into()));
+            let at = self.at(self.inside(points.sum::<DVec2>() / portal.winding.len().max(1) as f64));
+            let is_free = taken.iter().all(|other| (other.x - at.x).abs() > NUMBER[0] || (other.y - at.y).abs() > NUMBER[1]);
+            if is_free {
+                taken.push(at);
+                let _ = writeln!(out, "<text class=\"id\" x=\"{:.1}\" y=\"{:.1}\">{id}</text>", at.x, at.y + 3.0);
+            }
+        }
+    }
+
     /// Portals of a storey's cells: a line where they stand, a broken outline where they lie.
     fn portals(&self, storey: &Storey, out: &mut String) {
         let kinds = [PortalKind::Opening, PortalKind::Window, PortalKind::Door];
         let [mut lying, mut standing] = [const { [const { String::new() }; 3] }; 2];
-        for portal in self.file.portals.iter().filter(|p| p.cells.iter().any(|c| storey.cells.binary_search(c).is_ok())) {
+        for (_, portal) in self.portals_on(storey) {
             let k = kinds.iter().position(|&k| k == portal.kind).unwrap_or(0);
-            let heights = portal.winding.iter().map(|p| f64::from(p.y));
-            let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), y| (a.min(y), b.max(y)));
-            // As high as a room: what is only above or below belongs to another storey.
-            if high < storey.floor - 0.5 * storey.cut || low > storey.floor + 2.0 * storey.cut {
-                continue;
-            }
             if portal.plane.y.abs() > LEVEL {
                 let ring: Vec<DVec2> =
                     portal.winding.iter().map(|p| self.inside(DVec2::new(p.x.into(), p.z.into()))).collect();

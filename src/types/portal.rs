@@ -1,4 +1,6 @@
-//! What a portal is, and what stands in it.
+//! What a portal is, what stands in it, and what it costs.
+
+use crate::PortalId;
 
 /// What a portal is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -11,6 +13,16 @@ pub enum PortalKind {
     Window,
     /// Nothing in it.
     Opening,
+}
+
+/// What is drawn for what shows through a portal.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "bake", derive(serde::Serialize))]
+pub struct PortalCost {
+    /// Which.
+    pub portal: PortalId,
+    /// Triangles that a frame draws less in the mean where it is shut.
+    pub triangles: f64,
 }
 
 /// What stands in a portal.

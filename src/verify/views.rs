@@ -112,11 +112,19 @@ impl Views {
     /// The share of each view's pixels that show an object which isn't in the row (cells x objects) of the eye's cell: mean, 95th
     /// percentile, maximum.
     pub fn false_pixels(&self, rows: &BitMatrix) -> [f64; 3] {
-        let wrong = |(cell, shown): &(CellId, Vec<Pixels>)| {
-            let is_wrong = |p: &&Pixels| p.objects.iter().any(|o| !rows.get(cell.index(), o.index()));
-            f64::from(shown.iter().filter(is_wrong).map(|p| p.count).sum::<u32>()) / View::pixels()
-        };
+        let wrong = |view: &(CellId, Vec<Pixels>)| f64::from(missed(view, rows)) / View::pixels();
         let Fractions { mean, p95, max } = Fractions::of(parallel::map(&self.0, wrong));
         [mean, p95, max]
     }
+
+    /// The pixels of all views that show an object which isn't in the row (cells x objects) of the eye's cell.
+    pub fn missed_pixels(&self, rows: &BitMatrix) -> u64 {
+        self.0.iter().map(|view| u64::from(missed(view, rows))).sum()
+    }
+}
+
+/// Pixels of a view that show an object which isn't in the row of the eye's cell.
+fn missed((cell, shown): &(CellId, Vec<Pixels>), rows: &BitMatrix) -> u32 {
+    let is_missed = |p: &&Pixels| p.objects.iter().any(|o| !rows.get(cell.index(), o.index()));
+    shown.iter().filter(is_missed).map(|p| p.count).sum()
 }

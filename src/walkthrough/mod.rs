@@ -11,6 +11,7 @@ pub mod overlay;
 pub mod path;
 pub mod picture;
 pub mod plan;
+pub mod portal_costs;
 pub mod raster;
 pub mod shade;
 pub mod stroll;

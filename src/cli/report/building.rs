@@ -25,6 +25,7 @@ use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::walkthrough::expected::expected_draw;
+use enfilade::walkthrough::portal_costs::{PortalCost, portal_costs};
 use enfilade::walkthrough::tour::tour;
 use glam::Vec3;
 use std::borrow::Cow;
@@ -109,6 +110,8 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         tubes: measured.tubes.as_ref(),
         splits: &measured.splits,
         views: measured.views,
+        missed_pixels: measured.missed_pixels,
+        portal_costs: &measured.portal_costs,
         hardest: &measured.hardest,
         stages: &stages,
         threads: rayon::current_num_threads(),
@@ -186,6 +189,9 @@ struct Measured {
     splits: Vec<Splits>,
     /// How many.
     views: usize,
+    /// Pixels of these that show what the file's rows lack.
+    missed_pixels: u64,
+    portal_costs: Vec<PortalCost>,
     hardest: Vec<Remark>,
 }
 
@@ -226,7 +232,9 @@ impl Measured {
         }
         progress("why", 0.0);
         let hardest = reasons(file, scene).map_err(|e| at(&args.input, e))?;
-        Ok(Self { curves, growth, tiers: compared, tubes, splits, views: views.count(), hardest })
+        let missed_pixels = file.object_rows.as_ref().map_or(0, |rows| views.missed_pixels(rows));
+        let (views, portal_costs) = (views.count(), portal_costs(file, args.search.seed));
+        Ok(Self { curves, growth, tiers: compared, tubes, splits, views, missed_pixels, portal_costs, hardest })
     }
 }
 
@@ -271,6 +279,8 @@ fn numbers(report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, St
         closed_cells,
         open_cells_apart,
         views: page.views,
+        missed_pixels: page.missed_pixels,
+        portal_costs: page.portal_costs,
         curves: page.curves,
         tiers: page.tiers,
         tube_errors: page.tubes,
@@ -289,6 +299,8 @@ struct ReportLine<'a> {
     closed_cells: PairsLine,
     open_cells_apart: PairsLine,
     views: usize,
+    missed_pixels: u64,
+    portal_costs: &'a [PortalCost],
     curves: &'a [Curve],
     #[serde(skip_serializing_if = "Option::is_none")]
     tiers: Option<&'a Tiers>,

@@ -1,0 +1,38 @@
+//! What each portal costs: how much less is drawn if it is shut.
+
+use super::tour::tour;
+use crate::PortalId;
+use crate::file::PvsFile;
+use crate::runtime::{Culler, Mode, Scratch};
+pub use crate::types::portal::PortalCost;
+
+/// Width over height of the screen.
+const ASPECT: f64 = 16.0 / 9.0;
+
+/// Of the portals that a walk through every cell sees through: the triangles that a frame draws less in the mean where the portal is shut and
+/// all others are open. The dearest come first; those that cost nothing are left out.
+pub fn portal_costs(file: &PvsFile, seed: u64) -> Vec<PortalCost> {
+    let path = tour(file, seed);
+    let mut culler = Culler::new(file);
+    let mut scratch = Scratch::for_culler(&culler);
+    let mut saved = vec![0u64; file.portals.len()];
+    for frame in 0..path.frames.len() {
+        let camera = path.camera(frame, file.origin, ASPECT);
+        let seen = culler.cull(&camera, Mode::Both, &mut scratch);
+        let all = seen.stats.triangles;
+        let mut portals: Vec<PortalId> = seen.portals.iter().map(|crossed| crossed.portal.portal()).collect();
+        portals.sort_unstable();
+        portals.dedup();
+        for portal in portals {
+            culler.set_open(portal, false);
+            let rest = culler.cull(&camera, Mode::Both, &mut scratch).stats.triangles;
+            culler.set_open(portal, true);
+            saved[portal.index()] += all.saturating_sub(rest);
+        }
+    }
+    let mean = |saved: u64| saved as f64 / path.frames.len().max(1) as f64;
+    let costs = (0..).map(PortalId).zip(saved).filter(|(_, saved)| *saved > 0);
+    let mut costs: Vec<PortalCost> = costs.map(|(portal, saved)| PortalCost { portal, triangles: mean(saved) }).collect();
+    costs.sort_by(|a, b| b.triangles.total_cmp(&a.triangles).then(a.portal.cmp(&b.portal)));
+    costs
+}
