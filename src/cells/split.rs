@@ -234,7 +234,7 @@ fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
     let says = || {
         Note::cost(format!(
             "{BOUND}walls and sheets would cut space into more pieces than there may be; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
-             make no cuts; cells are coarser for it"
+             make no cuts; cells are larger for it, and more is drawn"
         ))
     };
     (scale > 1.0).then(says)
@@ -244,12 +244,12 @@ fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
 fn joined(human: HumanScale, volume: f64) -> Note {
     let volume = volume / human.metre.powi(3);
     Note::cost(format!(
-        "{BOUND}there would be more rooms, or more portals, than there may be; rooms below {volume:.0} m³ are one with a neighbour; cells are coarser for it"
+        "{BOUND}there would be more rooms, or more portals, than there may be; rooms below {volume:.0} m³ are one with a neighbour; cells are larger for it, and more is drawn"
     ))
 }
 
 /// What users should know where regions were too many to be joined in pairs.
-const JOINED_AT_ONCE: &str = "too many spaces are open to each other to join them two at a time; large ones took in all that open to them; cells are coarser for it";
+const JOINED_AT_ONCE: &str = "too many spaces are open to each other to join them two at a time; large ones took in all that open to them; cells are larger for it, and more is drawn";
 
 /// The middle of each piece.
 fn middles(Complex { plan, columns, .. }: &Complex<'_>) -> Vec<DVec3> {

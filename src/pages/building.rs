@@ -10,7 +10,7 @@ use super::dearest;
 use super::html::{Remark, duration, escape, folded, number, page, percent, share, thousands};
 use super::matrix::figure;
 use super::splits::{self, Splits};
-use super::storeys::{Plans, Storey, along_a_walk, on, storeys};
+use super::storeys::{Plans, Storey, along_a_walk, is_named, on, storeys};
 use super::tiers::Tiers;
 use super::tubes::TubesFound;
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
@@ -654,11 +654,6 @@ fn list(lines: &[String], out: &mut String) {
     if !more.is_empty() {
         let _ = writeln!(out, "<details><summary>and {} more</summary><ul>\n{}</ul></details>", more.len(), items(more));
     }
-}
-
-/// Whether a cell has a name of its own.
-pub(super) fn is_named(name: &str, cell: CellId) -> bool {
-    !name.is_empty() && name != format!("cell {cell}")
 }
 
 fn strategy(file: &PvsFile) -> String {

@@ -1,8 +1,7 @@
 //! The dearest rooms and portals of a building, as a section of a page: where triangles would be saved.
 
-use super::building::is_named;
 use super::html::{escape, percent, thousands};
-use super::storeys::{Storey, on};
+use super::storeys::{Storey, is_named, on};
 use crate::CellId;
 use crate::file::PvsFile;
 use crate::types::portal::{PortalCost, PortalKind};

@@ -1,6 +1,5 @@
 //! Storeys of a baked building, and the plan of each as SVG: walls as the model has them, cells in tints, portals by kind.
 
-use super::building::is_named;
 use super::html::escape;
 use crate::file::{FilePortal, PvsFile};
 use crate::geom::{Aabb, Plane, clip};
@@ -88,6 +87,11 @@ pub fn storeys(file: &PvsFile) -> Vec<Storey> {
         nearest.into_iter().for_each(|s| s.cells.push(cell));
     }
     found
+}
+
+/// Whether a cell has a name of its own.
+pub(super) fn is_named(name: &str, cell: CellId) -> bool {
+    !name.is_empty() && name != format!("cell {cell}")
 }
 
 /// The storey that a cell is on.

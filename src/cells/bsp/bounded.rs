@@ -59,8 +59,8 @@ pub fn note(shell: &Shell, limits: &Limits<'_>) -> Option<Note> {
     let (left_out, kept, most) = (shell.left_out, shell.triangles.len(), limits.leaves);
     let says = || {
         Note::cost(format!(
-            "{BOUND}walls would cut space into more than {most} leaves; the {left_out} triangles of the smallest planes part nothing, \
-             {kept} do; cells are coarser for it"
+            "{BOUND}walls would cut space into more than {most} leaves; the {left_out} triangles of the smallest planes do not split space, \
+             {kept} do; cells are larger for it, and more is drawn"
         ))
     };
     (left_out > 0).then(says)
