@@ -1,6 +1,6 @@
 //! What a bake found, in words: a few lines for the person whose model it is, or all that there is to say.
 
-use super::report::{AuthoredReport, BakeReport};
+use super::report::BakeReport;
 
 /// Most lines that are printed where nobody asks for more.
 pub const LINES: usize = 8;
@@ -103,8 +103,8 @@ impl BakeReport {
         let (Some(authored), Some(findings)) = (&self.authored, self.findings.as_ref().filter(|all| !all.is_empty())) else {
             return Vec::new();
         };
-        let AuthoredReport { rooms, sound_rooms, .. } = authored;
-        let head = format!("{sound_rooms} of the {rooms} rooms that the model names can be used; what is wrong:");
+        let head =
+            format!("of what the model says of its {} rooms and of its doors, this doesn't fit its walls:", authored.rooms);
         std::iter::once(head).chain(findings.iter().map(|finding| format!("  {}", finding.text))).collect()
     }
 }

@@ -263,32 +263,8 @@ impl Reader {
             }
             meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
         }
-        let notes = [
-            (concave, NoteKind::Detail, "concave polygons cut into triangles"),
-            (fanned, NoteKind::Detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines, NoteKind::Fault, "lines left out; --tube-radius makes tubes of them"),
-            (self.points, NoteKind::Detail, "points left out"),
-            (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),
-        ];
-        builder.source.notes.extend(notes.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
-        if let Some(first) = &self.first_unknown {
-            let what = format!("{} unknown statements skipped, the first is {first}", self.unknown);
-            builder.source.notes.push(Note::detail(what));
-        }
-        let mut lines = Lines::default();
-        for (name, Face { line, corners, .. }) in &self.polylines {
-            let corners = &self.corners[corners.clone()];
-            let place = format!("line {line}");
-            let name = name.map_or(&place, |name| &self.names[name]);
-            let at = |&i: &u32| self.positions.get(i as usize).copied();
-            let points = corners.iter().map(at).collect::<Option<Vec<_>>>().ok_or_else(|| {
-                let what = format!("a vertex beyond the last of {}", self.positions.len());
-                ImportError::malformed(Place::Line(*line), what)
-            })?;
-            let shape = Shape { radius: self.tube_radius.unwrap_or_default(), inner: 0.0, capped: true };
-            let role = Role::Furnishing;
-            lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
-        }
+        self.tell([concave, fanned], &mut builder.source.notes);
+        let lines = self.lines_of(builder)?;
         let (names, mut by_name, mut helpers) = (self.mesh_names(), ByName::default(), Helpers::default());
         let known: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
         let has_name = |name: &str| known.contains(name);
@@ -333,6 +309,41 @@ impl Reader {
         builder.source.notes.extend(by_name.note());
         builder.source.notes.extend(helpers.note());
         lines.finish(builder)
+    }
+
+    /// Says what was cut, and what was left out.
+    fn tell(&self, [concave, fanned]: [usize; 2], notes: &mut Vec<Note>) {
+        let counts = [
+            (concave, NoteKind::Detail, "concave polygons cut into triangles"),
+            (fanned, NoteKind::Detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
+            (self.lines, NoteKind::Fault, "lines left out; --tube-radius makes tubes of them"),
+            (self.points, NoteKind::Detail, "points left out"),
+            (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),
+        ];
+        notes.extend(counts.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
+        if let Some(first) = &self.first_unknown {
+            let what = format!("{} unknown statements skipped, the first is {first}", self.unknown);
+            notes.push(Note::detail(what));
+        }
+    }
+
+    /// Makes tubes of lines.
+    fn lines_of(&self, builder: &mut SceneBuilder) -> Result<Lines, ImportError> {
+        let mut lines = Lines::default();
+        for (name, Face { line, corners, .. }) in &self.polylines {
+            let corners = &self.corners[corners.clone()];
+            let place = format!("line {line}");
+            let name = name.map_or(&place, |name| &self.names[name]);
+            let at = |&i: &u32| self.positions.get(i as usize).copied();
+            let points = corners.iter().map(at).collect::<Option<Vec<_>>>().ok_or_else(|| {
+                let what = format!("a vertex beyond the last of {}", self.positions.len());
+                ImportError::malformed(Place::Line(*line), what)
+            })?;
+            let shape = Shape { radius: self.tube_radius.unwrap_or_default(), inner: 0.0, capped: true };
+            let role = Role::Furnishing;
+            lines.add(builder, &Line { name, place: &place, role, points: &points, closed: false, smooth: false, shape })?;
+        }
+        Ok(lines)
     }
 
     /// The texture coordinates of that number; zeros where there are none.

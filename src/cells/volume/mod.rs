@@ -118,15 +118,8 @@ pub(super) fn volume(
     let mut notes: Vec<Note> = notes.into_iter().map(Note::detail).collect();
     notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
-    Ok(CellGraph {
-        strategy: Strategy::Volume,
-        reason,
-        cells,
-        portals,
-        smallest_hole: adjacency::smallest_hole(&tolerance),
-        closed_holes: Vec::new(),
-        notes,
-    })
+    let smallest_hole = adjacency::smallest_hole(&tolerance);
+    Ok(CellGraph { strategy: Strategy::Volume, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes })
 }
 
 /// Visits points a little off both sides of triangles, in voxels, with the area that shows them its front, and its back.

@@ -120,14 +120,17 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     kept.ends();
     write(&files)?;
     kept.done()?;
+    tell(args, &report, &page, &files)?;
+    Ok(Outcome::Done)
+}
 
-    // 5. The same in numbers.
+/// What was written, and the same in numbers.
+fn tell(args: &Args, report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, String)]) -> Result<(), CliError> {
     if args.json {
-        crate::cli::answer(&numbers(&report, &page, &files)?)?;
+        crate::cli::answer(&numbers(report, page, files)?)?;
     }
     let written: Vec<String> = files.iter().map(|(path, _)| format!("{} written", path.display())).collect();
-    crate::cli::prose(&written.join("\n"), args.json)?;
-    Ok(Outcome::Done)
+    crate::cli::prose(&written.join("\n"), args.json)
 }
 
 /// Those of the page's bake.
