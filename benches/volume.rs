@@ -60,7 +60,7 @@ fn check(made: &Generated, scene: &Scene) {
         scene.triangles.len(),
         graph.cells.len(),
         graph.portals.len(),
-        graph.notes.join("; ")
+        graph.notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>().join("; ")
     );
 }
 

@@ -72,7 +72,7 @@ def row(stem, model):
     pvs = bake.get("pvs", {}).get("gap", {})
     missed = sum(m.get("missed_pixels", 0) for m in modes.values()) if modes else None
     gap = None if pvs.get("closed") is None else 100 * pvs["closed"]
-    words = [bake["strategy"]["reason"], *bake["notes"]] if bake else []
+    words = [bake["strategy"]["reason"], *bake["notes"], *bake["details"]] if bake else []
     if code:
         words = [f"exit {code}: {log[-1] if log else 'no word'}"]
     elif failed(stem):

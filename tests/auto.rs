@@ -61,14 +61,14 @@ fn picked(scene: &Scene) -> (CellGraph, String) {
 fn a_house_without_rooms_is_cut_by_its_plan() {
     let (graph, reason) = picked(&scene(&house(), Vec::new()));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 3));
-    assert_eq!(reason, "the model names no rooms; 100 % of what is not level stands upright");
+    assert_eq!(reason, "the model names no rooms; walls are vertical, so rooms come from the floor plan");
 }
 
 #[test]
 fn an_authors_sound_rooms_are_taken() {
     let (graph, reason) = picked(&scene(&house(), rooms()));
     assert_eq!(graph.strategy, Strategy::Authored);
-    assert_eq!(reason, "2 of the 2 rooms that the model names are sound");
+    assert_eq!(reason, "2 of the 2 rooms that the model names can be used");
     let mut named: Vec<&str> = graph.cells.iter().filter_map(|c| c.source.as_deref()).collect();
     named.sort_unstable();
     assert_eq!(named, ["east", "west"]);
@@ -79,13 +79,14 @@ fn half_of_the_rooms_must_be_sound() {
     let [west, east] = rooms().try_into().unwrap();
     let (graph, reason) = picked(&scene(&house(), vec![west.clone(), open(east.clone())]));
     assert_eq!(graph.strategy, Strategy::Authored);
-    assert_eq!(reason, "1 of the 2 rooms that the model names are sound");
+    assert_eq!(reason, "1 of the 2 rooms that the model names can be used");
     // The unsound one names nothing, and is a cell for all that.
     assert_eq!(graph.cells.len(), 3);
     assert_eq!(graph.cells.iter().filter_map(|c| c.source.as_deref()).collect::<Vec<_>>(), ["west"]);
     let (graph, reason) = picked(&scene(&house(), vec![open(west), open(east)]));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 3));
-    assert_eq!(reason, "only 0 of the 2 rooms that the model names are sound; 100 % of what is not level stands upright");
+    let plan = "walls are vertical, so rooms come from the floor plan";
+    assert_eq!(reason, format!("only 0 of the 2 rooms that the model names can be used; {plan}"));
     assert!(graph.cells.iter().all(|c| c.source.is_none()));
 }
 
@@ -125,7 +126,7 @@ fn cave() -> Vec<[DVec3; 3]> {
 fn a_cave_is_cut_along_its_walls() {
     let (graph, reason) = picked(&scene(&[cave()], Vec::new()));
     assert_eq!(graph.strategy, Strategy::Bsp);
-    assert_eq!(reason, "the model names no rooms; 0 % of what is not level stands upright");
+    assert_eq!(reason, "the model names no rooms; 100 % of the walls lean, so space is cut along the largest walls");
     // Both hollows are indoors, and apart.
     let locator = enfilade::cells::Locator::new(&graph);
     let scene = scene(&[cave()], Vec::new());
@@ -137,8 +138,9 @@ fn a_cave_is_cut_along_its_walls() {
 fn a_level_floor_alone_is_one_open_cell() {
     let (graph, reason) = picked(&scene(&[cuboid(v(0., 0., 0.), v(10., 0.2, 10.))], Vec::new()));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
-    let tried = "the plan kept: the plan closes no cell, bsp 0";
-    assert_eq!(reason, format!("the model names no rooms; 100 % of what is not level stands upright; {tried}"));
+    let tried = "the plan is kept: the plan finds no closed room, cuts along walls 0";
+    let plan = "the model names no rooms; walls are vertical, so rooms come from the floor plan";
+    assert_eq!(reason, format!("{plan}; {tried}"));
 }
 
 /// A hall of 12 x 12 m with screens between its desks, 1.4 m long and up to the ceiling, in rows 3 m apart: no doorway, one room to the plan.

@@ -188,9 +188,10 @@ fn a_soup_becomes_one_open_cell_and_says_so() {
         .collect();
     let scene = scene(&[part]);
     let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let baked = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap();
+    let (file, details) = (baked.file, baked.details);
     assert_eq!((file.cells.len(), file.portals.len(), file.cells[0].open), (1, 0, true));
     assert!(file.reason.contains("one open cell"), "{}", file.reason);
-    assert!(file.notes.iter().any(|note| note == "one open cell sees everything: 2000 rays were cast"), "{:?}", file.notes);
+    assert!(details.iter().any(|detail| detail == "one open cell sees everything: 2000 rays were cast"), "{details:?}");
     assert!(file.object_rows.is_none());
 }

@@ -1,6 +1,6 @@
 //! Cells that share a row: by cost in a hall whose rows are known, and on a real level.
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{CellGraph, Portal, PortalKind};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
@@ -54,9 +54,13 @@ fn cells(scene: &Scene, between: [PortalKind; 2]) -> CellGraph {
 }
 
 fn baked(scene: &Scene, given: Option<CellGraph>, clusters: Option<f64>, rays: u64) -> PvsFile {
+    with_details(scene, given, clusters, rays).file
+}
+
+fn with_details(scene: &Scene, given: Option<CellGraph>, clusters: Option<f64>, rays: u64) -> Baked {
     let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
     let options = BakeOptions { pvs, given, clusters, keep_bounds: true, ..BakeOptions::default() };
-    bake(scene, options, &Job::quiet()).unwrap().file
+    bake(scene, options, &Job::quiet()).unwrap()
 }
 
 #[test]
@@ -78,15 +82,16 @@ fn cells_are_joined_as_far_as_their_rows_may_grow() {
         (all_in_one + 1e-3, vec![4]),
         (10.0, vec![4]),
     ] {
-        let file = baked(&scene, Some(cells(&scene, [PortalKind::Opening; 2])), Some(growth), 200_000);
+        let given = Some(cells(&scene, [PortalKind::Opening; 2]));
+        let Baked { file, details, .. } = with_details(&scene, given, Some(growth), 200_000);
         let sees = |cell: usize| file.object_rows.as_ref().is_none_or(|rows| rows.get(cell, ball));
         assert_eq!(file.clusters, expected, "{growth}");
         let count = if expected.is_empty() { 4 } else { expected.len() };
         assert_eq!((file.cells.len(), sees(0), sees(count - 1)), (count, count == 1, true), "{growth}");
-        // The note says what rows cost before and after, to a tenth of a triangle.
+        // A detail says what rows cost before and after, to a tenth of a triangle.
         let after = if count == 1 { walls + ball_triangles } else { mean };
         let note = format!("4 cells joined to {count}; a row from {mean:.1} to {after:.1} triangles");
-        assert_eq!(file.notes.iter().filter(|n| n.contains(&note)).count(), usize::from(growth > 0.0), "{:?}", file.notes);
+        assert_eq!(details.iter().filter(|n| n.contains(&note)).count(), usize::from(growth > 0.0), "{details:?}");
         let report = check(&file, &scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
         assert_eq!((report.passed, report.structure.count), (true, 0), "{growth}: {:?}", report.examples);
         assert_eq!(PvsFile::read(&file.write()).unwrap(), file);

@@ -59,7 +59,8 @@ fn lines_of_gltf_with_a_radius_are_tubes() {
         ("left out", &straight, 3, json!({})),
     ]);
     let scene = gltf::from_slice(&file, "lines", None, &ImportOptions::default()).unwrap();
-    assert!(scene.source.notes.contains(&"1 primitives of points or lines left out".to_owned()), "{:?}", scene.source.notes);
+    let notes = &scene.source.notes;
+    assert!(notes.iter().any(|note| note == "1 primitives of points or lines left out"), "{notes:?}");
     let of = |name: &str| {
         let objects = scene.objects.iter().filter(|o| o.node == name);
         let tubes: Vec<_> =
@@ -140,7 +141,7 @@ fn lines_of_obj_are_tubes_where_a_radius_is_given() {
     let scene = obj::from_slice(dots.as_bytes(), "mains", None, &options).unwrap();
     assert!((area(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area(&scene));
     assert!(
-        scene.source.notes.contains(&"2 lines without two different points left out".to_owned()),
+        scene.source.notes.iter().any(|note| note == "2 lines without two different points left out"),
         "{:?}",
         scene.source.notes
     );
@@ -212,7 +213,8 @@ fn a_radius_for_all_leaves_meshes_alone() {
     let options = ImportOptions { tube_radius: Some(0.1), ..ImportOptions::default() };
     let scene = gltf::from_slice(&uneven, "box", None, &options).unwrap();
     assert_eq!(scene.objects.iter().map(|o| o.node.as_str()).collect::<Vec<_>>(), ["box"]);
-    assert!(scene.source.notes.contains(&"1 primitives of points or lines left out".to_owned()), "{:?}", scene.source.notes);
+    let notes = &scene.source.notes;
+    assert!(notes.iter().any(|note| note == "1 primitives of points or lines left out"), "{notes:?}");
 }
 
 /// A few pipes are meshes: cut into objects, these are there, once, whatever the source has for them.

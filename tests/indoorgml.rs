@@ -191,7 +191,7 @@ fn what_two_spaces_both_hold_is_the_smaller_ones() {
     for (x, y, expected) in [(1.5, 1.5, "E room"), (0.5, 1.5, "A room"), (7.8, 1.0, "G room"), (7.4, 1.0, "B room")] {
         assert_eq!(name(DVec3::new(x, 1.5, -y)), Some(expected));
     }
-    let told: Vec<&String> = graph.notes.iter().filter(|n| n.contains("both hold")).collect();
+    let told: Vec<_> = graph.notes.iter().filter(|n| n.contains("both hold")).collect();
     assert_eq!(told, ["E and A both hold 3.00 m3: taken as E's", "G and B both hold 3.00 m3: taken as G's"]);
     sealed(&scene, &text, 20_000);
 }

@@ -20,6 +20,7 @@ mod circles;
 mod cli_errors;
 mod cli_files;
 mod cli_ground;
+mod cli_notes;
 mod cli_report;
 mod cli_vis;
 mod cli_walk;

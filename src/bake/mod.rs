@@ -1,11 +1,13 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 mod opened;
+mod prose;
 mod report;
 mod sizes;
 mod unbaked;
 mod worth;
 
+pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
 pub use unbaked::unbaked;
@@ -23,6 +25,7 @@ use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Object, Role, Scene};
+use crate::types::note::{Note, NoteKind, details};
 use serde::Serialize;
 use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;
@@ -89,6 +92,8 @@ pub struct Seconds {
 pub struct Baked {
     /// What goes into the file.
     pub file: PvsFile,
+    /// How the import and the bake went, for who asks; never part of the file, whose notes are for everybody.
+    pub details: Vec<String>,
     /// What is wrong in what the model's author wrote, where the cells are the author's rooms; never part of the file.
     pub audit: Option<Audit>,
     /// Both sides of what is seen from view cells, where there are any.
@@ -193,9 +198,12 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
         if let Some(plan) = better_plan(rays, options, share, work)? {
             return Ok(plan);
         }
-        let reason = format!("walls would leave {:.0} % of what the frustum draws: one open cell", 100.0 * share);
+        let reason = format!(
+            "walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell",
+            100.0 * share
+        );
         let mut graph = CellGraph { reason, ..undivided() };
-        graph.notes.extend(walls.notes.into_iter().filter(|note| note.starts_with(BOUND)));
+        graph.notes.extend(walls.notes.into_iter().filter(|note| note.kind == NoteKind::Cost));
         return Ok(graph);
     }
     let found = split_beside(rays, options, Some(walls.clone()), work)?;
@@ -206,7 +214,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     if is_one_room && names_none && structure(&walls, scene.tolerance().coplanar).is_empty() {
         let of_plan = worth::drawn_share(rays, &found, work)?;
         if share <= WORTH * of_plan {
-            let reason = format!("a tree of walls {}", compared(share, of_plan, "a plan"));
+            let reason = format!("cells along walls {}", compared(share, of_plan, "a plan"));
             return Ok(CellGraph { reason, ..walls });
         }
     }
@@ -232,12 +240,12 @@ fn better_plan(
         return Ok(None);
     }
     let of_plan = worth::drawn_share(rays, &plan, work)?;
-    let reason = format!("a plan of {} closed cells {}", closed_cells(&plan), compared(of_plan, share, "walls"));
+    let reason = format!("the {} rooms of a plan {}", closed_cells(&plan), compared(of_plan, share, "cells along walls"));
     Ok((of_plan <= WORTH * share).then_some(CellGraph { reason, ..plan }))
 }
 
 fn compared(share: f64, others: f64, other: &str) -> String {
-    format!("leaves {:.0} % of what the frustum draws, {other} would leave {:.0} %", 100.0 * share, 100.0 * others)
+    format!("leave {:.0} % of the frustum to draw; {other} would leave {:.0} %", 100.0 * share, 100.0 * others)
 }
 
 /// One open cell instead of a graph that flow would take hours for; only rough walls make so many portals between few cells.
@@ -252,7 +260,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     CellGraph {
         strategy: graph.strategy,
         reason: graph.reason,
-        notes: graph.notes.into_iter().chain([bound]).collect(),
+        notes: graph.notes.into_iter().chain([Note::cost(bound)]).collect(),
         ..undivided(scene)
     }
 }
@@ -295,7 +303,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.ship == Guarantee::Conservative;
     if sees_all && options.view_cells.is_empty() && !divides {
         pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
-        graph.notes.push(format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget));
+        let what = format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget);
+        graph.notes.push(Note::detail(what));
     }
     let rays = if graph.closed_holes.is_empty() { rays } else { RayScene::with_closed_holes(scene, &graph.closed_holes) };
     let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, work)?;
@@ -305,7 +314,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let growth = options.clusters.unwrap_or(if found && pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
     if growth > 0.0 {
         let joined = clusters::join(scene, &mut pvs, growth);
-        pvs.graph.notes.push(joined.to_string());
+        pvs.graph.notes.push(Note::detail(joined.to_string()));
         cells_found = cells_found.or((joined.cells < joined.found).then_some(joined.found));
         if found {
             stage("clusters", &pvs.graph, scene, SEGMENTS);
@@ -333,7 +342,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
-    Ok(Baked { file, audit, views, partition, cells_found, sampling_end, seconds })
+    let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
+    Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, seconds })
 }
 
 #[cfg(test)]

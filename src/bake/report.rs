@@ -1,7 +1,7 @@
-//! What a bake found, in numbers: one typed answer, from which the command line writes prose and JSON, and pages take their figures.
+//! What a bake found, in numbers: one typed answer, from which `prose` makes words, the command line JSON, and pages their figures.
 
-use super::{Baked, ObjectSizes};
 use super::opened::why_open;
+use super::{Baked, ObjectSizes};
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
 use crate::scene::{Scene, TubeCount};
@@ -11,7 +11,6 @@ use crate::types::proof::Repair;
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
 use serde::Serialize;
-use std::fmt;
 
 /// How the cells were found.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -110,8 +109,10 @@ pub struct BakeReport {
     pub strategy: StrategyReport,
     /// What isn't in the file, and why.
     pub left_out: Vec<String>,
-    /// The importer's and the split's notes.
+    /// The importer's and the split's notes, what matters most first.
     pub notes: Vec<String>,
+    /// How the import and the bake went.
+    pub details: Vec<String>,
     /// The sets, and the bake's counters.
     pub pvs: PvsReport,
     /// What ended sampling: `rays`, `unseen`, `time` or `memory`.
@@ -148,11 +149,6 @@ pub struct BakeReport {
     pub findings: Option<Vec<Finding>>,
 }
 
-/// Most findings that prose lists.
-const FINDINGS: usize = 12;
-/// Most notes that prose lists.
-const NOTES: usize = 12;
-
 impl BakeReport {
     /// Of a bake and the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB; `expected_draw` is that of the file.
     ///
@@ -181,6 +177,7 @@ impl BakeReport {
             strategy: StrategyReport { cells: file.strategy, reason: file.reason.clone() },
             left_out: file.left_out.clone(),
             notes: file.notes.clone(),
+            details: baked.details.clone(),
             pvs: PvsReport { summary, stats: file.stats },
             sampling_ended_by: baked.sampling_end,
             clearance: file.clearance(),
@@ -197,18 +194,6 @@ impl BakeReport {
             authored: audit.map(|a| AuthoredReport { rooms: a.rooms, sound_rooms: a.sound_rooms, claimed: a.claimed }),
             findings: audit.map(|a| a.findings.clone()),
         })
-    }
-
-    /// What to do where portals and rows save nothing.
-    fn advice(&self) -> String {
-        let why = if self.cells == self.open_cells {
-            format!("no cell is closed: {}", self.why_open.as_deref().unwrap_or_default())
-        } else {
-            format!("{} of {} cells are closed", self.cells - self.open_cells, self.cells)
-        };
-        format!(
-            "portals and rows save nothing here ({why}); cull by occlusion queries: `walk --mode auto`, `FrameMode::Auto`"
-        )
     }
 }
 
@@ -229,73 +214,4 @@ fn view_cells(baked: &Baked) -> Option<ViewCellsReport> {
         flow_capped: views.capped,
         contradictions: views.contradictions,
     })
-}
-
-/// A few lines of prose.
-impl fmt::Display for BakeReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { triangles, objects, cells, open_cells, portals, seconds, .. } = self;
-        let sides = |total: u64, lower: u64, upper: u64| {
-            let (hidden, undecided) = (total - upper, upper - lower);
-            format!("{lower} are witnessed visible, {hidden} proven hidden, {undecided} undecided")
-        };
-        let strategy = format!("{:?}", self.strategy.cells).to_lowercase();
-        writeln!(f, "{triangles} triangles in {objects} objects")?;
-        if let Some(tubes) = &self.tubes {
-            writeln!(f, "{tubes}")?;
-        }
-        writeln!(f, "{cells} cells ({open_cells} open), {portals} portals, by {strategy}: {}", self.strategy.reason)?;
-        if self.closed_holes > 0 {
-            let closed = self.closed_holes;
-            writeln!(f, "{closed} holes are closed (the notes say which): what shows only through them is culled")?;
-        }
-        let p = &self.pvs.summary;
-        writeln!(f, "of {} cell-object pairs {}", p.total_pairs, sides(p.total_pairs, p.lower_pairs, p.upper_pairs))?;
-        if let Some(expected) = &self.expected_draw {
-            writeln!(f, "{expected}, on a walk through every cell")?;
-            if expected.saves_nothing() {
-                writeln!(f, "{}", self.advice())?;
-            }
-        }
-        writeln!(
-            f,
-            "import {:.1} s, cells {:.1} s, visibility {:.1} s, {:.1} s in all",
-            seconds.import, seconds.cells, seconds.pvs, seconds.total
-        )?;
-        if let Some(v) = &self.view_cells {
-            let total = v.total_pairs as u64;
-            writeln!(f, "{} view cells: of {total} pairs {}", v.count, sides(total, v.lower_pairs, v.upper_pairs))?;
-        }
-        for line in &self.left_out {
-            writeln!(f, "left out: {line}")?;
-        }
-        if let (Some(authored), Some(findings)) = (&self.authored, self.findings.as_ref().filter(|all| !all.is_empty())) {
-            let AuthoredReport { rooms, sound_rooms, .. } = authored;
-            writeln!(
-                f,
-                "of {rooms} rooms that the author drew {sound_rooms} hold free space of the model alone; what is wrong:"
-            )?;
-            for finding in findings.iter().take(FINDINGS) {
-                writeln!(f, "  {}", finding.text)?;
-            }
-            if findings.len() > FINDINGS {
-                writeln!(f, "  and {} more (--json)", findings.len() - FINDINGS)?;
-            }
-        }
-        for (pairs, so) in [(self.pvs.stats.met_kept, "count as visible"), (self.pvs.stats.met_left_out, "are left out")] {
-            if pairs > 0 {
-                writeln!(f, "{pairs} pairs that rays met only within the clearance of a surface {so}")?;
-            }
-        }
-        if !self.repairs.is_empty() {
-            writeln!(f, "{} holes in the cell graph were found and mended", self.repairs.len())?;
-        }
-        for note in self.notes.iter().take(NOTES) {
-            writeln!(f, "note: {note}")?;
-        }
-        if self.notes.len() > NOTES {
-            writeln!(f, "and {} more notes (--json, `info`)", self.notes.len() - NOTES)?;
-        }
-        Ok(())
-    }
 }

@@ -8,6 +8,7 @@ use crate::job::{Job, Stopped};
 use crate::runtime::Mode;
 use crate::scene::rays::RayScene;
 use crate::scene::{Scene, split_objects};
+use crate::types::note::Note;
 use serde::{Deserialize, Serialize};
 
 /// A draw call costs as much as so many triangles. Less: objects become crumbs that cost more to decide about than to draw. More: what one
@@ -120,13 +121,20 @@ fn tried(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<Objec
 }
 
 /// What the choice is, or what it would be.
-fn note(sizes: &ObjectSizes, keep_whole: bool) -> Option<String> {
+fn note(sizes: &ObjectSizes, keep_whole: bool) -> Option<Note> {
     let ObjectSizes { whole, best } = sizes;
     let limit = best.most_triangles?;
-    let [draws, would] = [whole, best].map(|size| format!("{:.0} triangles in {:.0} draw calls", size.triangles, size.draw_calls));
+    let drawn = |verb: &str| {
+        format!(
+            "{:.0} instead of {:.0} triangles {verb} drawn a frame, in {:.0} instead of {:.0} draw calls",
+            best.triangles, whole.triangles, best.draw_calls, whole.draw_calls
+        )
+    };
     Some(if keep_whole {
-        format!("objects are as their author made them, and {draws} are drawn a frame; without --whole, split to {limit} triangles, {would}")
+        let would = drawn("would be");
+        Note::cost(format!("objects are as their author made them; without --whole, split to {limit} triangles, {would}"))
     } else {
-        format!("objects are split to at most {limit} triangles: {would} are drawn a frame, of whole ones {draws}; --whole keeps them whole")
+        let are = drawn("are");
+        Note::taken(format!("objects are split to at most {limit} triangles: {are}; --whole keeps them whole"))
     })
 }

@@ -40,9 +40,10 @@ pub(super) fn choose(rays: &RayScene<'_>) -> (Strategy, String) {
     }
     let audit = audit_rooms(scene);
     if audit.sound_share() >= SOUND_SHARE {
-        return (Strategy::Authored, format!("{} of the {rooms} rooms that the model names are sound", audit.sound_rooms));
+        let reason = format!("{} of the {rooms} rooms that the model names can be used", audit.sound_rooms);
+        return (Strategy::Authored, reason);
     }
-    (strategy, format!("only {} of the {rooms} rooms that the model names are sound; {why}", audit.sound_rooms))
+    (strategy, format!("only {} of the {rooms} rooms that the model names can be used; {why}", audit.sound_rooms))
 }
 
 /// Of what isn't level in a scene, the share that stands upright; 1 where all is level.
@@ -69,19 +70,19 @@ pub(crate) fn may_be_house(scene: &Scene) -> bool {
 fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
     let scene = rays.scene();
     let share = upright_share(scene);
-    let why = format!("{:.0} % of what is not level stands upright", 100.0 * share);
     let nothing = says_nothing(scene);
+    let by_walls = |why: String| (Strategy::Bsp, format!("{why}, so space is cut along the largest walls"));
     if share < UPRIGHT_SHARE[usize::from(!nothing)] {
-        return (Strategy::Bsp, why);
+        return by_walls(format!("{:.0} % of the walls lean", 100.0 * (1.0 - share)));
     }
     if nothing && Facing::new(rays).shows_backs {
-        return (Strategy::Bsp, format!("{why}, and from outside its walls show their backs, as those of levels do"));
+        return by_walls("from outside its walls show their backs, as those of levels do".to_owned());
     }
     match Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(rays) {
         Some(covered) if covered < COVERED_SHARE => {
-            (Strategy::Bsp, format!("something is above {:.0} % of what is level", 100.0 * covered))
+            by_walls(format!("{:.0} % of the floors have something above them", 100.0 * covered))
         }
-        _ => (Strategy::Plan, why),
+        _ => (Strategy::Plan, "walls are vertical, so rooms come from the floor plan".to_owned()),
     }
 }
 
@@ -110,21 +111,21 @@ pub(super) fn better(mut plan: CellGraph, tolerance: f64, mut walls: CellGraph) 
     walls.link();
     let (is_better, says) = if closed_cells(&plan) == 0 {
         let closed = closed_cells(&walls);
-        (closed > 0, format!("the plan closes no cell, bsp {closed}"))
+        (closed > 0, format!("the plan finds no closed room, cuts along walls {closed}"))
     } else {
         let [of_plan, of_walls] = [&plan, &walls].map(portals_a_cell);
-        let says = format!("the plan has {of_plan:.1} portals a cell, bsp {of_walls:.1}");
+        let says = format!("the plan has {of_plan:.1} portals a cell, cuts along walls {of_walls:.1}");
         (of_walls < of_plan && walls.cells.len() > 1, says)
     };
     if !is_better {
-        plan.reason = format!("{}; the plan kept: {says}", plan.reason);
+        plan.reason = format!("{}; the plan is kept: {says}", plan.reason);
         return plan;
     }
     if !structure(&walls, tolerance).is_empty() {
-        plan.reason = format!("{}; the plan kept: {says}, which doesn't validate", plan.reason);
+        plan.reason = format!("{}; the plan is kept: {says}, but these leave gaps", plan.reason);
         return plan;
     }
-    walls.reason = format!("{}; bsp kept: {says}", plan.reason);
+    walls.reason = format!("{}; but space is cut along walls: {says}", plan.reason);
     walls
 }
 

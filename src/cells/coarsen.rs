@@ -9,6 +9,7 @@ use super::merge::merge;
 use crate::CellId;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::area;
+use crate::types::note::Note;
 
 /// What matrices over a graph take at most while it is baked, bytes: both bounds over cells and over objects, and what flow knows of
 /// pairs of directed portals. What the scene itself takes comes on top.
@@ -65,10 +66,10 @@ pub fn coarsen(
     }
     merge(graph, &mut groups.union);
     let after = graph.cells.len();
-    graph.notes.push(format!(
-        "memory: {before} cells joined to {after}, as matrices over all of them would take {} MiB; rows are coarser for it",
+    graph.notes.push(Note::cost(format!(
+        "memory: {before} cells joined to {after}, as matrices over all of them would take {} MiB; more is drawn for it (--memory)",
         needed >> 20
-    ));
+    )));
     Some(before)
 }
 

@@ -4,6 +4,7 @@ use super::bsp::planes::opaque_structure;
 use super::{Cell, CellGraph, Piece, Portal};
 use crate::geom::{Aabb, Plane, newell};
 use crate::scene::{Hints, Object, RoomHint, Scene};
+use crate::types::note::Note;
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::HashMap;
 
@@ -83,7 +84,7 @@ impl Lean {
         let piece = |piece: &Piece| Piece::new(piece.planes.iter().map(plane).collect(), eps);
         let cell = |cell: Cell| Cell { pieces: cell.pieces.iter().filter_map(piece).collect(), ..cell };
         let portal = |portal: Portal| Portal { plane: plane(&portal.plane), winding: winding(&portal.winding), ..portal };
-        let note = format!("the model leans by {degrees:.2} degrees; its rooms were looked for as if it stood upright");
+        let note = Note::taken(format!("the model leans by {degrees:.2} degrees; its rooms were found as if it stood upright"));
         CellGraph {
             cells: graph.cells.into_iter().map(cell).collect(),
             portals: graph.portals.into_iter().map(portal).collect(),

@@ -41,6 +41,7 @@ pub(crate) use split::undivided_in_metres;
 pub use split::{SplitError, SplitOptions, split, undivided};
 
 use crate::geom::{Aabb, Plane};
+use crate::types::note::Note;
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -133,8 +134,8 @@ pub struct CellGraph {
     pub smallest_hole: f64,
     /// Holes that count as opaque, convex polygons: too small for the user, or walls of a level that are not drawn.
     pub closed_holes: Vec<Vec<DVec3>>,
-    /// What the split left out or simplified, one line each, for the report.
-    pub notes: Vec<String>,
+    /// What the split left out or simplified.
+    pub notes: Vec<Note>,
 }
 
 impl CellGraph {

@@ -11,6 +11,7 @@ use crate::scene::bulk::bulk;
 use crate::scene::floors::within;
 use crate::scene::rays::RayScene;
 use crate::scene::up;
+use crate::types::note::Note;
 use crate::types::person::{CEILING_HEIGHT, LEAST_ACROSS, PLAUSIBLE, by_extent, hall, metric};
 use glam::DVec3;
 
@@ -108,7 +109,11 @@ impl HumanScale {
     }
 
     /// A line for the report where the model is not in metres, or may be in feet; none where it is unclear what is up.
-    pub fn note(&self) -> Option<String> {
+    pub fn note(&self) -> Option<Note> {
+        self.doubt().map(Note::fault)
+    }
+
+    fn doubt(&self) -> Option<String> {
         let (metre, height) = (self.metre, self.ceiling.unwrap_or_default());
         if self.is_doubted {
             return None;

@@ -10,6 +10,7 @@ use super::{CellGraph, Portal, PortalKind};
 use crate::geom::{Aabb, Plane, clip};
 use crate::parallel;
 use crate::scene::Scene;
+use crate::types::note::Note;
 use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
@@ -46,13 +47,13 @@ pub fn close(scene: &Scene, graph: &mut CellGraph, smallest_hole: f64) {
     }
     graph.portals = kept;
     graph.link();
-    graph.notes.push(match closed.len() {
+    graph.notes.push(Note::taken(match closed.len() {
         0 => format!("no portal is narrower than {smallest_hole} m (--smallest-hole)"),
         closed => format!(
             "{closed} of {before} portals are narrower than {smallest_hole} m (--smallest-hole) and are closed, {doors} doors among them: \
              what shows only through them is culled"
         ),
-    });
+    }));
     graph.closed_holes.append(&mut closed);
 }
 

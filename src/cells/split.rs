@@ -26,6 +26,7 @@ use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
+use crate::types::note::Note;
 use glam::DVec3;
 
 /// How to split.
@@ -184,7 +185,7 @@ fn from_columns(
     let mut notes = notes(scene, &labels, &found, &unsound, human);
     notes.extend(coarser(human, scale));
     notes.extend(labels.least_volume.map(|volume| joined(human, volume)));
-    notes.extend(labels.were_many.then(|| format!("{BOUND}{JOINED_AT_ONCE}")));
+    notes.extend(labels.were_many.then(|| Note::cost(format!("{BOUND}{JOINED_AT_ONCE}"))));
     Ok(CellGraph {
         strategy,
         reason,
@@ -228,23 +229,23 @@ fn cuts(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb, limits
 }
 
 /// What users should know where walls and sheets that people build make no cuts.
-fn coarser(human: HumanScale, scale: f64) -> Option<String> {
+fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
     let [wall, sheet] = [human.least_wall(), human.least_sheet()].map(|area| area * scale);
     let says = || {
-        format!(
+        Note::cost(format!(
             "{BOUND}walls and sheets would cut space into more pieces than there may be; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
              make no cuts; cells are coarser for it"
-        )
+        ))
     };
     (scale > 1.0).then(says)
 }
 
 /// What users should know where rooms were joined for being too many.
-fn joined(human: HumanScale, volume: f64) -> String {
+fn joined(human: HumanScale, volume: f64) -> Note {
     let volume = volume / human.metre.powi(3);
-    format!(
+    Note::cost(format!(
         "{BOUND}there would be more rooms, or more portals, than there may be; rooms below {volume:.0} m³ are one with a neighbour; cells are coarser for it"
-    )
+    ))
 }
 
 /// What users should know where regions were too many to be joined in pairs.
@@ -367,13 +368,17 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
         .collect()
 }
 
-fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<String> {
-    let mut notes = vec![format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len())];
+fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<Note> {
+    let mut notes = vec![Note::detail(format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len()))];
     notes.extend(human.note());
     for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
         if labels.regions.iter().all(|r| r.room != Some(i as u32)) {
-            let what = if unsound[i] { "is unsound and names no cell" } else { "holds no free space" };
-            notes.push(format!("room {} ({}) {what}", room.id, room.name));
+            let what = if unsound[i] {
+                "is not closed, is empty or holds other rooms, and is no cell"
+            } else {
+                "holds no free space"
+            };
+            notes.push(Note::fault(format!("room {} ({}) {what}", room.id, room.name)));
         }
     }
     notes
@@ -429,7 +434,7 @@ mod tests {
                 from_columns(&scene, HumanScale::METRES, asked, &SplitOptions::default(), plan_options, &Job::quiet());
             found.expect("nobody stops it")
         };
-        let is_told = |graph: &CellGraph| graph.notes.contains(&format!("{BOUND}{JOINED_AT_ONCE}"));
+        let is_told = |graph: &CellGraph| graph.notes.iter().any(|note| *note == format!("{BOUND}{JOINED_AT_ONCE}"));
         let in_pairs = with(&PlanOptions::default());
         let at_once = with(&PlanOptions { faces_in_pairs: 0, ..PlanOptions::default() });
         assert_eq!((in_pairs.cells.len(), at_once.cells.len()), (2, 2), "the hall with its stalls, and the outside");

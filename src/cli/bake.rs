@@ -4,7 +4,7 @@ use super::files::Files;
 use super::kinds::Kind;
 use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
 use super::scene::{RAYS, SceneFlags};
-use super::{CliError, Outcome, at};
+use super::{CliError, Outcome, VerboseFlag, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
@@ -66,6 +66,8 @@ pub struct Args {
     /// Where a .map leaks, write the way out as points, a line each, as editors of maps load them (.pts)
     #[arg(long, value_name = "FILE")]
     leak: Option<PathBuf>,
+    #[command(flatten)]
+    verbose: VerboseFlag,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -230,7 +232,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     if args.json {
         super::answer(&super::json(&report)?)?;
     } else {
-        super::answer(&format!("{report}{}: {} bytes", output.display(), report.file_bytes))?;
+        super::answer(&report.prose(&output.display().to_string(), args.verbose.is_set()))?;
     }
     Ok(Outcome::Done)
 }

@@ -3,7 +3,7 @@
 use super::files::Files;
 use super::kinds::Kind;
 use super::level::Input;
-use super::{CliError, Outcome, at, say};
+use super::{CliError, Outcome, VerboseFlag, at, say};
 use enfilade::CellId;
 use enfilade::file::{PvsFile, replace_file};
 use enfilade::level::rows::read_rows;
@@ -53,6 +53,8 @@ pub struct Args {
     /// Seed of every random choice.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    verbose: VerboseFlag,
     /// Print JSON to stdout.
     #[arg(long)]
     json: bool,
@@ -109,7 +111,12 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     }
     let mut told = String::new();
     score.iter().for_each(|score| tell_rooms(score, &mut told));
-    tell(&report, &file, &scene, &mut told);
+    tell(&report, &file, &mut told);
+    if args.verbose.is_set() {
+        tell_figures(&report, &mut told);
+    }
+    tell_faults(&report, &mut told);
+    tell_examples(&report, &file, &scene, &mut told);
     exact.iter().for_each(|exact| tell_exact(exact, &file, &scene, &mut told));
     let seconds = report.seconds + exact.as_ref().map_or(0.0, |exact| exact.seconds);
     say!(told, "{} in {seconds:.1} s", if passed { "passed" } else { "failed" });
@@ -240,7 +247,7 @@ fn tell_level(r: &LineReport, out: &mut String) {
     say!(out, "{} in {:.1} s", if r.passed { "passed" } else { "failed" }, r.seconds);
 }
 
-fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {
+fn tell(r: &CheckReport, file: &PvsFile, out: &mut String) {
     let promise = match r.guarantee {
         Guarantee::Conservative => "conservative",
         Guarantee::Sampled => "sampled",
@@ -254,36 +261,44 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {
         r.missed_cell_pairs
     );
     say!(out, "{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
-    if r.missed_placements > 0 {
-        say!(out, "{} objects are met in a cell that they aren't placed in", r.missed_placements);
+    if r.crack_rays > 0 {
+        say!(
+            out,
+            "{} rays passed cracks narrower than {:.4} m: nothing is promised there, and they don't fail the check",
+            r.crack_rays,
+            file.smallest_hole
+        );
     }
-    say!(
-        out,
-        "{} violations through cracks narrower than {:.4} m, which are promised nothing",
-        r.crack_rays,
-        file.smallest_hole
-    );
-    let percent = |x: f64| x * 100.0;
-    let f = &r.false_pixels;
-    say!(
-        out,
-        "{} views: false pixels {:.4} % mean, {:.4} % p95, {:.4} % max",
-        r.views,
-        percent(f.mean),
-        percent(f.p95),
-        percent(f.max)
-    );
+    if r.views > 0 {
+        let [mean, max] = [r.false_pixels.mean, r.false_pixels.max].map(|share| 100.0 * share);
+        say!(out, "{} views: {mean:.4} % of the pixels are missing in the mean, {max:.4} % in the worst", r.views);
+    }
+}
+
+/// What most readers need not know.
+fn tell_figures(r: &CheckReport, out: &mut String) {
+    say!(out, "95 % of the views lack no more than {:.4} % of their pixels", 100.0 * r.false_pixels.p95);
     let free = &r.free_outside_cells;
     say!(
         out,
-        "{} of {} points of free space inside are in no cell ({:.4} %)",
+        "{} of {} points of free space inside are in no cell ({:.4} %): all in the frustum is drawn there",
         free.outside,
         free.points,
-        percent(free.share)
+        100.0 * free.share
     );
     for place in &free.places {
         let from = place.from_cell.map_or("a room that its author drew".into(), |c| format!("cell {c}"));
         say!(out, "  {} of them around {:.3}, on the way from {from}", place.points, place.at);
+    }
+    if r.empty_cells > 0 {
+        say!(out, "{} cells have no volume; nothing was cast from them", r.empty_cells);
+    }
+}
+
+/// What fails the check, beside missed rays.
+fn tell_faults(r: &CheckReport, out: &mut String) {
+    if r.missed_placements > 0 {
+        say!(out, "{} objects are met in a cell that they aren't placed in", r.missed_placements);
     }
     if r.structure.count > 0 {
         say!(out, "{} faults of cells and portals, which fail the check", r.structure.count);
@@ -304,10 +319,6 @@ fn tell(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {
             say!(out, "  leak_{i}: {what} cell {}, {:.2} m", leak.from_cell, leak.length);
         }
     }
-    if r.empty_cells > 0 {
-        say!(out, "{} cells have no volume; nothing was cast from them", r.empty_cells);
-    }
-    tell_examples(r, file, scene, out);
 }
 
 fn tell_examples(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut String) {

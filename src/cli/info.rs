@@ -1,7 +1,7 @@
 //! `enfilade info`.
 
 use super::files::Files;
-use super::{CliError, Outcome, at};
+use super::{CliError, Outcome, VerboseFlag, at};
 use enfilade::file::{Container, FileSummary, PvsFile, load_bytes};
 use enfilade::types::guarantee::Guarantee;
 use enfilade::walkthrough::expected::{ExpectedDraw, expected_draw};
@@ -13,6 +13,8 @@ use std::path::PathBuf;
 pub struct Args {
     /// The .pvs file.
     file: PathBuf,
+    #[command(flatten)]
+    verbose: VerboseFlag,
     /// JSON on stdout, keys as in docs/cli.md.
     #[arg(long)]
     json: bool,
@@ -39,86 +41,100 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let container = Container::parse(&bytes).map_err(|e| at(&args.file, e))?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&args.file, e))?;
     let report = InfoReport { file: FileSummary::of(&container, &file), expected_draw: expected_draw(&file) };
-    super::answer(&if args.json { super::json(&report)? } else { prose(&report) })?;
+    super::answer(&if args.json { super::json(&report)? } else { prose(&report, args.verbose.is_set()) })?;
     Ok(Outcome::Done)
 }
 
-fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
-    let percent = |part: u64, all: u64| 100.0 * part as f64 / (all as f64).max(1.0);
-    let mut out = String::new();
-    let mut line = |name: &str, what: String| {
-        // One line, whatever a name in the file holds. Writing into a String cannot fail.
-        let what = what.split_whitespace().collect::<Vec<_>>().join(" ");
-        let _ = writeln!(out, "{name:<10} {what}");
-    };
-    line("file", format!("version {}, {} bytes, for model {}", f.version, f.file_bytes, f.model_hash));
-    line("guarantee", f.guarantee.in_words().to_owned());
-    line("", format!("clearance {}: {}", length(f.clearance), Guarantee::STATEMENT));
-    line(
-        "cells",
-        format!(
-            "{} ({} open), {} portals, strategy {}: {}",
-            f.cells,
-            f.open_cells,
-            f.portals,
-            format!("{:?}", f.strategy).to_lowercase(),
-            f.reason
-        ),
-    );
-    line("", format!("openings narrower than {} may be sealed", length(f.smallest_hole)));
-    for (kind, s) in [("doors", &f.doors), ("windows", &f.windows)] {
-        if s.count != 0 {
-            let how = format!(
-                "{}: {} open, {} shut ({} of them ajar), {} see-through",
-                s.count, s.open, s.shut, s.ajar, s.see_through
-            );
-            line(kind, how);
-        }
+/// Lines with a name each.
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    /// One line, whatever a name in the file holds.
+    fn add(&mut self, name: &str, what: &str) {
+        // Writing into a String cannot fail.
+        let _ = writeln!(self.0, "{name:<10} {}", what.split_whitespace().collect::<Vec<_>>().join(" "));
     }
-    line("objects", format!("{} of {} triangles", f.objects, f.triangles));
+}
+
+fn percent(part: u64, all: u64) -> f64 {
+    100.0 * part as f64 / (all as f64).max(1.0)
+}
+
+/// What the owner of the file wants to know; `is_verbose`: all that there is to say.
+fn prose(InfoReport { file: f, expected_draw }: &InfoReport, is_verbose: bool) -> String {
+    let mut out = Lines::default();
+    out.add("file", &format!("version {}, {} bytes, for model {}", f.version, f.file_bytes, f.model_hash));
+    out.add("guarantee", f.guarantee.in_words());
+    if is_verbose {
+        out.add("", &format!("clearance {}: {}", length(f.clearance), Guarantee::STATEMENT));
+        out.add("", &format!("openings narrower than {} may be sealed", length(f.smallest_hole)));
+    }
+    let by = format!("{:?}", f.strategy).to_lowercase();
+    out.add("cells", &format!("{} ({} open), {} portals, by {by}: {}", f.cells, f.open_cells, f.portals, f.reason));
+    for (kind, s) in [("doors", &f.doors), ("windows", &f.windows)].into_iter().filter(|(_, s)| s.count != 0) {
+        let [open, shut, ajar] = [s.open, s.shut, s.ajar];
+        out.add(
+            kind,
+            &format!("{}: {open} open, {shut} shut ({ajar} of them ajar), {} see-through", s.count, s.see_through),
+        );
+    }
+    out.add("objects", &format!("{} of {} triangles", f.objects, f.triangles));
+    let p = &f.pvs;
+    let kept = match f.guarantee {
+        Guarantee::Conservative => p.upper_pairs,
+        Guarantee::Sampled => p.lower_pairs,
+    };
+    out.add("rows", &format!("{:.0} % of the pairs of a cell and an object are kept", percent(kept, p.total_pairs)));
+    if let Some(expected) = expected_draw {
+        let saves = if is_verbose { expected.to_string() } else { expected.brief() };
+        out.add("expected", &format!("{saves}, on a walk through every cell"));
+    }
+    let views = &f.view_cells;
+    if views.count != 0 {
+        let held = format!("rows hold {} of {} pairs with objects", views.pairs, views.total_pairs);
+        out.add("view cells", &format!("{}: {held}, {} bytes", views.count, views.row_bytes));
+    }
+    if is_verbose {
+        figures(f, &mut out);
+    }
+    let shown = if is_verbose { f.notes.len() } else { SHOWN };
+    for (i, note) in f.notes.iter().take(shown).enumerate() {
+        out.add(if i == 0 { "notes" } else { "" }, note);
+    }
+    if f.notes.len() > shown {
+        out.add("", &format!("and {} more: -v shows them", f.notes.len() - shown));
+    }
+    out.0
+}
+
+/// Both sides of what is seen, bytes, and what is not in the file.
+fn figures(f: &FileSummary, out: &mut Lines) {
     let p = &f.pvs;
     for (label, name, [lower, upper, undecided, all]) in [
         ("pairs", "cell", [p.cell_lower_pairs, p.cell_upper_pairs, p.cell_undecided_pairs, p.cell_total_pairs]),
         ("", "object", [p.lower_pairs, p.upper_pairs, p.undecided_pairs, p.total_pairs]),
     ] {
-        line(
-            label,
-            format!(
-                "cell-{name}: {:.2} % proven visible, {:.2} % not proven hidden; {undecided} of {all} undecided",
-                percent(lower, all),
-                percent(upper, all),
-            ),
-        );
-    }
-    if let Some(expected) = expected_draw {
-        line("expected", format!("{expected}, on a walk through every cell"));
+        let [seen, not_hidden] = [lower, upper].map(|part| percent(part, all));
+        let what =
+            format!("{seen:.2} % proven visible, {not_hidden:.2} % not proven hidden; {undecided} of {all} undecided");
+        out.add(label, &format!("cell-{name}: {what}"));
     }
     for (label, name, bytes, bits, entropy) in [
-        ("rows", "cell", p.cell_row_bytes, p.cell_bits_per_pair, p.cell_entropy_bits_per_pair),
+        ("bytes", "cell", p.cell_row_bytes, p.cell_bits_per_pair, p.cell_entropy_bits_per_pair),
         ("", "object", p.row_bytes, p.bits_per_pair, p.entropy_bits_per_pair),
     ] {
-        line(label, format!("cell-{name}: {bytes} bytes, {bits:.4} bits a pair (zero-order entropy {entropy:.4})"));
-    }
-    let views = &f.view_cells;
-    if views.count != 0 {
-        let held = format!("rows hold {} of {} pairs with objects", views.pairs, views.total_pairs);
-        line("view cells", format!("{}: {held}, {} bytes", views.count, views.row_bytes));
+        out.add(label, &format!("cell-{name}: {bytes} bytes, {bits:.4} bits a pair (zero-order entropy {entropy:.4})"));
     }
     let sections: Vec<String> = f.sections.iter().map(|s| format!("{} {}", s.name, s.bytes)).collect();
-    line("sections", sections.join(", "));
-    for (name, lines) in [("left out", &f.left_out), ("notes", &f.notes)] {
-        for (i, one) in lines.iter().take(SHOWN).enumerate() {
-            line(if i == 0 { name } else { "" }, one.clone());
-        }
-        if lines.len() > SHOWN {
-            line("", format!("and {} more (--json)", lines.len() - SHOWN));
-        }
+    out.add("sections", &sections.join(", "));
+    for (i, line) in f.left_out.iter().enumerate() {
+        out.add(if i == 0 { "left out" } else { "" }, line);
     }
-    line("repairs", f.repairs.to_string());
-    out
+    out.add("repairs", &f.repairs.to_string());
 }
 
-/// Lines of a kind that fit on the one screen.
+/// Notes that fit on the one screen.
 const SHOWN: usize = 6;
 
 /// Units of prose: from how many metres on, their name, how many a metre has.

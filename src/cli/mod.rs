@@ -83,6 +83,21 @@ impl FilesFlag {
     }
 }
 
+/// Flag of commands that have more to say than most people want to read.
+#[derive(clap::Args)]
+pub struct VerboseFlag {
+    /// Print everything: figures of the method, too
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+impl VerboseFlag {
+    /// Whether it was given.
+    pub fn is_set(&self) -> bool {
+        self.verbose
+    }
+}
+
 /// Puts the path before a message.
 pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
     CliError(format!("{}: {error}", path.display()))

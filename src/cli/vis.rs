@@ -8,7 +8,7 @@ use super::kinds::Kind;
 use super::level::{Input, SearchFlags};
 use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
 use super::stage_times::Stages;
-use super::{CliError, Outcome, at, say};
+use super::{CliError, Outcome, VerboseFlag, at, say};
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade::level::compare::against;
@@ -50,6 +50,8 @@ pub struct Args {
     /// Say why these two clusters see each other, or don't
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     why: Option<Vec<u32>>,
+    #[command(flatten)]
+    verbose: VerboseFlag,
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
@@ -149,7 +151,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     if args.json {
         super::answer(&format!("{report:#}"))?;
     }
-    super::prose(&prose(&report, [args.rows.as_deref(), output.as_deref()]), args.json)?;
+    let files = [args.rows.as_deref(), output.as_deref()];
+    super::prose(&prose(&report, files, args.verbose.is_set()), args.json)?;
     if let (Some(path), Some(beside)) = (&args.against, &beside) {
         super::prose(&super::compare::prose(beside, path), args.json)?;
     }
@@ -280,28 +283,31 @@ pub(super) fn report(input: &Input, found: &Totals) -> Value {
     })
 }
 
-fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
+fn prose(report: &Value, files: [Option<&Path>; 2], is_verbose: bool) -> String {
     let n = |p: &str| report.pointer(p).map(ToString::to_string).unwrap_or_default();
     let s = |p: &str| report.pointer(p).and_then(Value::as_f64).unwrap_or_default();
     let from = report["portals_from"].as_str().unwrap_or_default();
+    let kept = 100.0 * s("/upper_pairs") / s("/total_pairs").max(1.0);
     let mut lines = vec![
         format!("{} clusters, {} portals ({from}), {} leaves", n("/clusters"), n("/portals"), n("/leaves")),
-        format!(
-            "of {} pairs {} are witnessed visible, {} proven hidden, {} undecided; {:.1} clusters visible on average",
+        format!("{kept:.0} % of the pairs of clusters are kept: {:.1} are visible from one on average", s("/mean_visible")),
+    ];
+    if is_verbose {
+        lines.push(format!(
+            "of {} pairs {} are witnessed visible, {} proven hidden, {} undecided",
             n("/total_pairs"),
             n("/lower_pairs"),
             s("/total_pairs") - s("/upper_pairs"),
             n("/undecided_pairs"),
-            s("/mean_visible"),
-        ),
-        format!("{} lines, {} steps, {:.2} s", n("/lines"), n("/steps"), s("/seconds")),
-    ];
-    if report.get("ambient_leaves").is_some() {
-        let n = |sound: &str| n(&format!("/ambient_leaves/{sound}"));
-        lines.push(format!("ambient sounds: {} leaves hear water, {} sky, {} lava", n("water"), n("sky"), n("lava")));
-    }
-    if s("/slivers") > 0.0 {
-        lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
+        ));
+        lines.push(format!("{} lines, {} steps, {:.2} s", n("/lines"), n("/steps"), s("/seconds")));
+        if report.get("ambient_leaves").is_some() {
+            let n = |sound: &str| n(&format!("/ambient_leaves/{sound}"));
+            lines.push(format!("ambient sounds: {} leaves hear water, {} sky, {} lava", n("water"), n("sky"), n("lava")));
+        }
+        if s("/slivers") > 0.0 {
+            lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
+        }
     }
     if s("/capped") > 0.0 {
         lines.push(format!("{} searches ran out of steps (--steps) and kept what might be seen", n("/capped")));

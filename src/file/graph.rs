@@ -4,6 +4,7 @@ use super::{FileCell, FilePortal, PvsFile};
 use crate::cells::{Cell, CellGraph, Piece, Portal};
 use crate::geom::{Aabb, Plane};
 use crate::tolerance::Tolerance;
+use crate::types::note::Note;
 use glam::Vec4;
 
 impl PvsFile {
@@ -25,7 +26,7 @@ impl PvsFile {
             portals: self.portals.iter().map(portal).collect(),
             smallest_hole: self.smallest_hole,
             closed_holes: self.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_dvec3()).collect()).collect(),
-            notes: self.notes.clone(),
+            notes: self.notes.iter().map(Note::taken).collect(),
         };
         graph.link();
         graph

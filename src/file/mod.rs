@@ -67,7 +67,7 @@ pub struct PvsFile {
     pub clusters: Vec<u32>,
     /// What was left out of this file, one line each, with the reason.
     pub left_out: Vec<String>,
-    /// Notes of the importer and of the split.
+    /// Notes of the importer and of the split, what matters most first; no details.
     pub notes: Vec<String>,
     /// Cells.
     pub cells: Vec<FileCell>,

@@ -12,6 +12,7 @@ use crate::job::{Job, Stopped};
 use crate::scene::rays::RayScene;
 use crate::scene::{Object, Scene};
 use crate::types::bounds::percent;
+use crate::types::note::Note;
 use crate::{BitMatrix, ObjectId};
 
 /// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
@@ -193,8 +194,8 @@ impl<'a> Bake<'a> {
         self.lower.failed.keys().for_each(|&(cell, object)| _ = self.narrow.set(cell as usize, object as usize));
 
         if self.lower.left_out > 0 {
-            let note = format!("memory: {} proofs left out; their pairs count as undecided", self.lower.left_out);
-            self.graph.notes.push(note);
+            let note = format!("memory: {} proofs left out; their pairs count as undecided (--memory)", self.lower.left_out);
+            self.graph.notes.push(Note::cost(note));
         }
         let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = self.lower;
         witnesses.sort_by_key(|w| (w.cell, w.object));
@@ -218,16 +219,17 @@ impl<'a> Bake<'a> {
 }
 
 /// How far sampling came with what was asked of it.
-fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> String {
+fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> Note {
     let (goal, bound) = (percent(goal), percent(unseen.mean));
-    match end {
+    let kind: fn(String) -> Note = if end == SamplingEnd::Unseen { Note::taken } else { Note::fault };
+    kind(match end {
         SamplingEnd::Unseen => format!("unseen: at most {bound} after {rays} rays, as asked for ({goal})"),
         SamplingEnd::Rays => format!("unseen: at most {bound}; {goal} was not reached with all {rays} rays (--rays)"),
         SamplingEnd::Memory => {
             format!("unseen: at most {bound}; {goal} was not reached in memory, after {rays} rays (--memory)")
         }
         SamplingEnd::Time => format!("unseen: at most {bound}; {goal} was not reached in time, after {rays} rays (--time)"),
-    }
+    })
 }
 
 /// Pairs outside the upper set that rays met without a proof: adds them all if that costs less than [`MET`] of it. Returns how many it

@@ -8,6 +8,7 @@ use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::tubes::{MOST_SECTIONS, Tubes};
 use crate::types::hints::Leaves;
+use crate::types::note::Note;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -276,8 +277,12 @@ impl SceneBuilder {
         if !names.is_empty() {
             let more = if names.len() > 3 { ", ..." } else { "" };
             names.truncate(3);
-            let what = format!("{}{more}: sky or backdrop, so it bounds no room and gives no scale", names.join(", "));
-            self.source.notes.push(what);
+            let what = format!(
+                "{}{more}: taken for the sky or a backdrop, so it hides nothing and bounds no room; if it is a wall or a ground, give it \
+                 the role structure (--roles)",
+                names.join(", ")
+            );
+            self.source.notes.push(Note::taken(what));
         }
     }
 
@@ -363,11 +368,12 @@ impl SceneBuilder {
         }
         let together = joined(groups.into_values(), &mut objects);
         if self.degenerate > 0 {
-            self.source.notes.push(format!("{} triangles without area dropped", self.degenerate));
+            self.source.notes.push(Note::detail(format!("{} triangles without area dropped", self.degenerate)));
         }
         if let Some(node) = &self.first_broken {
             let count = self.broken;
-            self.source.notes.push(format!("{count} triangles left out: a corner is not a finite number (first in {node})"));
+            let what = format!("{count} triangles left out: a corner is not a finite number (first in {node})");
+            self.source.notes.push(Note::fault(what));
         }
         self.source.notes.extend(see_through(&objects, &self.source.format));
         let hints = moved(self.hints, origin);
@@ -375,7 +381,7 @@ impl SceneBuilder {
         let whole = Scene { name, source, origin, positions, triangles, objects, tubes, together, hints, trace };
         let mut scene = split_objects(whole, self.options.object_triangles);
         let count = scene.tube_count();
-        scene.source.notes.extend(count.map(|count| count.to_string()));
+        scene.source.notes.extend(count.map(|count| Note::detail(count.to_string())));
         Ok(scene)
     }
 }
@@ -410,17 +416,17 @@ fn joined(groups: impl Iterator<Item = Vec<ObjectId>>, objects: &mut [Object]) -
 }
 
 /// A note where much is see-through: exporters of glTF and OBJ often mark whole buildings so.
-fn see_through(objects: &[Object], format: &str) -> Option<String> {
+fn see_through(objects: &[Object], format: &str) -> Option<Note> {
     let count = |is_counted: &dyn Fn(&Object) -> bool| {
         objects.iter().filter(|o| is_counted(o)).map(|o| o.triangles.len()).sum::<usize>()
     };
     let (all, clear) = (count(&|_| true), count(&|o| !o.opaque && o.glass));
     let percent = 100.0 * clear as f64 / all.max(1) as f64;
     (percent >= MUCH && ["glTF", "OBJ"].contains(&format)).then(|| {
-        format!(
+        Note::cost(format!(
             "{percent:.0} % of the triangles are see-through, as their materials say, and hide nothing; if they are walls, give them the role opaque \
              (--roles)"
-        )
+        ))
     })
 }
 

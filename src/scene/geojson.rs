@@ -6,6 +6,7 @@ use super::builder::short_name;
 use super::lines::{Line, Lines};
 use super::{ImportError, ImportOptions, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use crate::tubes::Shape;
+use crate::types::note::Note;
 use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::Path;
@@ -54,7 +55,7 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
     }
     made.finish(&mut builder)?;
     if others > 0 {
-        builder.source.notes.push(format!("{others} features that are no lines left out"));
+        builder.source.notes.push(Note::fault(format!("{others} features that are no lines left out")));
     }
     builder.finish(name)
 }

@@ -65,6 +65,7 @@ use super::sidecar::Sidecars;
 use super::sky::Backdrop;
 use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, textures, whole_file};
 use crate::geom::Aabb;
+use crate::types::note::{Note, NoteKind};
 use alpha::Alpha;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
@@ -170,6 +171,7 @@ fn read<'a>(
         joints: HashMap::new(),
         morphs_read: 0,
         moved: 0,
+        bodies: 0,
         alpha: Alpha::read(document, &buffers),
         looks: json.map(|json| Looks::read(json, &buffers)),
         buffers,
@@ -206,6 +208,8 @@ struct Visit {
     /// Whether an animation moves it, or shows and hides it.
     moves: bool,
     fades: bool,
+    /// Whether physics moves it.
+    is_body: bool,
     level: Option<Level>,
     room: Option<usize>,
     outside: bool,
@@ -239,6 +243,8 @@ struct Importer<'a> {
     morphs_read: usize,
     /// Meshes that animations move.
     moved: usize,
+    /// Meshes that only physics moves.
+    bodies: usize,
     naming: Naming,
     by_name: ByName,
     buffers: Buffers<'a>,
@@ -275,6 +281,7 @@ impl<'a> Importer<'a> {
                 helper: false,
                 moves: false,
                 fades: false,
+                is_body: false,
                 level: None,
                 room: None,
                 outside: false,
@@ -311,7 +318,8 @@ impl<'a> Importer<'a> {
         let written = node.written();
         visit.helper |= written.iter().any(helpers::is_hidden)
             || helpers::is_helper(helpers::Mesh { name: &name, material: Some(""), has_name: None });
-        visit.moves |= self.motion.moves(visit.node) || is_body(&name, &written[1]);
+        visit.moves |= self.motion.moves(visit.node);
+        visit.is_body |= is_body(&name, &written[1]);
         visit.fades |= self.motion.shows(visit.node);
         visit.level = self.levels[visit.node].or(visit.level);
         match (&named, extras.room) {
@@ -392,7 +400,7 @@ impl<'a> Importer<'a> {
         }
         let world = instance.map_or(visit.parent, |instance| visit.parent * instance.transform());
         let mirrored = world.matrix3.determinant() < 0.0;
-        let place = Place { node: visit.node, mesh, instance, world, moves: visit.moves };
+        let place = Place { node: visit.node, mesh, instance, world, moves: visit.moves || visit.is_body };
         for (i, (part, primitive)) in parts.iter().zip(&self.document.meshes[mesh].primitives).enumerate() {
             let Some(part) = part else { continue };
             let material = primitive.material.map(|m| entry(&self.document.materials, m, "material")).transpose()?;
@@ -409,11 +417,12 @@ impl<'a> Importer<'a> {
                 self.helpers.count(name);
             }
             let Placed { positions, reach, moves } = self.placed(&place, primitive, part)?;
-            let may_move = (moves || visit.moves || visit.fades) && !visit.by_hand;
+            let may_move = (moves || visit.fades) && !visit.by_hand;
             if may_move && matches!(visit.role, Role::Structure | Role::Unknown) {
                 visit.role = Role::Furnishing;
             }
-            self.moved += usize::from(may_move && i == 0);
+            let by_physics = visit.is_body && !visit.moves && !visit.fades;
+            *if by_physics { &mut self.bodies } else { &mut self.moved } += usize::from(may_move && i == 0);
             let hides = !may_move && !matches!(visit.role, Role::Door | Role::Window | Role::Helper | Role::Sky);
             let turned = |&triangle: &[u32; 3]| turned(triangle, mirrored);
             self.authored.furnish(visit.room, &positions);
@@ -464,7 +473,6 @@ impl<'a> Importer<'a> {
         if let Some(joints) = document.node(node).skin.map(|skin| self.joints_of(skin)).transpose()?
             && let Some(weights) = Weights::read(&self.buffers, primitive, part, joints.len())?
         {
-            self.skinned += 1;
             let positions = weights.bend(&joints, &morphed.positions);
             if !joints.moves && range.is_empty() {
                 return Ok(Placed { positions, reach: None, moves: true });
@@ -584,29 +592,30 @@ impl<'a> Importer<'a> {
     fn finish(self, name: &str) -> Result<Reading<'a>, ImportError> {
         let Self { mut builder, buffers, parts, drawn, undrawn, .. } = self;
         let LeftOut { points_and_lines, without_positions, leftover_corners } = self.left_out;
-        for (count, what) in [
-            (points_and_lines - self.lines_of_tubes.len(), "primitives of points or lines left out"),
-            (without_positions, "primitives without positions left out"),
-            (leftover_corners, "corners left over at the end of triangle lists"),
-            (self.skinned, "skinned meshes stand in their rest pose and hide nothing"),
-            (self.motion.unread, "animations are not as glTF has them; what they move is taken as still"),
-        ] {
-            if count > 0 {
-                builder.source.notes.push(format!("{count} {what}"));
-            }
-        }
+        let moved = self.moved - self.skinned.min(self.moved);
+        let notes = [
+            (points_and_lines - self.lines_of_tubes.len(), NoteKind::Fault, "primitives of points or lines left out"),
+            (without_positions, NoteKind::Detail, "primitives without positions left out"),
+            (leftover_corners, NoteKind::Detail, "corners left over at the end of triangle lists"),
+            (self.motion.unread, NoteKind::Fault, "animations are not as glTF has them; what they move is taken as still"),
+            (self.skinned, NoteKind::Taken, SKINNED),
+            (moved, NoteKind::Taken, "meshes move: they hide nothing, and are seen wherever animations take them"),
+            (self.bodies, NoteKind::Taken, BODIES),
+        ];
+        builder.source.notes.extend(notes.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
         builder.source.notes.extend(self.by_name.note());
         self.lines.finish(&mut builder)?;
-        let moved = self.moved - self.skinned.min(self.moved);
-        if moved > 0 {
-            let what = format!("{moved} meshes move: they hide nothing, and are seen wherever animations take them");
-            builder.source.notes.push(what);
-        }
         builder.source.notes.extend(self.helpers.note());
         builder.hints = self.authored.finish(&mut builder.source.notes);
         Ok(Reading { scene: builder.finish(name)?, buffers, parts, drawn, undrawn })
     }
 }
+
+/// What a note says of skinned meshes, and of bodies.
+const SKINNED: &str =
+    "skinned meshes hide nothing, and are seen wherever the file's animations take them; draw them always if others do";
+const BODIES: &str =
+    "meshes are physics bodies: they hide nothing; rows have them where they stand, so draw them always once they move";
 
 /// Points without those that are nowhere.
 fn finite(points: Vec<DVec3>) -> impl Iterator<Item = DVec3> {

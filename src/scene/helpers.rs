@@ -4,6 +4,7 @@
 //! an engine that draws it after all loses no pixel. A role that was given by hand overrules the table.
 
 use super::naming::words;
+use crate::types::note::Note;
 use serde_json::Value;
 
 /// Where a row looks, and for what. All texts are in small letters.
@@ -282,16 +283,16 @@ impl Helpers {
     }
 
     /// For the report, where there are some.
-    pub fn note(&self) -> Option<String> {
+    pub fn note(&self) -> Option<Note> {
         let Self { count, first } = self;
         let and_more = if *count > first.len() { ", ..." } else { "" };
         let these = if *count == 1 { "1 mesh is".to_owned() } else { format!("{count} meshes are") };
         (*count > 0).then(|| {
-            format!(
+            Note::taken(format!(
                 "{these} not drawn by engines, by name or extras ({}{and_more}): they hide nothing and bound no room; if one is a wall, \
                  give it the role structure (--roles)",
                 first.join(", ")
-            )
+            ))
         })
     }
 }

@@ -16,6 +16,7 @@ use super::{
     Hints, ImportError, ImportOptions, OpeningHint, OpeningKind, Place, RoomHint, Scene, SceneBuilder, Source, whole_file,
 };
 use crate::polygon::Polygon;
+use crate::types::note::Note;
 use glam::DVec3;
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, HashMap};
@@ -74,7 +75,7 @@ pub struct IndoorGml {
     /// Transitions in file order, each once, whichever way they lead.
     pub transitions: Vec<Transition>,
     /// What was left out or mended, one line each.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
 }
 
 impl IndoorGml {
@@ -219,7 +220,7 @@ struct Duality<'a, 'i> {
 struct Reader<'a, 'i> {
     scale: f64,
     ids: HashMap<&'a str, Node<'a, 'i>>,
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 impl<'a, 'i> Reader<'a, 'i> {
@@ -229,7 +230,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let layer = layers.iter().find(with_edges).or(layers.first()).copied().unwrap_or(*root);
         if layers.len() > 1 {
             let id = short_name(id_of(&layer).unwrap_or("without an id"));
-            self.notes.push(format!("{} space layers; {id} is read, the others are left out", layers.len()));
+            self.notes.push(Note::taken(format!("{} space layers; {id} is read, the others are left out", layers.len())));
         }
         let dual = self.duality(root, &layer)?;
         let mut model = IndoorGml::default();
@@ -239,7 +240,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         self.transitions(&layer, &dual, &place, &mut model)?;
         if flat > 0 {
-            self.notes.push(format!("{flat} cell spaces without a solid are left out"));
+            self.notes.push(Note::fault(format!("{flat} cell spaces without a solid are left out")));
         }
         model.notes = self.notes;
         Ok(model)
@@ -314,7 +315,7 @@ impl<'a, 'i> Reader<'a, 'i> {
             let [Some(a), Some(b)] = cells else { continue };
             if a == b {
                 let id = short_name(id_of(&node).unwrap_or("a transition"));
-                self.notes.push(format!("{id} leads from a cell space into itself, left out"));
+                self.notes.push(Note::fault(format!("{id} leads from a cell space into itself, left out")));
                 continue;
             }
             let boundary = match self.linked(&node, "duality")?.first().or(dual.boundary_of.get(&node)) {
@@ -380,7 +381,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let id = short_name(id_of(node).unwrap_or("a boundary"));
         let winding = hull(&polygon);
         if crate::geom::area(&winding) > CONVEX * crate::geom::area(&polygon.rings[0]) {
-            self.notes.push(format!("{id}: not convex; its hull is taken"));
+            self.notes.push(Note::taken(format!("{id}: not convex; its hull is taken")));
         }
         Ok(Some(Boundary { id, door, winding }))
     }
@@ -399,7 +400,7 @@ impl<'a, 'i> Reader<'a, 'i> {
             let off = polygon.off_plane();
             if off > FLAT * extent {
                 let id = id_of(node).map_or_else(|| line(node).to_string(), |id| format!("{}: ", short_name(id)));
-                self.notes.push(format!("{id}a polygon that is not flat (by {off:.3} m)"));
+                self.notes.push(Note::detail(format!("{id}a polygon that is not flat (by {off:.3} m)")));
             }
         }
         Ok(polygon)

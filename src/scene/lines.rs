@@ -3,6 +3,7 @@
 use super::builder::short_name;
 use super::{ImportError, Place, Role, SceneBuilder};
 use crate::tubes::{Counts, Shape, TubeError, Tubes, usual_error};
+use crate::types::note::{Note, NoteKind};
 use glam::DVec3;
 
 /// A line, in the model's own coordinates: metres, +Y up.
@@ -63,7 +64,7 @@ impl Lines {
         }
         let notes = &mut builder.source.notes;
         if self.lines > 0 {
-            notes.push(format!("{} lines became tubes of {} sections", self.lines, self.sections));
+            notes.push(Note::detail(format!("{} lines became tubes of {} sections", self.lines, self.sections)));
         }
         let odd = [
             (self.empty, "lines without two different points left out"),
@@ -71,7 +72,8 @@ impl Lines {
             (self.counts.odd.back, "turns back, where a tube ends and another begins"),
             (self.counts.tight, "bends tighter than the tube's radius"),
         ];
-        notes.extend(odd.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
+        let odd = odd.into_iter().map(|(count, what)| Note::counted(NoteKind::Detail, count as usize, what));
+        notes.extend(odd.flatten());
         Ok(())
     }
 }

@@ -5,6 +5,7 @@
 //! letter: `SM_FrontDoor.001` has the words sm, front and door.
 
 use super::{ImportError, Place, whole_file};
+use crate::types::note::Note;
 use crate::types::scene::Role;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
@@ -85,9 +86,14 @@ impl ByName {
     }
 
     /// For the report, where there are some.
-    pub fn note(self) -> Option<String> {
+    pub fn note(self) -> Option<Note> {
         let Self { doors, windows } = self;
-        (doors + windows > 0).then(|| format!("{doors} meshes are doors and {windows} windows by their names"))
+        (doors + windows > 0).then(|| {
+            Note::taken(format!(
+                "{doors} meshes are doors and {windows} windows by their names, and hide nothing; if one is a wall, give it the role \
+                 structure (--roles)"
+            ))
+        })
     }
 }
 

@@ -22,6 +22,7 @@ use super::sidecar::Sidecars;
 use super::sky::Backdrop;
 use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, textures, whole_file};
 use crate::tubes::Shape;
+use crate::types::note::{Note, NoteKind};
 use glam::DVec3;
 use materials::Material;
 use std::collections::{HashMap, HashSet};
@@ -262,19 +263,17 @@ impl Reader {
             }
             meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
         }
-        for (count, what) in [
-            (concave, "concave polygons cut into triangles"),
-            (fanned, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines, "lines left out; --tube-radius makes tubes of them"),
-            (self.points, "points left out"),
-            (self.free_form, "free-form curves and surfaces left out"),
-        ] {
-            if count > 0 {
-                builder.source.notes.push(format!("{count} {what}"));
-            }
-        }
+        let notes = [
+            (concave, NoteKind::Detail, "concave polygons cut into triangles"),
+            (fanned, NoteKind::Detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
+            (self.lines, NoteKind::Fault, "lines left out; --tube-radius makes tubes of them"),
+            (self.points, NoteKind::Detail, "points left out"),
+            (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),
+        ];
+        builder.source.notes.extend(notes.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
         if let Some(first) = &self.first_unknown {
-            builder.source.notes.push(format!("{} unknown statements skipped, the first is {first}", self.unknown));
+            let what = format!("{} unknown statements skipped, the first is {first}", self.unknown);
+            builder.source.notes.push(Note::detail(what));
         }
         let mut lines = Lines::default();
         for (name, Face { line, corners, .. }) in &self.polylines {
@@ -363,7 +362,7 @@ impl Reader {
     }
 
     /// The materials of all libraries that can be read, by name.
-    fn materials(&self, beside: Sidecars<'_>, notes: &mut Vec<String>) -> HashMap<String, Material> {
+    fn materials(&self, beside: Sidecars<'_>, notes: &mut Vec<Note>) -> HashMap<String, Material> {
         let mut out = HashMap::new();
         let mut read: HashSet<&str> = HashSet::new();
         for line in &self.libraries {
@@ -377,7 +376,7 @@ impl Reader {
                 if read.insert(name) {
                     match file {
                         Ok(bytes) => materials::read(&bytes, &mut out),
-                        Err(why) => notes.push(format!("materials taken as opaque: {why}")),
+                        Err(why) => notes.push(Note::fault(format!("materials taken as opaque: {why}"))),
                     }
                 }
             }

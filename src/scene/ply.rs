@@ -3,6 +3,7 @@
 
 use super::obj::polygon;
 use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use crate::types::note::Note;
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
@@ -71,7 +72,7 @@ pub fn from_slice(mut bytes: &[u8], name: &str, options: &ImportOptions) -> Resu
         }
     }
     for (kind, list) in ply.payload.iter().filter(|(kind, _)| !["vertex", "face"].contains(&kind.as_str())) {
-        builder.source.notes.push(format!("{} elements of the kind {kind} left out", list.len()));
+        builder.source.notes.push(Note::detail(format!("{} elements of the kind {kind} left out", list.len())));
     }
     builder.add(Mesh { node: name.to_owned(), role: Role::Unknown, opaque: true, positions, triangles })?;
     builder.finish(name)

@@ -3,6 +3,7 @@
 
 use super::builder::short_name;
 use super::sidecar::Sidecars;
+use crate::types::note::Note;
 use std::collections::HashSet;
 
 /// Names that the note tells.
@@ -12,7 +13,7 @@ const LOOKED_FOR: usize = 10_000;
 
 /// One note for all pictures that are missing; `None` where none is, and for a model that was not read from a folder. `names` are paths
 /// from the model's folder, as they are on disk.
-pub(super) fn note_of_missing(names: impl Iterator<Item = String>, beside: Sidecars<'_>) -> Option<String> {
+pub(super) fn note_of_missing(names: impl Iterator<Item = String>, beside: Sidecars<'_>) -> Option<Note> {
     beside.folder?;
     let mut seen = HashSet::new();
     let names = names.filter(|name| seen.insert(name.clone())).take(LOOKED_FOR);
@@ -25,5 +26,6 @@ pub(super) fn note_of_missing(names: impl Iterator<Item = String>, beside: Sidec
     let more = if count > TOLD { format!(" and {} more", count - TOLD) } else { String::new() };
     let told = told.join(", ") + &more;
     let all = there.len() + count;
-    Some(format!("{count} of {all} textures are missing: {told}; rows don't need them: materials say what is see-through"))
+    let says = "rows don't need them: materials say what is see-through";
+    Some(Note::detail(format!("{count} of {all} textures are missing: {told}; {says}")))
 }

@@ -4,6 +4,7 @@
 
 use super::{Scene, triangle_area};
 use crate::geom::newell;
+use crate::types::note::Note;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -35,8 +36,8 @@ const STAND: f64 = 0.1;
 const THINGS: usize = 8;
 
 /// A note where a scene whose +Y is taken to be up seems to lie on its side; `None` elsewhere.
-pub(super) fn note(scene: &Scene) -> Option<String> {
-    is_on_its_side(scene).then(|| "its largest planes face along Z: where +Z is up in the model, give --up z".to_owned())
+pub(super) fn note(scene: &Scene) -> Option<Note> {
+    is_on_its_side(scene).then(|| Note::fault("its largest planes face along Z: where +Z is up in the model, give --up z"))
 }
 
 /// Whether a scene has its floors along Z.

@@ -26,9 +26,14 @@ impl ExpectedDraw {
     pub fn saves_nothing(&self) -> bool {
         self.both > NEXT_TO_NOTHING
     }
+
+    /// The one figure that most people want.
+    pub fn brief(&self) -> String {
+        format!("portals and rows draw {:.0} % of the triangles in the frustum", 100.0 * self.both)
+    }
 }
 
-/// One line.
+/// One line, with each mode.
 impl fmt::Display for ExpectedDraw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [portals, pvs, both] = [self.portals, self.pvs, self.both].map(|share| 100.0 * share);

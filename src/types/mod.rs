@@ -12,6 +12,7 @@ pub mod guarantee;
 pub mod hints;
 pub mod import;
 pub mod level;
+pub mod note;
 #[cfg(feature = "bake")]
 pub(crate) mod person;
 pub mod placed;

@@ -1,6 +1,7 @@
 //! A scene: triangles grouped into objects.
 
 use super::hints::Hints;
+use super::note::Note;
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::tolerance::Tolerance;
@@ -76,8 +77,8 @@ pub struct Source {
     pub metres_per_unit: f64,
     /// The source's up axis: `+Y` or `+Z`.
     pub up: String,
-    /// What the importer left out or mended, one line each, for the report.
-    pub notes: Vec<String>,
+    /// What the importer left out, mended or took for something.
+    pub notes: Vec<Note>,
 }
 
 /// A whole model. Positions are relative to [`Scene::origin`]; triangles are ordered by object.

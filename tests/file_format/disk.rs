@@ -6,6 +6,7 @@ use enfilade::file::{Container, FileError, Gap, Import, PvsFile, entropy_bits_pe
 use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd, Witness};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::types::note::Note;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use std::path::Path;
@@ -47,7 +48,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         }],
         smallest_hole: 0.001,
         closed_holes: Vec::new(),
-        notes: vec!["a note".into()],
+        notes: vec![Note::taken("a note")],
     };
     graph.link();
     let matrix = |columns: usize, set: &[(usize, usize)]| {

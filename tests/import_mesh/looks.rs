@@ -80,8 +80,9 @@ fn textures_that_are_missing_are_told_in_one_note() {
     for (name, text) in [("a wall.png", "some"), ("empty.png", ""), ("pointer.png", pointer)] {
         std::fs::write(folder.join(name), text).unwrap();
     }
-    let textures =
-        |scene: Scene| -> Vec<String> { scene.source.notes.into_iter().filter(|note| note.contains("textures")).collect() };
+    let textures = |scene: Scene| -> Vec<String> {
+        scene.source.notes.into_iter().map(|note| note.text).filter(|note| note.contains("textures")).collect()
+    };
     let notes = |name: &str| textures(import(&folder.join(name), &ImportOptions::default()).unwrap());
     let told = |count: &str, names: &str| {
         vec![format!("{count} textures are missing: {names}; rows don't need them: materials say what is see-through")]

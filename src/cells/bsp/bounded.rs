@@ -10,6 +10,7 @@ use super::tree::{self, Bsp, Limits, Tiling};
 use crate::cells::BOUND;
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::types::note::Note;
 use glam::DVec3;
 
 /// Leaves that a scene may have, and so many more for each of its triangles. Buildings and levels have up to 13,000, or 3 a triangle; soups of thin
@@ -54,13 +55,13 @@ pub fn tree(
 }
 
 /// What users should know where planes were left out of a shell.
-pub fn note(shell: &Shell, limits: &Limits<'_>) -> Option<String> {
+pub fn note(shell: &Shell, limits: &Limits<'_>) -> Option<Note> {
     let (left_out, kept, most) = (shell.left_out, shell.triangles.len(), limits.leaves);
     let says = || {
-        format!(
+        Note::cost(format!(
             "{BOUND}walls would cut space into more than {most} leaves; the {left_out} triangles of the smallest planes part nothing, \
              {kept} do; cells are coarser for it"
-        )
+        ))
     };
     (left_out > 0).then(says)
 }

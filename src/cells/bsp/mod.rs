@@ -28,6 +28,7 @@ use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use crate::scene::bulk::bulk;
 use crate::scene::rays::RayScene;
+use crate::types::note::Note;
 use adjacency::Contact;
 use facing::Facing;
 use glam::DVec3;
@@ -122,6 +123,7 @@ pub(super) fn bsp(
     let [x, _, z] = around.size().to_array().map(|length| human.told(length));
     let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
     notes.extend((far > 0).then(beyond));
+    let mut notes: Vec<Note> = notes.into_iter().map(Note::detail).collect();
     notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);

@@ -13,6 +13,7 @@ use crate::geom::{Aabb, Plane, area, clip, middle, newell};
 use crate::parallel;
 use crate::scene::indoorgml::{Boundary, IndoorGml, Transition, read};
 use crate::scene::{ImportError, Place, Scene};
+use crate::types::note::Note;
 use glam::DVec3;
 
 /// Two solids' drawings of one surface lie at most this far apart, in coplanar tolerances, and face each other to this cosine.
@@ -54,7 +55,7 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
     for (space, solid) in model.spaces.iter().zip(&pieces) {
         place.push((!solid.is_empty()).then_some(CellId(cells.len() as u32)));
         if solid.is_empty() {
-            notes.push(format!("cell space {} encloses nothing of its own, left out", space.id));
+            notes.push(Note::fault(format!("cell space {} encloses nothing of its own, left out", space.id)));
         } else {
             let piece = |c: &Convex| Piece { planes: c.planes(), bounds: c.bounds() };
             let pieces = solid.iter().map(piece).collect();
@@ -76,7 +77,7 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
             None => (shared(solids, eps), PortalKind::Opening, &transition.id),
         };
         if windings.is_empty() {
-            notes.push(nowhere(model, transition));
+            notes.push(Note::fault(nowhere(model, transition)));
         }
         portals.extend(windings.into_iter().map(|(plane, winding)| Portal {
             cells: [a, b],
@@ -96,7 +97,7 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
 
 /// Gives what two solids both hold to one of them: to the one in whose surface a door between the two is drawn, where the other
 /// reaches beyond it, else to the smaller (of equal ones, the earlier).
-fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec<String>) {
+fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec<Note>) {
     let volume = |solid: &[Convex]| solid.iter().map(Convex::volume).sum::<f64>();
     let volumes: Vec<f64> = solids.iter().map(|s| volume(s)).collect();
     let boxes: Vec<Aabb> = solids.iter().map(|s| s.iter().fold(Aabb::EMPTY, |b, c| b.union(c.bounds()))).collect();
@@ -122,7 +123,8 @@ fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec
             let taken = volume(&solids[other]) - volume(&rest);
             solids[other] = joined(rest, eps);
             let id = |i: usize| &model.spaces[i].id;
-            notes.push(format!("{} and {} both hold {taken:.2} m3: taken as {}'s", id(small), id(large), id(keeper)));
+            let what = format!("{} and {} both hold {taken:.2} m3: taken as {}'s", id(small), id(large), id(keeper));
+            notes.push(Note::taken(what));
         }
     }
 }

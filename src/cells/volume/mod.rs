@@ -29,6 +29,7 @@ use super::{CellGraph, SplitOptions, Strategy};
 use crate::geom::newell;
 use crate::job::{Job, Stopped};
 use crate::scene::Scene;
+use crate::types::note::Note;
 use glam::DVec3;
 use grid::Grid;
 use leaf_labels::Owners;
@@ -99,7 +100,7 @@ pub(super) fn volume(
     let of_leaf: Vec<Option<u32>> = of_leaf.iter().map(|l| l.and_then(|l| number[l as usize])).collect();
     let portals = portals(&bsp, &contacts, &of_leaf, axes[0], tolerance.seal, work)?;
     let count = cells.iter().map(|c| c.pieces.len()).sum::<usize>();
-    let mut notes = vec![
+    let notes = [
         format!("voxels of {voxel:.3} m: {} bricks, {} of them touched by surfaces", grid.len(), grid.occupied.len()),
         format!(
             "{} planes of {} triangles part space, {} triangles stand free in it",
@@ -114,6 +115,7 @@ pub(super) fn volume(
             ragged.len()
         ),
     ];
+    let mut notes: Vec<Note> = notes.into_iter().map(Note::detail).collect();
     notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
     Ok(CellGraph {

@@ -8,6 +8,7 @@ use crate::pvs::view_cells::ViewRows;
 use crate::pvs::{Guarantee, Pvs};
 use crate::scene::{ImportOptions, Scene};
 use crate::tolerance::single_precision;
+use crate::types::note::{Note, plain};
 use glam::{DVec3, Vec3, Vec4};
 
 impl PvsFile {
@@ -44,7 +45,7 @@ impl PvsFile {
             closed_holes: graph.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_vec3()).collect()).collect(),
             clusters: pvs.clusters.clone(),
             left_out: Vec::new(),
-            notes: scene.source.notes.iter().chain(&graph.notes).cloned().chain(too_fine(scene, graph)).collect(),
+            notes: plain(scene.source.notes.iter().chain(&graph.notes).chain(&too_fine(scene, graph))),
             cells: graph.cells.iter().map(cell).collect(),
             portals: graph.portals.iter().map(portal).collect(),
             objects: scene.objects.iter().map(|o| object(&o.node, o.triangles.len() as u32, &o.extent())).collect(),
@@ -93,20 +94,22 @@ impl PvsFile {
             self.left_out.push("view cells' rows: every view cell sees every object".to_owned());
         }
         let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
-        self.notes
-            .extend(in_no_cell.map(|id| format!("view cell {id} lies in no cell: nothing beyond it is seen from there")));
+        let faults = in_no_cell.map(|id| format!("view cell {id} lies in no cell: nothing beyond it is seen from there"));
+        self.notes.splice(0..0, faults);
     }
 }
 
 /// Says where the file's single precision can't tell a portal from a line or a point. The run time draws every portal by that much
 /// wider, so nothing is missed; but it can't keep such a portal from being seen through.
-fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<String> {
+fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<Note> {
     let corners = graph.portals.iter().flat_map(|p| p.winding.iter().copied());
     let bounds = scene.bounds().union(Aabb::of(corners));
     let rounding = single_precision(bounds.min.abs().max(bounds.max.abs()).max_element());
     let count = graph.portals.iter().filter(|p| geom::width(&p.winding) < rounding).count();
     (count > 0).then(|| {
-        format!("{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider")
+        Note::cost(format!(
+            "{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider"
+        ))
     })
 }
 

@@ -9,6 +9,7 @@ use super::witness::{Found, Line, Lower};
 use crate::PortalId;
 use crate::job::Stopped;
 use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};
+use crate::types::note::Note;
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -124,8 +125,8 @@ impl<'a> Caster<'a> {
     }
 
     /// What the file should say about how cubes were made.
-    pub fn note(&self, cubes: u64) -> Option<String> {
-        self.engine.note(cubes)
+    pub fn note(&self, cubes: u64) -> Option<Note> {
+        self.engine.note(cubes).map(Note::taken)
     }
 
     /// Makes cubes in order. What those see that are to tell it, and the solid angle (fraction of the sphere) of that part of it that

@@ -16,6 +16,7 @@ use crate::cells::Locator;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene, meets_triangle};
 use crate::tubes::part;
+use crate::types::note::Note;
 use crate::types::proof::Witness;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3};
@@ -65,7 +66,7 @@ pub(in crate::pvs) struct Lower {
     /// Cubes made.
     pub cubes: u64,
     /// What the file should say about how this was found.
-    pub notes: Vec<String>,
+    pub notes: Vec<Note>,
     /// Most witnesses that are kept.
     pub most_witnesses: usize,
     /// Proofs that were left out for that.

@@ -5,6 +5,7 @@ use super::data::broken;
 use super::hull::{convex_hull, is_closed};
 use super::tubes::Tube;
 use crate::geom::Aabb;
+use crate::types::note::Note;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 use serde::Deserialize;
@@ -161,7 +162,7 @@ pub(super) struct Authored {
     portals: Vec<Portal>,
     /// Nodes that are called portals, and are none.
     no_portals: Vec<String>,
-    notes: Vec<String>,
+    notes: Vec<Note>,
 }
 
 impl Authored {
@@ -192,7 +193,7 @@ impl Authored {
     pub fn bound(&mut self, node: &str, room: Option<usize>, triangles: impl Iterator<Item = [DVec3; 3]>) {
         match room {
             Some(room) => self.rooms[room].bound.extend(triangles),
-            None => self.notes.push(format!("{node}: a bound outside of any room, ignored")),
+            None => self.notes.push(Note::fault(format!("{node}: a bound outside of any room, ignored"))),
         }
     }
 
@@ -206,30 +207,34 @@ impl Authored {
         match winding(triangles) {
             Some((winding, off)) => {
                 if off > FLAT * Aabb::of(winding.iter().copied()).diagonal() {
-                    self.notes.push(format!("{node}: a portal that is not flat (by {off:.3} m either way), flattened"));
+                    self.notes.push(Note::taken(format!(
+                        "{node}: a portal that is not flat (by {off:.3} m either way), flattened"
+                    )));
                 }
                 let mesh: f64 = triangles.iter().map(|t| crate::geom::area(t)).sum();
                 // Drawn on both sides, it has twice the area.
                 if crate::geom::area(&winding) > LOOSE * mesh {
-                    self.notes.push(format!("{node}: a portal that is not convex; its hull is taken"));
+                    self.notes.push(Note::taken(format!("{node}: a portal that is not convex; its hull is taken")));
                 }
                 if inside.is_none() && names[0].is_empty() {
-                    self.notes.push(format!("{node}: a portal in no room; its near side is left to geometry"));
+                    self.notes.push(Note::taken(format!("{node}: a portal in no room; its near side is left to geometry")));
                 }
                 self.portals.push(Portal { id: node.to_owned(), winding, inside, names });
             }
-            None => self.notes.push(format!("{node}: a portal without area, ignored")),
+            None => self.notes.push(Note::fault(format!("{node}: a portal without area, ignored"))),
         }
     }
 
     /// The hints, in the order of the nodes. Rooms without any surface are left out with a note.
-    pub fn finish(self, notes: &mut Vec<String>) -> Hints {
+    pub fn finish(self, notes: &mut Vec<Note>) -> Hints {
         let mut hints = Hints::default();
         notes.extend(self.notes.iter().cloned());
         if !self.no_portals.is_empty() {
             let first = self.no_portals[..NAMED.min(self.no_portals.len())].join(", ");
             let count = self.no_portals.len();
-            notes.push(format!("{count} meshes are named as portals but are not flat or have a picture ({first}): they are drawn as they are"));
+            notes.push(Note::taken(format!(
+                "{count} meshes are named as portals but are not flat or have a picture ({first}): they are drawn as they are"
+            )));
         }
         // Where each room went.
         let mut place = Vec::with_capacity(self.rooms.len());
@@ -238,7 +243,7 @@ impl Authored {
                 (false, _) if is_closed(&room.bound) => room.bound.clone(),
                 (false, _) => match convex_hull(&room.bound) {
                     Some(hull) => {
-                        notes.push(format!("{}: its bound is not closed; its convex hull is taken", room.id));
+                        notes.push(Note::taken(format!("{}: its bound is not closed; its convex hull is taken", room.id)));
                         hull
                     }
                     // Flat: no room, and the audit says so.
@@ -246,7 +251,7 @@ impl Authored {
                 },
                 (true, false) => box_surface(room.bounds),
                 (true, true) => {
-                    notes.push(format!("{}: a room without meshes, ignored", room.id));
+                    notes.push(Note::fault(format!("{}: a room without meshes, ignored", room.id)));
                     place.push(None);
                     continue;
                 }
@@ -261,11 +266,14 @@ impl Authored {
             for (room, name) in rooms.iter_mut().zip(&portal.names).filter(|(_, name)| !name.is_empty()) {
                 *room = self.by_name.get(name).and_then(|&r| place[r]);
                 if room.is_none() {
-                    notes.push(format!("{}: leads to `{name}`, and there is no such room", portal.id));
+                    notes.push(Note::fault(format!("{}: leads to `{name}`, and there is no such room", portal.id)));
                 }
             }
             if rooms[0].is_some() && rooms[0] == rooms[1] {
-                notes.push(format!("{}: a portal from a room into itself; its other side is left open", portal.id));
+                notes.push(Note::fault(format!(
+                    "{}: a portal from a room into itself; its other side is left open",
+                    portal.id
+                )));
                 rooms[1] = None;
             }
             let (id, winding) = (portal.id.clone(), portal.winding.clone());

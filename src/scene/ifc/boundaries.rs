@@ -5,6 +5,7 @@ use super::relations::{Boundary, Relations};
 use super::spaces::Rooms;
 use crate::geom::{self, Aabb, Plane};
 use crate::scene::{OpeningHint, OpeningKind};
+use crate::types::note::Note;
 use glam::{DMat4, DVec2, DVec3};
 use ifc_lite_core::{AttributeValue, DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
@@ -37,7 +38,7 @@ pub(super) fn boundaries(
     router: &GeometryRouter,
     relations: &Relations,
     rooms: &Rooms,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Vec<OpeningHint> {
     let mut sides: Vec<Side> = Vec::new();
     let mut skipped = 0;
@@ -49,7 +50,7 @@ pub(super) fn boundaries(
         }
     }
     if skipped > 0 {
-        notes.push(format!("{skipped} virtual boundaries left out: not convex pieces of a plane"));
+        notes.push(Note::detail(format!("{skipped} virtual boundaries left out: not convex pieces of a plane")));
     }
     let mut used = HashSet::new();
     pair(&join(sides))

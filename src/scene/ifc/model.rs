@@ -1,6 +1,7 @@
 //! The file as records: the header checked, records found by kind, units and the offset of georeferenced models worked out.
 
 use crate::scene::{ImportError, Place, whole_file};
+use crate::types::note::Note;
 use glam::DVec3;
 use ifc_lite_core::{
     DecodedEntity, EntityDecoder, EntityIndex, EntityScanner, IfcType, build_entity_index, geometry_flags_by_name,
@@ -51,7 +52,7 @@ pub(super) struct Model {
     pub(super) products: Vec<Product>,
     others: HashMap<&'static str, Vec<u32>>,
     /// What was odd.
-    pub(super) notes: Vec<String>,
+    pub(super) notes: Vec<Note>,
 }
 
 /// Records kept besides products, by keyword.
@@ -73,7 +74,7 @@ const KINDS: [&str; 12] = [
 impl Model {
     /// Reads the records of a file. `metres` overrides the file's unit of length.
     pub(super) fn read(mut bytes: Vec<u8>, metres: Option<f64>) -> Result<Self, ImportError> {
-        let notes = settle_envelope(&mut bytes)?.into_iter().collect();
+        let notes = settle_envelope(&mut bytes)?.into_iter().map(Note::detail).collect();
         spell(&mut bytes);
         let bytes = with_shapes(bytes);
         // What ifc-lite would write to stderr is told as notes below.
@@ -150,13 +151,15 @@ impl Model {
         let broken = scanner.malformed_record_starts();
         if let Some(&first) = broken.first() {
             let line = line_of(&self.bytes, first);
-            self.notes.push(format!("line {line}: a record that can't be read was skipped ({} in all)", broken.len()));
+            let what = format!("line {line}: a record that can't be read was skipped ({} in all)", broken.len());
+            self.notes.push(Note::fault(what));
         }
         if scanner.skipped_oversized_ids() > 0 {
-            self.notes.push(format!("{} records skipped: their numbers exceed 32 bits", scanner.skipped_oversized_ids()));
+            let what = format!("{} records skipped: their numbers exceed 32 bits", scanner.skipped_oversized_ids());
+            self.notes.push(Note::fault(what));
         }
         if twice > 0 {
-            self.notes.push(format!("{twice} records are given more than once; the last of each counts"));
+            self.notes.push(Note::detail(format!("{twice} records are given more than once; the last of each counts")));
         }
         if self.index.is_empty() {
             return Err(ImportError::malformed(self.data_place(), "no records in the DATA section"));
@@ -166,8 +169,8 @@ impl Model {
                 let what = "no IFCPROJECT and no product in the DATA section: not a building model";
                 return Err(ImportError::malformed(self.data_place(), what));
             }
-            self.notes
-                .push("no IFCPROJECT, which says the units: it is a part of a model; --unit gives metres per unit".into());
+            let what = "no IFCPROJECT, which says the units: it is a part of a model; --unit gives metres per unit";
+            self.notes.push(Note::fault(what));
         }
         Ok(())
     }
@@ -203,12 +206,12 @@ impl Model {
             }
             (Some(m), _) | (None, Some(m)) => m,
             (None, None) => {
-                self.notes.push("no unit of length is given; metres are assumed".into());
+                self.notes.push(Note::taken("no unit of length is given; metres are assumed"));
                 1.0
             }
         };
         self.radians = angle.filter(usable).unwrap_or_else(|| {
-            self.notes.push("no unit of angle is given; degrees are assumed".into());
+            self.notes.push(Note::detail("no unit of angle is given; degrees are assumed"));
             PI / 180.0
         });
         Ok(())

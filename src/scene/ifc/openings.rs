@@ -14,6 +14,7 @@ use super::roles::is_wall;
 use super::spaces::Rooms;
 use crate::geom::Aabb;
 use crate::scene::{OpeningHint, OpeningKind};
+use crate::types::note::Note;
 use glam::{DVec2, DVec3};
 use ifc_lite_core::{EntityDecoder, IfcType};
 use std::collections::HashMap;
@@ -71,7 +72,7 @@ pub(super) fn openings(
     relations: &Relations,
     geometry: &Geometry,
     rooms: &Rooms,
-    (notes, cuts): (&mut Vec<String>, &mut Vec<Cut>),
+    (notes, cuts): (&mut Vec<Note>, &mut Vec<Cut>),
 ) -> Vec<OpeningHint> {
     let source = Source {
         relations,
@@ -98,8 +99,8 @@ pub(super) fn openings(
         hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
     }
     let what = "openings are cut into their walls here, as rectangles: the reader of geometry left them shut";
-    super::reader::note_list(notes, &format!("{} {what}", uncut.len()), &uncut);
-    super::reader::note_list(notes, "doors and windows without a shape", &shapeless);
+    super::reader::note_list(notes, Note::taken, &format!("{} {what}", uncut.len()), &uncut);
+    super::reader::note_list(notes, Note::fault, "doors and windows without a shape", &shapeless);
     hints
 }
 

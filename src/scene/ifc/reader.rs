@@ -8,6 +8,7 @@ use super::styles::Styles;
 use super::workers::{DeadlinePassed, Limits, Outcome, run_one};
 use super::{boundaries, cuts, openings, spaces};
 use crate::scene::{Hints, ImportError, ImportOptions, Material, Mesh, Place, Role, Scene, SceneBuilder, Source};
+use crate::types::note::Note;
 use ifc_lite_core::{EntityDecoder, IfcType};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -46,7 +47,7 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     if model.offset != glam::DVec3::ZERO {
         let note =
             format!("far from its origin: read relative to {:?} (x east, y north, z up), metres", model.offset.to_array());
-        builder.source.notes.push(note);
+        builder.source.notes.push(Note::detail(note));
     }
 
     // 2. Triangles of everything that has a shape and a use: elements, spaces, openings.
@@ -58,20 +59,22 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     let geometry = geometry::build(&model, &relations, Arc::new(styles), products.clone(), options.tubes, limits)
         .map_err(|late| too_slow(&model, limit, late.0.first().map(|&job| products[job])))?;
     let mut notes = Vec::new();
-    note_list(&mut notes, "elements left out, their geometry can't be read", &geometry.failed);
+    note_list(&mut notes, Note::fault, "elements left out, their geometry can't be read", &geometry.failed);
     if !geometry.unsupported.is_empty() {
         let kinds: Vec<_> = geometry.unsupported.iter().map(String::as_str).collect();
-        notes.push(format!("representation items left out, of kinds that aren't read: {}", kinds.join(", ")));
+        let what = format!("representation items left out, of kinds that aren't read: {}", kinds.join(", "));
+        notes.push(Note::fault(what));
     }
 
     match geometry.tubes() {
         0 => {}
-        count => notes.push(format!("{count} round pipes are tubes, with sides by their radius")),
+        count => notes.push(Note::detail(format!("{count} round pipes are tubes, with sides by their radius"))),
     }
     let stay = geometry.stay();
     if !stay.is_empty() {
         let reasons: Vec<_> = stay.iter().map(|(stays, count)| format!("{count} {}", stays.in_words())).collect();
-        notes.push(format!("{} round pipes stay meshes: {}", stay.values().sum::<usize>(), reasons.join(", ")));
+        let what = format!("{} round pipes stay meshes: {}", stay.values().sum::<usize>(), reasons.join(", "));
+        notes.push(Note::detail(what));
     }
 
     // 3. Hints, watched as well: a hostile file can make every opening meet every wall.
@@ -97,7 +100,7 @@ pub(super) fn time_limit(bytes: usize) -> Duration {
 type Opened = HashMap<u32, [Shape; 2]>;
 
 /// What the author said, the elements that were cut for it, and what of it was left out.
-fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Opened, Vec<String>) {
+fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Opened, Vec<Note>) {
     let (mut decoder, router, mut notes, mut cuts) = (model.decoder(), model.router(), Vec::new(), Vec::new());
     let storeys = spaces::storeys(model, &mut decoder, &router);
     let rooms = spaces::rooms(model, &mut decoder, relations, geometry, &storeys, &mut notes);
@@ -113,7 +116,7 @@ fn add_meshes(
     decoder: &mut EntityDecoder<'_>,
     (geometry, opened): (&Geometry, &Opened),
     builder: &mut SceneBuilder,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Result<(), ImportError> {
     let mut empty: BTreeMap<String, usize> = BTreeMap::new();
     let mut added = 0;
@@ -151,7 +154,7 @@ fn add_meshes(
     }
     if !empty.is_empty() {
         let kinds: Vec<_> = empty.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
-        notes.push(format!("elements whose shape has no triangles: {}", kinds.join(", ")));
+        notes.push(Note::detail(format!("elements whose shape has no triangles: {}", kinds.join(", "))));
     }
     if added == 0 {
         let what = match geometry.failed.first() {
@@ -188,10 +191,10 @@ fn too_slow(model: &Model, limit: Duration, element: Option<u32>) -> ImportError
 }
 
 /// Notes a list of names, the first few by name.
-pub(super) fn note_list(notes: &mut Vec<String>, what: &str, names: &[String]) {
+pub(super) fn note_list(notes: &mut Vec<Note>, kind: fn(String) -> Note, what: &str, names: &[String]) {
     if names.is_empty() {
         return;
     }
     let more = if names.len() > NAMES { format!(" and {} more", names.len() - NAMES) } else { String::new() };
-    notes.push(format!("{what}: {}{more}", names[..names.len().min(NAMES)].join(", ")));
+    notes.push(kind(format!("{what}: {}{more}", names[..names.len().min(NAMES)].join(", "))));
 }

@@ -4,6 +4,7 @@ use super::geometry::Geometry;
 use super::model::{Model, enumeration, global_id, text};
 use super::relations::Relations;
 use crate::scene::{RoomHint, StoreyHint};
+use crate::types::note::Note;
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
 use std::collections::HashMap;
@@ -60,7 +61,7 @@ pub(super) fn rooms(
     relations: &Relations,
     geometry: &Geometry,
     storeys: &Storeys,
-    notes: &mut Vec<String>,
+    notes: &mut Vec<Note>,
 ) -> Rooms {
     let mut rooms = Rooms::default();
     let (mut gross, mut shapeless) = (0, 0);
@@ -86,10 +87,10 @@ pub(super) fn rooms(
         });
     }
     if gross > 0 {
-        notes.push(format!("{gross} gross floor areas are not taken for rooms"));
+        notes.push(Note::detail(format!("{gross} gross floor areas are not taken for rooms")));
     }
     if shapeless > 0 {
-        notes.push(format!("{shapeless} spaces without a shape are not taken for rooms"));
+        notes.push(Note::fault(format!("{shapeless} spaces without a shape are not taken for rooms")));
     }
     rooms
 }

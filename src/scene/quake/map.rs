@@ -23,6 +23,7 @@ use super::{ImportError, ImportOptions, Scene, malformed};
 use crate::geom::{Aabb, middle};
 use crate::scene::{LeakHint, Leaves, Mesh, Place, Role, SceneBuilder, Source};
 use crate::types::level::LevelPortal;
+use crate::types::note::Note;
 use alignment::texture_coordinates;
 use brush::{Brush, ON, Side, planes};
 use flood::{Inside, Leak, Origin, SMALLEST_HOLE, keep_inside};
@@ -123,7 +124,8 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     if is_closed {
         let between = derive(&tree, true);
         if between.slivers > 0 {
-            builder.source.notes.push(format!("{} portals too narrow for a compiled level left out", between.slivers));
+            let what = format!("{} portals too narrow for a compiled level left out", between.slivers);
+            builder.source.notes.push(Note::detail(what));
         }
         let shutters = shutters(&between.portals, &area_portals);
         let leaves = leaves_of(between, half_spaces(&tree).map_err(malformed)?, unit);
@@ -140,24 +142,24 @@ fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> boo
     match keep_inside(tree, origins, hole) {
         Inside::Closed { holes } => {
             if origins.is_empty() {
-                notes.push("no point entities: all space that is closed counts as inside".into());
+                notes.push(Note::taken("no point entities: all space that is closed counts as inside"));
             }
             if holes > 0 {
                 let metres = hole * unit;
-                notes.push(format!(
+                notes.push(Note::taken(format!(
                     "{holes} portals that are no wider than {hole} units ({metres} m) lead outside and are closed (--smallest-hole): nobody \
                      sees the outside through them"
-                ));
+                )));
             }
             true
         }
         Inside::None => {
-            notes.push(format!("no point entities and no closed space: {OPEN}"));
+            notes.push(Note::fault(format!("no point entities and no closed space: {OPEN}")));
             false
         }
         Inside::Leaks(Leak { from, way }) => {
             let leak = LeakHint { entity: from.class.clone(), from: from.at, way };
-            notes.push(format!("{leak} (--leak FILE writes it): {OPEN}"));
+            notes.push(Note::fault(format!("{leak} (--leak FILE writes it): {OPEN}")));
             builder.hints.leak = Some(leak);
             false
         }
@@ -220,7 +222,7 @@ fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
     Ok(map)
 }
 
-fn sorted(map: &QuakeMap, notes: &mut Vec<String>) -> Result<Sorted, ImportError> {
+fn sorted(map: &QuakeMap, notes: &mut Vec<Note>) -> Result<Sorted, ImportError> {
     let (mut structure, mut other, mut area_portals, mut origins) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     // All planes first: they tell how far a brush may reach.
     let mut all = Vec::new();
@@ -262,10 +264,10 @@ fn sorted(map: &QuakeMap, notes: &mut Vec<String>) -> Result<Sorted, ImportError
     }
     if !flat.is_empty() {
         let first = flat.iter().take(3).cloned().collect::<Vec<_>>().join(", ");
-        notes.push(format!("{} brushes without a volume left out: {first}", flat.len()));
+        notes.push(Note::fault(format!("{} brushes without a volume left out: {first}", flat.len())));
     }
     if absent > 0 {
-        notes.push(format!("{absent} brushes of triggers and for the compiler aren't drawn"));
+        notes.push(Note::detail(format!("{absent} brushes of triggers and for the compiler aren't drawn")));
     }
     Ok(Sorted { structure, other, area_portals, origins })
 }
@@ -277,7 +279,8 @@ fn is_world(class: &str) -> bool {
 
 /// Whether an entity is drawn half transparent; 0 stands for no value, as in engines.
 fn is_half_transparent(entity: &Entity) -> bool {
-    let alpha = ["alpha", "_alpha"].iter().find_map(|key| value(entity, key)).and_then(|text| text.trim().parse::<f64>().ok());
+    let alpha =
+        ["alpha", "_alpha"].iter().find_map(|key| value(entity, key)).and_then(|text| text.trim().parse::<f64>().ok());
     alpha.is_some_and(|alpha| alpha > 0.0 && alpha < 1.0)
 }
 

@@ -16,6 +16,7 @@ use crate::geom::Plane;
 use crate::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source as SceneSource};
 use crate::types::hints::Leaves;
 use crate::types::level::LevelPortal;
+use crate::types::note::Note;
 use glam::DVec3;
 use qbsp::data::BspModel;
 use std::collections::{BTreeMap, BTreeSet};
@@ -98,7 +99,7 @@ pub(super) fn scene(
     let unnamed = models.len().saturating_sub(1 + triggers + shown);
     if triggers + unnamed > 0 {
         let note = format!("{triggers} triggers and {unnamed} brush models without an entity aren't drawn");
-        builder.source.notes.push(note);
+        builder.source.notes.push(Note::detail(note));
     }
 
     if !walls.is_empty() {
@@ -106,14 +107,14 @@ pub(super) fn scene(
         let note = format!(
             "{count} faces with textures named {{... count as walls, as for the compiler that wrote the .prt beside the level"
         );
-        builder.source.notes.push(note);
+        builder.source.notes.push(Note::taken(note));
     }
 
     // 3. Leaves and portals.
     let between = bsp.between(true);
     if between.slivers > 0 {
         let note = format!("{} portals narrower than the rounding of the file's planes left out", between.slivers);
-        builder.source.notes.push(note);
+        builder.source.notes.push(Note::detail(note));
     }
     builder.hints.leaves = Some(leaves_of(between, half_spaces, unit));
     builder.finish(name)
