@@ -12,6 +12,7 @@ pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyR
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
 pub use unbaked::unbaked;
 
+use crate::cells::auto::may_be_house;
 use crate::cells::lean::Lean;
 use crate::cells::validate::{stage, structure};
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
@@ -192,7 +193,11 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     }
     let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
     let share = worth::drawn_share(rays, &walls, work)?;
+    let names_none = scene.hints.openings.is_empty() && scene.hints.storeys.is_empty();
     if share > WORTH {
+        if let Some(plan) = better_plan(rays, options, share, work)? {
+            return Ok(plan);
+        }
         let reason = format!(
             "walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell",
             100.0 * share
@@ -202,23 +207,45 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
         return Ok(graph);
     }
     let found = split_beside(rays, options, Some(walls.clone()), work)?;
-    let rooms = found.cells.iter().filter(|cell| !cell.open).count();
-    let names_none = scene.hints.openings.is_empty() && scene.hints.storeys.is_empty();
-    if found.strategy == Strategy::Plan
-        && rooms <= 1
-        && names_none
-        && structure(&walls, scene.tolerance().coplanar).is_empty()
-    {
+    if found.strategy == Strategy::Bsp && names_none {
+        return Ok(better_plan(rays, options, share, work)?.unwrap_or(found));
+    }
+    let is_one_room = found.strategy == Strategy::Plan && closed_cells(&found) <= 1;
+    if is_one_room && names_none && structure(&walls, scene.tolerance().coplanar).is_empty() {
         let of_plan = worth::drawn_share(rays, &found, work)?;
         if share <= WORTH * of_plan {
-            let [of_plan, of_walls] = [of_plan, share].map(|share| 100.0 * share);
-            let reason = format!(
-                "cells along walls leave {of_walls:.0} % of the frustum to draw; a plan with {rooms} closed cells would leave {of_plan:.0} %"
-            );
+            let reason = format!("cells along walls {}", compared(share, of_plan, "a plan"));
             return Ok(CellGraph { reason, ..walls });
         }
     }
     Ok(found)
+}
+
+fn closed_cells(graph: &CellGraph) -> usize {
+    graph.cells.iter().filter(|cell| !cell.open).count()
+}
+
+/// A plan of rooms that draws less than walls, which leave a `share` of what the frustum draws; sought where a model may be a house.
+fn better_plan(
+    rays: &RayScene<'_>,
+    options: &SplitOptions,
+    share: f64,
+    work: &Job<'_>,
+) -> Result<Option<CellGraph>, SplitError> {
+    if !may_be_house(rays.scene()) {
+        return Ok(None);
+    }
+    let plan = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Plan), ..*options }, None, work)?;
+    if closed_cells(&plan) <= 1 {
+        return Ok(None);
+    }
+    let of_plan = worth::drawn_share(rays, &plan, work)?;
+    let reason = format!("the {} rooms of a plan {}", closed_cells(&plan), compared(of_plan, share, "cells along walls"));
+    Ok((of_plan <= WORTH * share).then_some(CellGraph { reason, ..plan }))
+}
+
+fn compared(share: f64, others: f64, other: &str) -> String {
+    format!("leave {:.0} % of the frustum to draw; {other} would leave {:.0} %", 100.0 * share, 100.0 * others)
 }
 
 /// One open cell instead of a graph that flow would take hours for; only rough walls make so many portals between few cells.

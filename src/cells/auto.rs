@@ -46,8 +46,8 @@ pub(super) fn choose(rays: &RayScene<'_>) -> (Strategy, String) {
     (strategy, format!("only {} of the {rooms} rooms that the model names can be used; {why}", audit.sound_rooms))
 }
 
-fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
-    let scene = rays.scene();
+/// Of what isn't level in a scene, the share that stands upright; 1 where all is level.
+fn upright_share(scene: &Scene) -> f64 {
     let (mut upright, mut steep) = (0.0, 0.0);
     let part = bulk(scene);
     let is_near = |c: &[DVec3; 3]| part.is_none_or(|part| part.touches(&Aabb::of(*c)));
@@ -59,7 +59,17 @@ fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
             upright += if up <= WALL_NORMAL * area { area } else { 0.0 };
         }
     }
-    let share: f64 = if steep > 0.0 { upright / steep } else { 1.0 };
+    if steep > 0.0 { upright / steep } else { 1.0 }
+}
+
+/// Whether a plan may find rooms in a scene that says nothing of a building: houses whose walls are drawn on one side look like levels.
+pub(crate) fn may_be_house(scene: &Scene) -> bool {
+    upright_share(scene) >= UPRIGHT_SHARE[0]
+}
+
+fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
+    let scene = rays.scene();
+    let share = upright_share(scene);
     let nothing = says_nothing(scene);
     let by_walls = |why: String| (Strategy::Bsp, format!("{why}, so space is cut along the largest walls"));
     if share < UPRIGHT_SHARE[usize::from(!nothing)] {

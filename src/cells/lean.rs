@@ -19,8 +19,8 @@ const FLOORS: f64 = 0.5;
 const STANDS: f64 = 1e-4;
 /// Planes meet a floor's normal at a right angle up to this, radians.
 const SQUARE: f64 = 2e-3;
-/// Of the area that is nearly upright, walls square to the leaning floor have so many times that of walls that stand upright. Less: a ramp in a
-/// house that stands tilts it.
+/// Walls that are square to the leaning floor and don't stand upright have so many times the area of those that stand and aren't. Less: a ramp in
+/// a house that stands tilts it.
 const MORE_WALLS: f64 = 2.0;
 
 /// What turns a model upright, about its origin.
@@ -37,13 +37,15 @@ impl Lean {
         if angle * size.x.max(size.z) <= coplanar {
             return None;
         }
-        let walls = |up: DVec3| {
-            let is_square = |n: &&DVec3| n.dot(up).abs() <= SQUARE * n.length();
-            normals.iter().filter(is_square).map(|n| n.length()).sum::<f64>()
+        // Walls along the lean are square to both, and so are all where it is small.
+        let is_square = |n: &DVec3, up: DVec3| n.dot(up).abs() <= SQUARE * n.length();
+        let walls = |is: DVec3, is_not: DVec3| {
+            let told = normals.iter().filter(|n| is_square(n, is) && !is_square(n, is_not));
+            told.map(|n| n.length()).sum::<f64>()
         };
-        // Within that angle both are square to one another.
-        let agrees = if angle > SQUARE { walls(up) >= MORE_WALLS * walls(DVec3::Y) } else { walls(up) >= walls(DVec3::Y) };
-        (agrees && walls(up) > 0.0).then(|| Self(DMat3::from_quat(DQuat::from_rotation_arc(up, DVec3::Y))))
+        let [leaning, standing] = [walls(up, DVec3::Y), walls(DVec3::Y, up)];
+        let agrees = leaning >= MORE_WALLS * standing && (leaning > 0.0 || angle <= SQUARE);
+        agrees.then(|| Self(DMat3::from_quat(DQuat::from_rotation_arc(up, DVec3::Y))))
     }
 
     /// The model upright.
@@ -83,7 +85,7 @@ impl Lean {
         let piece = |piece: &Piece| Piece::new(piece.planes.iter().map(plane).collect(), eps);
         let cell = |cell: Cell| Cell { pieces: cell.pieces.iter().filter_map(piece).collect(), ..cell };
         let portal = |portal: Portal| Portal { plane: plane(&portal.plane), winding: winding(&portal.winding), ..portal };
-        let note = format!("the model leans by {degrees:.2} degrees; its rooms were looked for as if it stood upright");
+        let note = Note::taken(format!("the model leans by {degrees:.2} degrees; its rooms were found as if it stood upright"));
         CellGraph {
             cells: graph.cells.into_iter().map(cell).collect(),
             portals: graph.portals.into_iter().map(portal).collect(),

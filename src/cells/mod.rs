@@ -4,7 +4,7 @@
 //! [`CellGraph`], and tested by [`validate`](mod@validate).
 
 mod authored;
-mod auto;
+pub(crate) mod auto;
 mod bsp;
 mod coarsen;
 mod complex;

@@ -32,10 +32,10 @@ pub(super) struct HumanScale {
 
 /// Units that models come in: how many make a metre, what they are called, and in metres.
 const UNITS: [(f64, &str, &str); 4] = [
-    (1e3, "millimetres", "0.001"),
-    (100.0, "centimetres", "0.01"),
-    (1.0 / 0.0254, "inches", "0.0254"),
-    (1e-3, "kilometres", "1000"),
+    (1e3, "millimetres", "mm"),
+    (100.0, "centimetres", "cm"),
+    (1.0 / 0.0254, "inches", "inch"),
+    (1e-3, "kilometres", "km"),
 ];
 /// Rooms that a unit is told by, metres.
 const ROOMS: std::ops::RangeInclusive<f64> = 2.0..=4.6;
@@ -146,7 +146,7 @@ impl HumanScale {
                 (false, None) => Some("the model is not in metres, it seems (--unit tells what a unit is)".to_owned()),
             };
         }
-        let feet = || format!("its rooms are {height:.1} m high; if the model is in feet, give --unit 0.3048");
+        let feet = || format!("its rooms are {height:.1} m high; if the model is in feet, give --unit ft");
         IN_FEET.contains(&height).then(feet)
     }
 
@@ -411,13 +411,13 @@ mod tests {
     #[test]
     fn units_are_named_by_the_height_of_rooms() {
         for (height, name) in
-            [(260.0, "as in centimetres (--unit 0.01)"), (102.4, "as in inches (--unit 0.0254)"), (2700.0, "millimetres")]
+            [(260.0, "as in centimetres (--unit cm)"), (102.4, "as in inches (--unit inch)"), (2700.0, "millimetres")]
         {
             let note = HumanScale { metre: hall(height), ceiling: Some(height), is_doubted: false }.note().unwrap();
             assert!(note.contains(name), "{height}: {note}");
         }
         let feet = HumanScale { ceiling: Some(9.0), ..HumanScale::METRES }.note().unwrap();
-        assert!(feet.ends_with("in feet, give --unit 0.3048"), "{feet}");
+        assert!(feet.ends_with("in feet, give --unit ft"), "{feet}");
         // A city of blocks 18 m high.
         assert_eq!(HumanScale { metre: hall(18.0), ceiling: Some(18.0), is_doubted: false }.note(), None);
     }

@@ -35,8 +35,8 @@ pub struct SceneFlags {
     /// Objects stay as their author made them; a note says what splitting would save
     #[arg(long, conflicts_with = "object_triangles")]
     pub whole: bool,
-    /// Metres per unit of the input [default: the format's own]
-    #[arg(long, value_name = "METRES")]
+    /// The unit of the input: mm, cm, inch, ft, m, km, or metres in a unit [default: the format's own]
+    #[arg(long, value_name = "METRES", value_parser = unit)]
     pub unit: Option<f64>,
     /// The axis that is up in the input, for OBJ, glTF, PLY and STL [default: y]; other formats say it themselves
     #[arg(long, value_enum)]
@@ -94,9 +94,6 @@ impl SceneFlags {
         }
         if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");
-        }
-        if self.unit.is_some_and(|u| !(u > 0.0 && u.is_finite())) {
-            return Err(CliError("--unit takes metres per unit, above 0".into()));
         }
         for (flag, value) in [
             ("--voxel", self.voxel),
@@ -184,6 +181,21 @@ impl SceneFlags {
         flags.extend(self.files.roles.as_deref().map(|path| ("--roles", name(path))));
         flags
     }
+}
+
+/// Metres in a unit, which may have a name.
+fn unit(text: &str) -> Result<f64, String> {
+    let metres = match text {
+        "mm" => 1e-3,
+        "cm" => 1e-2,
+        "in" | "inch" => 0.0254,
+        "ft" => 0.3048,
+        "m" => 1.0,
+        "km" => 1e3,
+        number => number.parse().unwrap_or(0.0),
+    };
+    let is_sound = metres > 0.0 && f64::is_finite(metres);
+    is_sound.then_some(metres).ok_or_else(|| "takes mm, cm, inch, ft, m, km, or metres in a unit, above 0".into())
 }
 
 fn cells_file(path: &Path, scene: &Scene) -> Result<CellGraph, CliError> {

@@ -79,11 +79,43 @@ fn case_02_utm() {
     all_are_as_base("02_utm", &["utm.obj", "utm_node.glb", "utm_f32.glb"]);
 }
 
+/// Whatever the unit: ten cells, and a note that names it where it isn't a metre.
+#[test]
+fn case_03_units() {
+    let Some(folder) = case("03_units") else { return };
+    for (model, name, unit) in [("cm.glb", "centimetres", "cm"), ("inch.glb", "inches", "inch"), ("mm.glb", "millimetres", "mm"), ("tiny.glb", "kilometres", "km")] {
+        let file = is_as_base(&read(&folder.join(model)));
+        assert!(
+            file.notes.iter().any(|note| note.contains(name) && note.contains(&format!("--unit {unit}"))),
+            "{model}: {:?}",
+            file.notes
+        );
+    }
+}
+
+#[test]
+fn case_04_turned() {
+    all_are_as_base("04_turned", &["turned33.glb", "lean1.glb"]);
+    let Some(folder) = case("04_turned") else { return };
+    let file = is_as_base(&read(&folder.join("lean1.glb")));
+    assert!(file.notes.iter().any(|note| note.contains("leans by 1.00 degrees")), "{:?}", file.notes);
+    let lying = folder.join("zup.obj");
+    assert!(has_note(&read(&lying), "--up z"));
+    let upright = import(&lying, &ImportOptions { z_up: true, ..ImportOptions::default() }).unwrap();
+    is_as_base(&upright);
+}
+
 #[test]
 fn case_05_duplicates() {
     let Some(folder) = case("05_duplicates") else { return };
     let file = baked(&read(&folder.join("dup.glb")));
     assert_eq!((counts(&file), statues(&corridor(&file))), ([10, 1, 9], [16, 16]), "everything is there twice");
+}
+
+/// Walls as sheets, with triangles on both sides or on one.
+#[test]
+fn case_06_thin() {
+    all_are_as_base("06_thin", &["thin_two.glb", "thin_one.glb", "thin_one.obj"]);
 }
 
 #[test]
