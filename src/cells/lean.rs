@@ -90,7 +90,7 @@ impl Lean {
             cells: graph.cells.into_iter().map(cell).collect(),
             portals: graph.portals.into_iter().map(portal).collect(),
             closed_holes: graph.closed_holes.iter().map(|hole| winding(hole)).collect(),
-            notes: graph.notes.into_iter().chain([Note::taken(note)]).collect(),
+            notes: graph.notes.into_iter().chain([note]).collect(),
             ..graph
         }
     }
