@@ -187,3 +187,37 @@ fn what_is_asked_for_is_done() {
     assert_eq!((graph.strategy, graph.reason.as_str()), (Strategy::Plan, "asked for"));
     assert!(graph.cells.iter().all(|c| c.source.is_none()), "the author's rooms are not read");
 }
+
+/// A nameless box of `size` with its foot at `at`, in the house; what the split says of it.
+fn told_of(at: DVec3, size: DVec3) -> Option<String> {
+    let mut builder = builder();
+    for (i, part) in house().iter().enumerate() {
+        builder.add(soup(&format!("part {i}"), Role::Unknown, true, part)).unwrap();
+    }
+    builder.add(soup("Cube.012", Role::Unknown, true, &cuboid(at, at + size))).unwrap();
+    let graph = split(&builder.finish("house").unwrap(), &SplitOptions::default()).unwrap();
+    let notes: Vec<String> = graph.notes.iter().map(|note| note.to_string()).collect();
+    notes.into_iter().find(|note| note.contains("doorway"))
+}
+
+#[test]
+fn a_nameless_mesh_that_closes_the_doorway_is_told_of() {
+    // The doorway is 0.9 m wide and 2.1 m high, in a wall from x = 4 to 4.2 m.
+    for (at, size) in [
+        (v(4.08, 0.0, 2.0), v(0.04, 2.1, 0.9)),
+        (v(4.0, 0.01, 2.02), v(0.2, 2.05, 0.86)),
+        (v(3.9, 0.0, 2.0), v(0.4, 2.1, 0.9)),
+    ] {
+        let note = told_of(at, size).unwrap_or_else(|| panic!("{at} {size}"));
+        assert!(note.contains("\"Cube.012\" stands in a doorway") && note.contains("--roles"), "{note}");
+    }
+    // Beside the wall; a table; half of the doorway; a cupboard against the outer wall.
+    for (at, size) in [
+        (v(2.0, 0.0, 2.0), v(0.04, 2.1, 0.9)),
+        (v(4.0, 0.0, 2.0), v(0.2, 0.8, 0.9)),
+        (v(4.08, 0.0, 2.0), v(0.04, 2.1, 0.4)),
+        (v(0.0, 0.0, 2.0), v(0.4, 2.1, 0.9)),
+    ] {
+        assert_eq!(told_of(at, size), None, "{at} {size}");
+    }
+}

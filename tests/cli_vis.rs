@@ -213,6 +213,33 @@ mod levels {
         assert_eq!((&report["against"]["both_pairs"], &report["against"]["their_pairs"]), (&25.into(), &25.into()));
     }
 
+    /// Rooms from x = 0 to 4, 5 to 9 and 10 to 14.
+    #[test]
+    fn why_takes_places_of_a_level() {
+        let level = folder("places").join("level.bsp");
+        std::fs::write(&level, bsp(&three_rooms(AIR), Layout::default())).unwrap();
+        let cells = |a: &str, b: &str| {
+            let out = enfilade!("vis", &level, "--why", a, b, "--json");
+            done(&out);
+            let why = serde_json::from_slice::<Value>(&out.stdout).unwrap()["why"].clone();
+            assert_eq!(why["verdict"], "witnessed", "{why}");
+            why["pair"].clone()
+        };
+        let by_number = |a: u64, b: u64| serde_json::json!([a, b]);
+        // Leaves in the order of the tree: the third room and its door first.
+        assert_eq!(cells("1,0,0", "12, 1.5, -1.5"), by_number(4, 0));
+        assert_eq!(cells("(7 -1 0)", "4"), by_number(2, 4));
+        for (place, said) in [
+            ("4.5,1.5,0", "lies in a wall"),
+            ("-3,0,0", "lies in a wall, or beyond"),
+            ("1,2", "takes a cluster's number, 0 to 4, or a place"),
+            ("1,2,x", "three numbers"),
+            ("7", "the level has clusters 0 to 4"),
+        ] {
+            refused(&enfilade!("vis", &level, "--why", place, "0"), &[&format!("--why {place}: "), said]);
+        }
+    }
+
     #[test]
     fn the_portal_file_beside_a_level_is_taken_where_it_fits() {
         let folder = folder("beside");

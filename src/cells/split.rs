@@ -15,6 +15,7 @@ use crate::cells::complex::lift;
 use crate::cells::complex::limits::Limits;
 use crate::cells::doors::kinds::name_openings;
 use crate::cells::doors::state::find_states;
+use crate::cells::doors::stoppers;
 use crate::cells::leaves::leaves;
 use crate::cells::plan::courtyards::part_courtyards;
 use crate::cells::plan::options::PlanOptions;
@@ -121,6 +122,7 @@ pub(crate) fn split_beside(
 fn finished(rays: &RayScene<'_>, human: HumanScale, mut graph: CellGraph) -> CellGraph {
     name_openings(rays.scene(), &mut graph.portals, human);
     find_states(rays, &mut graph.portals, human.metre, graph.strategy == Strategy::Leaves);
+    graph.notes.extend(stoppers::note(rays, human));
     graph.link();
     graph
 }

@@ -6,6 +6,7 @@ use enfilade::BitMatrix;
 use enfilade::level::bsp::Bsp;
 use enfilade::level::prt::{Prt, read_prt};
 use enfilade::level::{Level, VisOptions};
+use glam::DVec3;
 use std::path::Path;
 
 /// Flags of commands that work out what can be seen in a level.
@@ -95,6 +96,36 @@ impl Input {
             of_leaves.ones(leaf).for_each(|other| _ = rows.set(cluster as usize, self.clusters[other] as usize));
         }
         Ok(rows)
+    }
+
+    /// The cluster that a word means: its number, or a place in it, as `X,Y,Z` in the level's own units.
+    pub fn cluster(&self, word: &str) -> Result<u32, String> {
+        let last = self.level.cells.saturating_sub(1);
+        if let Ok(cluster) = word.parse::<u32>() {
+            let is_there = (cluster as usize) < self.level.cells;
+            return is_there.then_some(cluster).ok_or_else(|| format!("{word}: the level has clusters 0 to {last}"));
+        }
+        let words = word.trim_matches(['(', ')', ' ']).split([',', ' ']).filter(|word| !word.is_empty());
+        let numbers: Vec<f64> = words.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()).unwrap_or(f64::NAN)).collect();
+        let [x, y, z] = numbers[..] else {
+            return Err(format!("{word}: takes a cluster's number, 0 to {last}, or a place, as 480,-352,88"));
+        };
+        self.cluster_at(DVec3::new(x, y, z)).map_err(|e| format!("{word}: {e}"))
+    }
+
+    #[cfg(feature = "quake")]
+    fn cluster_at(&self, place: DVec3) -> Result<u32, String> {
+        if place.is_nan() {
+            return Err("a place is three numbers, as 480,-352,88".into());
+        }
+        let bsp = self.bsp.as_ref().ok_or("a .prt doesn't say where its clusters are; give the .bsp, or a number")?;
+        let leaf = bsp.leaf_at(place).ok_or("lies in a wall, or beyond the level")?;
+        Ok(self.clusters[leaf])
+    }
+
+    #[cfg(not(feature = "quake"))]
+    fn cluster_at(&self, _: DVec3) -> Result<u32, String> {
+        Err("a .prt doesn't say where its clusters are; give a number".into())
     }
 
     fn of_prt(prt: Prt, bsp: Option<Bsp>) -> Self {

@@ -47,9 +47,9 @@ pub struct Args {
     /// Compare with rows of another tool: text as --rows writes it, or a .bsp that holds some
     #[arg(long, value_name = "ROWS")]
     against: Option<PathBuf>,
-    /// Say why these two clusters see each other, or don't
-    #[arg(long, num_args = 2, value_names = ["A", "B"])]
-    why: Option<Vec<u32>>,
+    /// Say why two clusters see each other, or don't: their numbers, or places in them, as 480,-352,88
+    #[arg(long, num_args = 2, value_names = ["A", "B"], allow_hyphen_values = true)]
+    why: Option<Vec<String>>,
     #[command(flatten)]
     verbose: VerboseFlag,
     /// Print JSON to stdout
@@ -92,11 +92,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         (Some(out), Some(_)) => Some(out.clone()),
         (None, _) => args.is_in_place().then(|| args.input.clone()),
     };
-    let pair = args.why.as_deref().map(|w| [w[0], w[1]]);
-    if let Some(&cluster) = pair.iter().flatten().find(|&&c| c as usize >= input.level.cells) {
-        let last = input.level.cells.saturating_sub(1);
-        return Err(CliError(format!("--why {cluster}: the level has clusters 0 to {last}")));
-    }
+    let cluster = |word: &String| input.cluster(word).map_err(|e| CliError(format!("--why {e}")));
+    let pair = args.why.as_deref().map(|words| Ok::<_, CliError>([cluster(&words[0])?, cluster(&words[1])?])).transpose()?;
     let theirs = args.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
 

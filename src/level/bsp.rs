@@ -6,6 +6,7 @@ mod lump;
 use super::Level;
 use crate::BitMatrix;
 use crate::scene::quake::layout::VISIBILITY;
+use glam::DVec3;
 pub use crate::scene::quake::{Bsp, BspError, Fit};
 pub use ambient::SOUNDS;
 
@@ -27,6 +28,12 @@ impl Bsp {
     pub fn level(&self) -> Result<Derived, BspError> {
         let (portals, slivers) = self.portals()?;
         Ok(Derived { level: Level { cells: self.leaves(), portals, rounding: 0.0 }, slivers })
+    }
+
+    /// The leaf (leaf `i + 1` at `i`) that holds a place, in the level's own coordinates; `None` in solid, and beyond the level.
+    pub fn leaf_at(&self, place: DVec3) -> Option<usize> {
+        let leaf = self.tree.leaf_at(place);
+        (1..=self.leaves()).contains(&leaf).then(|| leaf - 1)
     }
 
     /// Rows of the file's own visibility lump, a row and a column a cell; `None` where it has none.
