@@ -164,7 +164,7 @@ fn a_hall_with_screens_is_cut_by_them() {
     assert_eq!((plan.strategy, plan.cells.len()), (Strategy::Plan, 2), "{reason}");
     let found = find_cells(&scene, &SplitOptions::default(), &Job::quiet()).unwrap();
     assert_eq!(found.strategy, Strategy::Bsp, "{}", found.reason);
-    assert!(found.reason.contains("a plan with 1 closed cells would leave"), "{}", found.reason);
+    assert!(found.reason.contains("a plan would leave"), "{}", found.reason);
 }
 
 /// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.
