@@ -56,7 +56,7 @@ pub struct ObjectSizes {
     pub best: ObjectSize,
 }
 
-/// Finds the cells of a scene with whole objects, unless `options` bring some, and splits its objects where that draws less; both are in
+/// Finds the cells of a scene whose objects are as their author made them, unless `options` bring some, and splits its objects where that draws less; both are in
 /// `options` then, ready for [`bake`](super::bake()). With `keep_whole` it only says what splitting would save.
 ///
 /// # Errors
@@ -71,9 +71,11 @@ pub fn size_objects(
     work.tell("cells", 0.0);
     let given = options.given.take();
     let (mut graph, sizes) = work.once(|| {
-        let rays = RayScene::new(&scene);
+        // What walls hide shows only where objects are small.
+        let usual = split_objects(scene.clone(), FIRST);
+        let rays = RayScene::new(&usual);
         let graph = given.map_or_else(|| find_cells_by(&rays, &options.split, work), Ok)?;
-        let sizes = tried(&rays, &graph, work)?;
+        let sizes = tried(&scene, &rays, &graph, work)?;
         Ok::<_, BakeError>((graph, sizes))
     })?;
     graph.notes.extend(note(&sizes, keep_whole));
@@ -83,18 +85,21 @@ pub fn size_objects(
     Ok((split_objects(scene, limit), sizes))
 }
 
-/// Measures whole objects, and others of powers of two from [`FIRST`] on, down or up, to where it gets no cheaper.
-fn tried(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<ObjectSizes, Stopped> {
+/// Measures the objects of `whole_scene`, and of others of powers of two from [`FIRST`], as `rays` has it, on, down or up, to where it gets no
+/// cheaper.
+fn tried(whole_scene: &Scene, rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<ObjectSizes, Stopped> {
     let cameras = worth::cameras(rays);
     let measure = |most_triangles: Option<u32>| {
-        let split = most_triangles.map(|limit| split_objects(rays.scene().clone(), limit));
-        let scene = split.as_ref().unwrap_or(rays.scene());
+        let is_new = most_triangles.filter(|&limit| limit != FIRST);
+        let split = is_new.map(|limit| split_objects(whole_scene.clone(), limit));
+        let known = if most_triangles.is_none() { whole_scene } else { rays.scene() };
+        let scene = split.as_ref().unwrap_or(known);
         let [sums] = worth::drawn(scene, graph, &cameras, [Mode::Portals], work)?;
         let [triangles, draw_calls] = sums.map(|sum| sum / cameras.len().max(1) as f64);
         Ok::<_, Stopped>(ObjectSize { most_triangles, objects: scene.objects.len(), triangles, draw_calls })
     };
     let whole = measure(None)?;
-    let largest = rays.scene().objects.iter().map(|o| o.triangles.len()).max().unwrap_or(0);
+    let largest = whole_scene.objects.iter().map(|o| o.triangles.len()).max().unwrap_or(0);
     if cameras.is_empty() || largest <= LEAST as usize {
         return Ok(ObjectSizes { whole, best: whole });
     }

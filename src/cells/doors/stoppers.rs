@@ -31,11 +31,13 @@ const NAMED: usize = 3;
 /// A note of the meshes that close doorways, if there are any.
 pub(crate) fn note(rays: &RayScene<'_>, human: HumanScale) -> Option<Note> {
     let scene = rays.scene();
-    let stops = |(i, object): (usize, &Object)| {
+    let stops = |&i: &usize| {
+        let object = &scene.objects[i];
         let says_nothing = object.role == Role::Unknown && object.opaque && object.reach.is_none() && !object.is_tube();
-        (says_nothing && fills_a_doorway(rays, ObjectId(i as u32), human)).then_some(object.node.as_str())
+        says_nothing && fills_a_doorway(rays, ObjectId(i as u32), human)
     };
-    let names: BTreeSet<&str> = scene.objects.iter().enumerate().filter_map(stops).collect();
+    let found = (0..scene.objects.len()).filter(stops);
+    let names: BTreeSet<&str> = found.map(|i| scene.objects[i].node.as_str()).collect();
     if names.is_empty() {
         return None;
     }
