@@ -4,10 +4,10 @@ use crate::cli::{building, enfilade, folder, text};
 use enfilade::bake::{BakeOptions, DRAW_CALL, size_objects};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::scene::{ImportOptions, Role, Scene, import, split_objects};
+use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source, import, split_objects};
 use glam::DVec3;
 use std::path::Path;
-use testing::meshes::{builder, cuboid, soup};
+use testing::meshes::{cuboid, soup};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
@@ -26,7 +26,8 @@ fn house(stools: usize) -> Scene {
         (v(4., 0., 2.9), v(4.2, 2.8, 5.)),
         (v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
     ];
-    let mut builder = builder();
+    let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
+    let mut builder = SceneBuilder::new(&options, Source::default());
     for (i, (min, max)) in walls.into_iter().enumerate() {
         builder.add(soup(&format!("wall {i}"), Role::Structure, true, &cuboid(min, max))).unwrap();
     }
@@ -39,7 +40,7 @@ fn house(stools: usize) -> Scene {
         let all: Vec<_> = (0..stools).flat_map(stool).collect();
         builder.add(soup("stools", Role::Furnishing, true, &all)).unwrap();
     }
-    split_objects(builder.finish("house").unwrap(), u32::MAX)
+    builder.finish("house").unwrap()
 }
 
 #[test]
@@ -71,7 +72,11 @@ fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
     // From wherever one looks at stools, they are drawn as a whole: nearly always all 1440 triangles.
     assert!(sizes.whole.triangles > 1000.0 && sizes.best.triangles < 0.8 * sizes.whole.triangles, "{sizes:?}");
     let graph = options.given.as_ref().unwrap();
-    assert!(graph.notes.iter().any(|note| note.contains(&format!("split to at most {limit} triangles"))), "{:?}", graph.notes);
+    assert!(
+        graph.notes.iter().any(|note| note.contains(&format!("split to at most {limit} triangles"))),
+        "{:?}",
+        graph.notes
+    );
     // They stay whole, where that is asked for; what it costs is told.
     let mut options = BakeOptions::default();
     let (kept, told) = size_objects(house(120), &mut options, true, &work).unwrap();
@@ -95,7 +100,8 @@ fn a_bake_chooses_and_its_file_says_how_its_model_is_read() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         PvsFile::load(&file).unwrap()
     };
-    let [chosen, whole, given] = [bake("a.pvs", &[]), bake("b.pvs", &["--whole"]), bake("c.pvs", &["--object-triangles", "100"])];
+    let [chosen, whole, given] =
+        [bake("a.pvs", &[]), bake("b.pvs", &["--whole"]), bake("c.pvs", &["--object-triangles", "100"])];
     assert_eq!((whole.import.object_triangles, given.import.object_triangles), (u32::MAX, 100));
     for file in [&chosen, &whole, &given] {
         let options = file.import.options();

@@ -195,7 +195,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     let share = worth::drawn_share(rays, &walls, work)?;
     let names_none = scene.hints.openings.is_empty() && scene.hints.storeys.is_empty();
     if share > WORTH {
-        if let Some(plan) = better_plan(rays, options, share, work)? {
+        if let Some(plan) = better_plan(rays, options, (&walls, share), work)? {
             return Ok(plan);
         }
         let reason = format!(
@@ -208,7 +208,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     }
     let found = split_beside(rays, options, Some(walls.clone()), work)?;
     if found.strategy == Strategy::Bsp && names_none {
-        return Ok(better_plan(rays, options, share, work)?.unwrap_or(found));
+        return Ok(better_plan(rays, options, (&walls, share), work)?.unwrap_or(found));
     }
     let is_one_room = found.strategy == Strategy::Plan && closed_cells(&found) <= 1;
     if is_one_room && names_none && structure(&walls, scene.tolerance().coplanar).is_empty() {
@@ -225,11 +225,12 @@ fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|cell| !cell.open).count()
 }
 
-/// A plan of rooms that draws less than walls, which leave a `share` of what the frustum draws; sought where a model may be a house.
+/// A plan of rooms that draws less than `walls`, which leave a `share` of what the frustum draws, or little more through few portals; sought
+/// where a model may be a house.
 fn better_plan(
     rays: &RayScene<'_>,
     options: &SplitOptions,
-    share: f64,
+    (walls, share): (&CellGraph, f64),
     work: &Job<'_>,
 ) -> Result<Option<CellGraph>, SplitError> {
     if !may_be_house(rays.scene()) {
@@ -240,9 +241,15 @@ fn better_plan(
         return Ok(None);
     }
     let of_plan = worth::drawn_share(rays, &plan, work)?;
+    let has_few = FEW_PORTALS * plan.portals.len() <= walls.portals.len();
+    let most = share * if has_few { MAY_DRAW_MORE } else { WORTH };
     let reason = format!("the {} rooms of a plan {}", closed_cells(&plan), compared(of_plan, share, "cells along walls"));
-    Ok((of_plan <= WORTH * share).then_some(CellGraph { reason, ..plan }))
+    Ok((of_plan <= most.min(WORTH)).then_some(CellGraph { reason, ..plan }))
 }
+
+/// A plan of which walls have so many times the portals may draw so much more than they: each portal that is looked through takes time, too.
+const FEW_PORTALS: usize = 10;
+const MAY_DRAW_MORE: f64 = 1.25;
 
 fn compared(share: f64, others: f64, other: &str) -> String {
     format!("leave {:.0} % of the frustum to draw; {other} would leave {:.0} %", 100.0 * share, 100.0 * others)

@@ -85,7 +85,8 @@ impl Lean {
         let piece = |piece: &Piece| Piece::new(piece.planes.iter().map(plane).collect(), eps);
         let cell = |cell: Cell| Cell { pieces: cell.pieces.iter().filter_map(piece).collect(), ..cell };
         let portal = |portal: Portal| Portal { plane: plane(&portal.plane), winding: winding(&portal.winding), ..portal };
-        let note = Note::taken(format!("the model leans by {degrees:.2} degrees; its rooms were found as if it stood upright"));
+        let note =
+            Note::taken(format!("the model leans by {degrees:.2} degrees; its rooms were found as if it stood upright"));
         CellGraph {
             cells: graph.cells.into_iter().map(cell).collect(),
             portals: graph.portals.into_iter().map(portal).collect(),

@@ -31,12 +31,8 @@ pub(super) struct HumanScale {
 }
 
 /// Units that models come in: how many make a metre, what they are called, and in metres.
-const UNITS: [(f64, &str, &str); 4] = [
-    (1e3, "millimetres", "mm"),
-    (100.0, "centimetres", "cm"),
-    (1.0 / 0.0254, "inches", "inch"),
-    (1e-3, "kilometres", "km"),
-];
+const UNITS: [(f64, &str, &str); 4] =
+    [(1e3, "millimetres", "mm"), (100.0, "centimetres", "cm"), (1.0 / 0.0254, "inches", "inch"), (1e-3, "kilometres", "km")];
 /// Rooms that a unit is told by, metres.
 const ROOMS: std::ops::RangeInclusive<f64> = 2.0..=4.6;
 /// What may be high over a floor in a model in metres, metres: rooms, halls, blocks of a city without storeys.

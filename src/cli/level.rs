@@ -106,7 +106,8 @@ impl Input {
             return is_there.then_some(cluster).ok_or_else(|| format!("{word}: the level has clusters 0 to {last}"));
         }
         let words = word.trim_matches(['(', ')', ' ']).split([',', ' ']).filter(|word| !word.is_empty());
-        let numbers: Vec<f64> = words.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()).unwrap_or(f64::NAN)).collect();
+        let numbers: Vec<f64> =
+            words.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()).unwrap_or(f64::NAN)).collect();
         let [x, y, z] = numbers[..] else {
             return Err(format!("{word}: takes a cluster's number, 0 to {last}, or a place, as 480,-352,88"));
         };

@@ -6,9 +6,9 @@ mod lump;
 use super::Level;
 use crate::BitMatrix;
 use crate::scene::quake::layout::VISIBILITY;
-use glam::DVec3;
 pub use crate::scene::quake::{Bsp, BspError, Fit};
 pub use ambient::SOUNDS;
+use glam::DVec3;
 
 /// Portals of a level, and where they come from.
 #[derive(Clone, PartialEq, Debug)]

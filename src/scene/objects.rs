@@ -12,7 +12,8 @@ use std::ops::Range;
 /// none and splitting then; splitting what is split already need not.
 pub fn split_objects(scene: Scene, limit: u32) -> Scene {
     let mut split = Scene { positions: Vec::with_capacity(scene.positions.len()), ..scene };
-    let (positions, triangles, objects) = (scene.positions, std::mem::take(&mut split.triangles), std::mem::take(&mut split.objects));
+    let (positions, triangles, objects) =
+        (scene.positions, std::mem::take(&mut split.triangles), std::mem::take(&mut split.objects));
     let (mut meshes, mut numbers) = (Vec::new(), Vec::new());
     // By object: its parts.
     let mut parts_of: Vec<Range<u32>> = Vec::with_capacity(objects.len());
@@ -20,7 +21,8 @@ pub fn split_objects(scene: Scene, limit: u32) -> Scene {
     for (o, object) in objects.into_iter().enumerate() {
         let range = object.triangles.start as usize..object.triangles.end as usize;
         let soup = Soup { positions: &positions, triangles: &triangles[range] };
-        let parts = if object.is_tube() { vec![(0..object.triangles.len() as u32).collect()] } else { clusters(soup, limit) };
+        let parts =
+            if object.is_tube() { vec![(0..object.triangles.len() as u32).collect()] } else { clusters(soup, limit) };
         let first = split.objects.len() as u32;
         if let Some(trace) = &split.trace {
             meshes.extend(parts.iter().map(|_| trace.meshes[o]));
@@ -41,7 +43,13 @@ pub fn split_objects(scene: Scene, limit: u32) -> Scene {
                 }));
             }
             let triangles = start..split.triangles.len() as u32;
-            split.objects.push(Object { node: object.node.clone(), triangles, segments: object.segments.clone(), bounds, ..object });
+            split.objects.push(Object {
+                node: object.node.clone(),
+                triangles,
+                segments: object.segments.clone(),
+                bounds,
+                ..object
+            });
         }
         parts_of.push(first..split.objects.len() as u32);
     }

@@ -83,7 +83,12 @@ fn case_02_utm() {
 #[test]
 fn case_03_units() {
     let Some(folder) = case("03_units") else { return };
-    for (model, name, unit) in [("cm.glb", "centimetres", "cm"), ("inch.glb", "inches", "inch"), ("mm.glb", "millimetres", "mm"), ("tiny.glb", "kilometres", "km")] {
+    for (model, name, unit) in [
+        ("cm.glb", "centimetres", "cm"),
+        ("inch.glb", "inches", "inch"),
+        ("mm.glb", "millimetres", "mm"),
+        ("tiny.glb", "kilometres", "km"),
+    ] {
         let file = is_as_base(&read(&folder.join(model)));
         assert!(
             file.notes.iter().any(|note| note.contains(name) && note.contains(&format!("--unit {unit}"))),

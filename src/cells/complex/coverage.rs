@@ -58,7 +58,8 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
 /// What of the triangles may close something of a face, counter-clockwise. Where they are many, they are cut to what is around the face, and
 /// those that tile are joined.
 fn over(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Vec<Vec<DVec2>> {
-    let ends = |points: &[DVec2]| points.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[a, b], p| [a.min(*p), b.max(*p)]);
+    let ends =
+        |points: &[DVec2]| points.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[a, b], p| [a.min(*p), b.max(*p)]);
     let [low, high] = ends(face);
     let (low, high) = (low - AROUND * seal, high + AROUND * seal);
     let is_near = |t: &&[DVec2; 3]| {

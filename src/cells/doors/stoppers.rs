@@ -43,7 +43,8 @@ pub(crate) fn note(rays: &RayScene<'_>, human: HumanScale) -> Option<Note> {
     }
     let first = names.iter().take(NAMED).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     let more = if names.len() > NAMED { format!(" and {} more", names.len() - NAMED) } else { String::new() };
-    let [stand, close] = if names.len() == 1 { ["stands in a doorway", "closes it"] } else { ["stand in doorways", "close them"] };
+    let [stand, close] =
+        if names.len() == 1 { ["stands in a doorway", "closes it"] } else { ["stand in doorways", "close them"] };
     Some(Note::fault(format!(
         "{first}{more} {stand} and {close}, though no name says a door: if it opens, or is not drawn, say so with --roles"
     )))

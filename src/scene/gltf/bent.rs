@@ -32,6 +32,7 @@ pub(super) fn morph(
     spent: &mut usize,
 ) -> Result<Morphed, ImportError> {
     let mut positions = part.positions.clone();
+    let ranges = ranges.filter(|_| !primitive.targets.is_empty());
     let mut range = ranges.map(|_| part.positions.iter().map(|&p| [p, p]).collect::<Vec<_>>());
     for (k, target) in primitive.targets.iter().enumerate() {
         let weight = weights.get(k).copied().unwrap_or(0.0);
