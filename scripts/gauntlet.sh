@@ -91,14 +91,22 @@ def row(stem, model):
 
 def total():
     all = [of(path[: -len(".code")]) for path in sorted(glob.glob(f"{out}/*.code"))]
-    pairs = [(mean(modes, "both"), mean(modes, "frustum")) for _, modes, *_ in all]
-    logs = [math.log(both / frustum) for both, frustum in pairs if both and frustum]
+    visible = lambda modes: modes["both"].get("exact_triangles_mean") if "both" in modes else None
+    least = lambda modes: min(filter(None, (mean(modes, mode) for mode in ("both", "chc"))), default=None)
+
+    def ratio(name, pairs):
+        logs = [math.log(a / b) for a, b in pairs if a and b]
+        print(f"{name}, geometric mean of {len(logs)}: {math.exp(sum(logs) / len(logs)):.3f}" if logs else f"{name}: no walks")
+
     one = [bake for bake, *_ in all if bake and bake["cells"] == bake["open_cells"] == 1]
     # From here on `bake` says in prose that portals and rows save nothing, and what to do.
     said = lambda bake: ((bake.get("expected_draw") or {}).get("both") or 0) > 0.9
     print()
     print(f"models: {len(all)}, refused or stopped: {sum(code != 0 for *_, code in all)}")
-    print(f"both/frustum, geometric mean of {len(logs)}: {math.exp(sum(logs) / len(logs)):.3f}" if logs else "no walks")
+    ratio("both/frustum", [(mean(modes, "both"), mean(modes, "frustum")) for _, modes, *_ in all])
+    ratio("both/visible", [(mean(modes, "both"), visible(modes)) for _, modes, *_ in all])
+    ratio("least of both and chc/visible", [(least(modes), visible(modes)) for _, modes, *_ in all])
+    print(f"missed pixels: {sum(m.get('missed_pixels', 0) for _, modes, *_ in all for m in modes.values())}")
     print(f"one open cell: {len(one)}, without a word about it: {sum(not said(bake) for bake in one)}")
     stems = [path[: -len(".code")] for path in glob.glob(f"{out}/*.code")]
     print(f"check fails: {sum(failed(stem) is not None for stem in stems)}")

@@ -69,8 +69,8 @@ fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
     let cost = |triangles: f64, calls: f64| triangles + DRAW_CALL * calls;
     assert!(sizes.best.cost() < sizes.whole.cost());
     assert_eq!(sizes.best.cost(), cost(sizes.best.triangles, sizes.best.draw_calls));
-    // From wherever one looks at stools, they are drawn as a whole: nearly always all 1440 triangles.
-    assert!(sizes.whole.triangles > 1000.0 && sizes.best.triangles < 0.8 * sizes.whole.triangles, "{sizes:?}");
+    // From wherever one sees a stool, all 1440 triangles of them are drawn.
+    assert!(sizes.best.triangles < 0.5 * sizes.whole.triangles, "{sizes:?}");
     let graph = options.given.as_ref().unwrap();
     assert!(
         graph.notes.iter().any(|note| note.contains(&format!("split to at most {limit} triangles"))),

@@ -2,7 +2,7 @@
 //! late ones, killed ones, and files in the folder that are damaged or another's.
 
 use crate::cli::{LEVEL, command, done, folder, refused, run};
-use enfilade::bake::{BakeError, BakeOptions, bake, digest};
+use enfilade::bake::{BakeError, BakeOptions, bake, digest, size_objects};
 use enfilade::generate::{Kind, generate};
 use enfilade::job::{Digest, Folder, FolderError, Job, Trace};
 use enfilade::pvs::PvsOptions;
@@ -29,9 +29,12 @@ fn gallery() -> &'static Gallery {
         let glb = generate(Kind::Gallery { rooms: 9 }, 1).unwrap().glb;
         let model = folder("model").join("gallery.glb");
         std::fs::write(&model, &glb).unwrap();
-        let scene = gltf::from_slice(&glb, "gallery", None, &ImportOptions::default()).unwrap();
-        let options =
-            BakeOptions { pvs: PvsOptions { ray_budget: 200_000, ..PvsOptions::default() }, ..BakeOptions::default() };
+        let import = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
+        let scene = gltf::from_slice(&glb, "gallery", None, &import).unwrap();
+        let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
+        let mut options = BakeOptions { pvs, import, ..BakeOptions::default() };
+        // As the command chooses them.
+        let (scene, _) = size_objects(scene, &mut options, false, &Job::quiet()).unwrap();
         let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
         Gallery { model, scene, options, whole }
     })

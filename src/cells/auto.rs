@@ -154,14 +154,14 @@ mod tests {
         let kept = |walls: &[(f64, bool)]| better(plan(), 1e-6, graph(Strategy::Bsp, walls));
         let better = kept(&[(0.0, true), (2.0, false), (4.0, false)]);
         assert_eq!(better.strategy, Strategy::Bsp);
-        assert_eq!(better.reason, "told; bsp kept: the plan closes no cell, bsp 2");
+        assert_eq!(better.reason, "told; but space is cut along walls: the plan finds no closed room, cuts along walls 2");
         let open = kept(&[(0.0, true), (2.0, true)]);
         assert_eq!((open.strategy, open.cells.len()), (Strategy::Plan, 1));
-        assert_eq!(open.reason, "told; the plan kept: the plan closes no cell, bsp 0");
+        assert_eq!(open.reason, "told; the plan is kept: the plan finds no closed room, cuts along walls 0");
         // Two cells in the same place.
         let unsound = kept(&[(0.0, true), (2.0, false), (2.0, false)]);
         assert_eq!(unsound.strategy, Strategy::Plan, "{}", unsound.reason);
-        assert!(unsound.reason.ends_with("which doesn't validate"), "{}", unsound.reason);
+        assert!(unsound.reason.ends_with("but these leave gaps"), "{}", unsound.reason);
     }
 
     #[test]
