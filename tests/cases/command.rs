@@ -71,3 +71,42 @@ fn words_and_exit_code_of_a_check_agree() {
         assert_eq!((with_json.status.code(), report["passed"].as_bool()), (code, Some(code == Some(0))));
     }
 }
+
+/// Cameras where it is hard: in the plane of a portal, on a jamb, in a wall, outside, of any opening angle and near plane, straight down.
+#[test]
+fn case_27_cameras() {
+    let Some(case) = case("27_cameras") else { return };
+    let (model, out) = (case.with_file_name("00_base").join("base.glb"), folder("27").join("base.pvs"));
+    done(&run_words(&["bake", text(&model), "-o", text(&out), "--rays", "100k"]));
+    let mut walked = 0;
+    for path in std::fs::read_dir(&case).unwrap().map(|entry| entry.unwrap().path()) {
+        if path.extension().is_none_or(|e| e != "json") {
+            continue;
+        }
+        let (model, out, path) = (text(&model), text(&out), text(&path));
+        let words = [
+            "walk",
+            out,
+            "--model",
+            model,
+            "--path",
+            path,
+            "--mode",
+            "all",
+            "--verify-pixels",
+            "--size",
+            "160x90",
+            "--json",
+        ];
+        let output = run_words(&words);
+        done(&output);
+        for line in String::from_utf8(output.stdout).unwrap().lines() {
+            let line: serde_json::Value = serde_json::from_str(line).unwrap();
+            if let Some(summary) = line.get("summary") {
+                assert_eq!(summary["missed_pixels"], 0, "{path}: {summary}");
+                walked += 1;
+            }
+        }
+    }
+    assert!(walked >= 13 * 5, "{walked}");
+}

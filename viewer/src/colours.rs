@@ -61,6 +61,6 @@ fn by_role(scene: &Scene, id: usize) -> [u8; 3] {
         Role::Furnishing => hsv(hue(id), 0.45, 0.92),
         Role::Door => hsv(DOOR.0, DOOR.1, DOOR.2),
         Role::Window => hsv(0.56, 0.30, 0.86),
-        Role::Unknown => hsv(hue(id), 0.22, 0.96),
+        Role::Unknown | Role::Helper | Role::Sky => hsv(hue(id), 0.22, 0.96),
     }
 }

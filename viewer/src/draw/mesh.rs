@@ -120,10 +120,10 @@ pub fn word(triangle: [DVec3; 3], object: u32) -> u32 {
     object | u32::from(light(triangle)) << 24
 }
 
-/// Solid things, then doors, then glass.
+/// Solid things, then doors, then glass and what engines do not draw.
 fn seen_through_rank(scene: &Scene, object: usize) -> u8 {
     match &scene.objects[object] {
-        o if o.glass => 2,
+        o if o.glass || o.role == Role::Helper => 2,
         o if o.role == Role::Door => 1,
         _ => 0,
     }
