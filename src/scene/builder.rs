@@ -137,6 +137,7 @@ impl SceneBuilder {
     }
 
     /// What [`ImportOptions::smallest_hole`] says.
+    #[cfg(feature = "quake")]
     pub(super) fn smallest_hole(&self) -> Option<f64> {
         self.options.smallest_hole
     }
