@@ -4,7 +4,7 @@ use enfilade::bake::find_cells;
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
 use enfilade::job::Job;
 use enfilade::scene::{Role, RoomHint, Scene};
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use testing::meshes::{builder, cuboid, soup};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
@@ -220,4 +220,31 @@ fn a_nameless_mesh_that_closes_the_doorway_is_told_of() {
     ] {
         assert_eq!(told_of(at, size), None, "{at} {size}");
     }
+}
+
+/// The house, turned about a level axis by so many degrees.
+fn leaning(degrees: f64) -> CellGraph {
+    let turn = DQuat::from_axis_angle(v(0.8, 0.0, 0.6), degrees.to_radians());
+    let parts: Vec<Vec<[DVec3; 3]>> =
+        house().iter().map(|part| part.iter().map(|t| t.map(|p| turn * p)).collect()).collect();
+    find_cells(&scene(&parts, Vec::new()), &SplitOptions::default(), &Job::quiet()).unwrap()
+}
+
+#[test]
+fn a_house_that_leans_has_the_rooms_of_one_that_stands() {
+    let upright = leaning(0.0);
+    let says_so = |graph: &CellGraph| graph.notes.iter().any(|note| note.contains("leans"));
+    assert!(!says_so(&upright));
+    for degrees in [0.1, 1.0, -6.0] {
+        let graph = leaning(degrees);
+        assert_eq!((graph.cells.len(), graph.portals.len()), (upright.cells.len(), upright.portals.len()), "{degrees}");
+        assert!(says_so(&graph), "{degrees}");
+        let area = |graph: &CellGraph| area(&graph.portals[0].winding);
+        assert!((area(&graph) - area(&upright)).abs() < 1e-3 * area(&upright), "{degrees}");
+    }
+}
+
+/// Of a convex polygon.
+fn area(winding: &[DVec3]) -> f64 {
+    (2..winding.len()).map(|i| 0.5 * (winding[i - 1] - winding[0]).cross(winding[i] - winding[0]).length()).sum()
 }

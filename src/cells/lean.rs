@@ -10,6 +10,8 @@ use std::collections::HashMap;
 
 /// A floor leans by at most this, radians (10 degrees). More: ramps and roofs are floors. Less: scans that nobody has levelled stay as they are.
 const MOST: f64 = 0.175;
+/// And by at least this, radians: a centimetre in 30 m. More: plans of large scans close nothing. Less: what is rounded leans.
+const LEAST: f64 = 3e-4;
 /// Normals within this of each other, radians, are of one floor. More: gentle ramps are. Less: floors of noisy scans fall apart.
 const SAME: f64 = 2e-3;
 /// Of what is nearly level, this share is of that floor; less: ground, roofs.
@@ -34,7 +36,7 @@ impl Lean {
         let up = floor_normal(&normals)?;
         let size = scene.bounds().size();
         let angle = up.angle_between(DVec3::Y);
-        if angle * size.x.max(size.z) <= coplanar {
+        if angle <= LEAST || angle * size.x.max(size.z) <= coplanar {
             return None;
         }
         // Walls along the lean are square to both, and so are all where it is small.
