@@ -157,7 +157,8 @@ const WORTH: f64 = 0.95;
 
 /// The cells that [`bake`] finds where none are given. Splits a scene; where nobody asked for a strategy and no wall would keep anything
 /// from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is searched for rooms. It is also taken
-/// where the model names no opening and no storey, and the plan finds one room or none and draws more: in a hall, screens hide much.
+/// where the model names no opening and no storey, and the plan finds one room or none and draws more: in a hall, screens hide much. A model
+/// that may be a house gets a plan all the same where that draws less, or hardly more through few portals. What leans is split upright.
 ///
 /// # Errors
 ///

@@ -23,6 +23,9 @@ const MOST: u32 = 4096;
 /// No size is taken that makes more objects than this, unless all sizes do: rows have a bit for each.
 const MOST_OBJECTS: usize = 1 << 16;
 
+/// Objects are split only where that leaves at most this share of the cost. More: objects that an author knows are cut for nothing.
+const PAYS: f64 = 0.95;
+
 /// What is drawn with objects of a size.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ObjectSize {
@@ -52,12 +55,13 @@ impl ObjectSize {
 pub struct ObjectSizes {
     /// As their author made them.
     pub whole: ObjectSize,
-    /// The cheapest.
+    /// The cheapest, where it is cheaper by a twentieth; else they again.
     pub best: ObjectSize,
 }
 
-/// Finds the cells of a scene whose objects are as their author made them, unless `options` bring some, and splits its objects where that draws less; both are in
-/// `options` then, ready for [`bake`](super::bake()). With `keep_whole` it only says what splitting would save.
+/// Finds the cells of a scene whose objects are as their author made them, unless `options` bring some, and splits its objects where that draws
+/// less. Cells and size are in `options` then, ready for [`bake`](super::bake()). With `keep_whole` objects stay, and a note says what
+/// splitting would save.
 ///
 /// # Errors
 ///
@@ -122,7 +126,7 @@ fn tried(whole_scene: &Scene, rays: &RayScene<'_>, graph: &CellGraph, work: &Job
             break;
         }
     }
-    Ok(ObjectSizes { whole, best: if cost(&best) < cost(&whole) { best } else { whole } })
+    Ok(ObjectSizes { whole, best: if cost(&best) <= PAYS * cost(&whole) { best } else { whole } })
 }
 
 /// What the choice is, or what it would be.

@@ -210,8 +210,13 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         return kept.stopped();
     }
     let work = kept.work(&progress);
-    let sized = args.scene.sized(scene, &mut options, &work);
-    let baked = sized.and_then(|(scene, sizes)| bake(&scene, options, &work).map(|baked| (scene, sizes, baked)));
+    let since = Instant::now();
+    let baked = args.scene.sized(scene, &mut options, &work).and_then(|(scene, sizes)| {
+        let cells = since.elapsed().as_secs_f64();
+        let mut baked = bake(&scene, options, &work)?;
+        baked.seconds.cells += cells;
+        Ok((scene, sizes, baked))
+    });
     bar.finish_and_clear();
     let (scene, sizes, baked) = match baked {
         Ok(baked) => baked,
