@@ -227,7 +227,9 @@ impl BuildingReport<'_> {
             0 => ("not counted".to_owned(), "there are no views".to_owned()),
             views => {
                 let views = thousands(views as u64);
-                let of = format!("in {views} views of 96 &times; 54 pixels, drawn apart from the bake; cracks count");
+                let of = format!(
+                    "in {views} views of 96 &times; 54 pixels, compared with pictures of the whole model; cracks in it count, too"
+                );
                 (thousands(self.missed_pixels), of)
             }
         };
