@@ -14,8 +14,9 @@ use serde::{Deserialize, Serialize};
 /// A draw call costs as much as so many triangles. Less: objects become crumbs that cost more to decide about than to draw. More: what one
 /// sees a corner of is drawn whole.
 pub const DRAW_CALL: f64 = 16.0;
-/// Where the search begins: objects of so many triangles at most.
+/// The search begins with objects of so many triangles at most, or with smaller ones, of which a small scene has so many.
 const FIRST: u32 = 256;
+const FIRST_OBJECTS: u32 = 256;
 /// Neither are smaller objects tried than this,
 const LEAST: u32 = 16;
 /// nor larger ones, but for whole ones.
@@ -76,10 +77,11 @@ pub fn size_objects(
     let given = options.given.take();
     let (mut graph, sizes) = work.once(|| {
         // What walls hide shows only where objects are small.
-        let usual = split_objects(scene.clone(), FIRST);
+        let first = (scene.triangles.len() as u32 / FIRST_OBJECTS).next_power_of_two().clamp(LEAST, FIRST);
+        let usual = split_objects(scene.clone(), first);
         let rays = RayScene::new(&usual);
         let graph = given.map_or_else(|| find_cells_by(&rays, &options.split, work), Ok)?;
-        let sizes = tried(&scene, &rays, &graph, work)?;
+        let sizes = tried(&scene, (&rays, first), &graph, work)?;
         Ok::<_, BakeError>((graph, sizes))
     })?;
     graph.notes.extend(note(&sizes, keep_whole));
@@ -89,12 +91,12 @@ pub fn size_objects(
     Ok((split_objects(scene, limit), sizes))
 }
 
-/// Measures the objects of `whole_scene`, and of others of powers of two from [`FIRST`], as `rays` has it, on, down or up, to where it gets no
+/// Measures the objects of `whole_scene`, and of others of powers of two from `first`, as `rays` has it, on, down or up, to where it gets no
 /// cheaper.
-fn tried(whole_scene: &Scene, rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<ObjectSizes, Stopped> {
+fn tried(whole_scene: &Scene, (rays, first): (&RayScene<'_>, u32), graph: &CellGraph, work: &Job<'_>) -> Result<ObjectSizes, Stopped> {
     let cameras = worth::cameras(rays);
     let measure = |most_triangles: Option<u32>| {
-        let is_new = most_triangles.filter(|&limit| limit != FIRST);
+        let is_new = most_triangles.filter(|&limit| limit != first);
         let split = is_new.map(|limit| split_objects(whole_scene.clone(), limit));
         let known = if most_triangles.is_none() { whole_scene } else { rays.scene() };
         let scene = split.as_ref().unwrap_or(known);
@@ -109,7 +111,7 @@ fn tried(whole_scene: &Scene, rays: &RayScene<'_>, graph: &CellGraph, work: &Job
     }
     let most = MOST_OBJECTS.max(whole.objects);
     let cost = |size: &ObjectSize| if size.objects > most { f64::INFINITY } else { size.cost() };
-    let mut best = measure(Some(FIRST))?;
+    let mut best = measure(Some(first))?;
     let ways: &[fn(u32) -> u32] = if cost(&best).is_finite() { &[|n| n / 2, |n| n * 2] } else { &[|n| n * 2] };
     for way in ways {
         let begin = best.limit();
