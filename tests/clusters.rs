@@ -190,7 +190,8 @@ mod level {
         // Every pair that is hidden is said to be, whatever portals of clusters let through.
         let asker = Asker::new(&clusters, None).unwrap();
         let (mut hidden, mut joined) = (0, 0);
-        for (c, o) in (0..clusters.cells.len()).flat_map(|c| (c % 29..scene.objects.len()).step_by(29).map(move |o| (c, o))) {
+        for (c, o) in (0..clusters.cells.len()).flat_map(|c| (c % 29..scene.objects.len()).step_by(29).map(move |o| (c, o)))
+        {
             if !few.get(c, o) {
                 let why = asker.why(CellId(c as u32), Goal::Object(ObjectId(o as u32))).unwrap();
                 hidden += 1;

@@ -14,9 +14,9 @@ use serde::{Deserialize, Serialize};
 /// A draw call costs as much as so many triangles. Less: objects become crumbs that cost more to decide about than to draw. More: what one
 /// sees a corner of is drawn whole.
 pub const DRAW_CALL: f64 = 16.0;
-/// The search begins with objects of so many triangles at most, or with smaller ones, of which a small scene has so many.
+/// The search begins with objects of so many triangles at most, or with smaller ones where there are no more than so many of those.
 const FIRST: u32 = 256;
-const FIRST_OBJECTS: u32 = 256;
+const FIRST_OBJECTS: usize = 256;
 /// Neither are smaller objects tried than this,
 const LEAST: u32 = 16;
 /// nor larger ones, but for whole ones.
@@ -77,7 +77,7 @@ pub fn size_objects(
     let given = options.given.take();
     let (mut graph, sizes) = work.once(|| {
         // What walls hide shows only where objects are small.
-        let first = (scene.triangles.len() as u32 / FIRST_OBJECTS).next_power_of_two().clamp(LEAST, FIRST);
+        let first = first(&scene);
         let usual = split_objects(scene.clone(), first);
         let rays = RayScene::new(&usual);
         let graph = given.map_or_else(|| find_cells_by(&rays, &options.split, work), Ok)?;
@@ -91,9 +91,24 @@ pub fn size_objects(
     Ok((split_objects(scene, limit), sizes))
 }
 
+/// Where the search begins: cells are cut finer where there are more objects, and take longer, so there are not many more than the author's.
+fn first(scene: &Scene) -> u32 {
+    let objects = |limit: u32| scene.objects.iter().map(|o| o.triangles.len().div_ceil(limit as usize)).sum::<usize>();
+    let mut limit = FIRST;
+    while limit > LEAST && objects(limit / 2) <= FIRST_OBJECTS {
+        limit /= 2;
+    }
+    limit
+}
+
 /// Measures the objects of `whole_scene`, and of others of powers of two from `first`, as `rays` has it, on, down or up, to where it gets no
 /// cheaper.
-fn tried(whole_scene: &Scene, (rays, first): (&RayScene<'_>, u32), graph: &CellGraph, work: &Job<'_>) -> Result<ObjectSizes, Stopped> {
+fn tried(
+    whole_scene: &Scene,
+    (rays, first): (&RayScene<'_>, u32),
+    graph: &CellGraph,
+    work: &Job<'_>,
+) -> Result<ObjectSizes, Stopped> {
     let cameras = worth::cameras(rays);
     let measure = |most_triangles: Option<u32>| {
         let is_new = most_triangles.filter(|&limit| limit != first);
