@@ -446,6 +446,7 @@ mod tests {
             assert_eq!(crossed(p(-1.0, 0.5, z), p(2.0, 0.5, z), [0.0, 9.0]), passes);
         }
     }
+
     /// Two planes that part by half a micrometre a metre hold a wedge, which single precision begins 0.2 m later than portals do: a line from
     /// below it to above it still passes it.
     #[test]
