@@ -5,12 +5,9 @@
 //! what the tolerance explains. Then each eye's cube is made several times, and the least time counts; printed is the mean over eyes, and
 //! the slowest eye. `--test` takes the smallest office alone, `--quick` none above a million triangles.
 //!
-//! With the feature `gpu` and an adapter: the same on a graphics processor, by name. Its ids, too, are first held against rays; counted are
-//! cubes one by one, the twenty in one batch, and what objects show added up on the device.
-//!
 //! Embree (Debian: libembree-dev) is optional: where g++ builds `benches/embree/cubes.cpp`, it is handed the same opaque triangles and eyes.
 
-use enfilade::generate::{Generated, Kind, generate};
+use enfilade::generate::{Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Scene, import};
@@ -22,15 +19,11 @@ use obvhs::triangle::Triangle;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
-use testing::explain;
-
 use testing::explain::{EXACT, is_explained};
+use testing::eyes;
 
 const SIZE: u32 = 256;
 const REPEATS: usize = 7;
-/// A software driver takes long.
-#[cfg(feature = "gpu")]
-const GPU_REPEATS: usize = 3;
 /// Offices: 60,000, 250,000, a million and 4 million triangles.
 const ROOMS: [usize; 4] = [40, 165, 660, 2650];
 
@@ -48,36 +41,12 @@ fn main() {
         let path = folder().join(format!("cubes-{rooms}.glb"));
         std::fs::write(&path, &office.glb).expect("a folder to write to");
         let scene = import(&path, &ImportOptions::default()).expect("what was generated");
-        measure(&scene, &eyes(&office, &scene), embree.as_deref());
+        measure(&scene, &eyes::of_an_office(&office, &scene), embree.as_deref());
     }
 }
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
-}
-
-/// Ten in offices, five in corridors, five in doorways, 1.5 m above the floor.
-fn eyes(office: &Generated, scene: &Scene) -> Vec<DVec3> {
-    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
-    let list = |key: &str| office.rooms[key].as_array().expect("a list");
-    let spread = |all: Vec<DVec3>, count: usize| (0..count).map(move |i| all[i * all.len() / count]).collect::<Vec<_>>();
-    let rooms = |name: &str| {
-        let of_name = list("rooms").iter().filter(|r| r["name"].as_str().is_some_and(|n| n.starts_with(name)));
-        let middle = |room: &serde_json::Value| {
-            let ring = room["footprint"][0][0].as_array().expect("a ring");
-            let mean = |k: usize| ring.iter().map(|p| number(&p[k])).sum::<f64>() / ring.len() as f64;
-            DVec3::new(mean(0), number(&room["floor_y"]) + 1.5, mean(1))
-        };
-        of_name.map(middle).collect::<Vec<_>>()
-    };
-    let doors = list("doors")
-        .iter()
-        .filter(|d| d["kind"] == "door")
-        .map(|d| DVec3::from_array([0, 1, 2].map(|k| number(&d["centre"][k]))));
-    let doors = doors.map(|centre| centre + DVec3::Y * 0.45).collect();
-    let all = [spread(rooms("Office"), 10), spread(rooms("Corridor"), 5), spread(doors, 5)].concat();
-    // Off the axes of symmetry, where surfaces line up with pixels.
-    all.into_iter().map(|eye| eye + DVec3::new(0.0137, 0.0071, 0.0213) - scene.origin).collect()
 }
 
 /// One row of the table.
@@ -126,8 +95,6 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
     let (cubes_of_raster, raster) = cubes(&mut Raster::new(&ready), eyes, REPEATS);
     // The times.
     row(scene, "raster", &raster, ready_in);
-    #[cfg(feature = "gpu")]
-    on_gpu(scene, eyes, &ready, &mut truth);
     let mut bare = scene.clone();
     bare.objects.retain(|o| o.opaque);
     let (ready, ready_in) = timed(|| CubeScene::new(&bare));
@@ -138,42 +105,6 @@ fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {
     let few = [eyes[0], eyes[10], eyes[15]];
     plain(&bare, &few);
     row(scene, "one by one, `f64` (3 eyes)", &cubes(&mut truth, &few, 1).1, rays_in);
-}
-
-/// Rows of the graphics processor, if there is one.
-#[cfg(feature = "gpu")]
-fn on_gpu(scene: &Scene, eyes: &[DVec3], ready: &CubeScene, truth: &mut Rays<'_, '_>) {
-    use enfilade::pvs::cubes::gpu::{CORNERS, EDGE, GpuCubes, GpuScene, NEAR};
-    let allowed = explain::Allowed { edge: EDGE, corners: CORNERS, near: f64::from(NEAR) };
-    let (there, ready_in) = match timed(|| GpuScene::new(scene)) {
-        (Ok(there), time) => (std::sync::Arc::new(there), time),
-        (Err(why), _) => return println!("not run: {why}"),
-    };
-    let name = there.adapter().to_owned();
-    let mut engine = GpuCubes::new(there, ready);
-    // The answers.
-    let (mut want, mut got, mut differ) = (Cube::default(), Cube::default(), 0);
-    for &eye in eyes {
-        let view = CubeView::new(eye, 40);
-        truth.cube(&view, &mut want);
-        engine.cubes(&[view], std::slice::from_mut(&mut got)).expect("a cube");
-        differ += explain::compare(scene, &view, &got, &want, allowed);
-    }
-    let views: Vec<CubeView> = eyes.iter().map(|&eye| CubeView::new(eye, SIZE)).collect();
-    let mut out = vec![Cube::default(); views.len()];
-    let (alone, times) = cubes(&mut engine, eyes, GPU_REPEATS);
-    engine.cubes(&views, &mut out).expect("cubes");
-    assert!(out == alone, "a batch gives other cubes");
-    let shares = engine.shares(&views).expect("sums");
-    assert!(views.iter().zip(&out).zip(&shares).all(|((v, c), s)| engine.shares_of(v, c) == *s), "sums differ");
-    // The times.
-    println!("{name}: {differ} of {} ids and hits differ from rays, all explained", 40 * 40 * 6 * eyes.len());
-    row(scene, "graphics processor, one by one", &times, ready_in);
-    let least = |work: &mut dyn FnMut()| (0..GPU_REPEATS).map(|_| timed(&mut *work).1).min().expect("a time");
-    let batch = least(&mut || engine.cubes(&views, &mut out).expect("cubes")) / views.len() as u32;
-    row(scene, "graphics processor, a batch of 20", &[batch], ready_in);
-    let sums = least(&mut || drop(engine.shares(&views).expect("sums"))) / views.len() as u32;
-    row(scene, "graphics processor, sums of a batch of 20, opaque only", &[sums], ready_in);
 }
 
 /// How many ids differ, and how many of them the tolerance doesn't explain.

@@ -90,22 +90,14 @@ for building in "${buildings[@]}"; do
   run sealed "$enfilade" check "$file" --model "$model" --rays 1M --views 0 --json
 done
 
-run growth "$enfilade" report data/buildings/gallery100.glb --rays 1M --views 50 --growth 100,1000,5000 --json \
-  -o "$out/files/growth.html"
-
-for size in 125 250; do
-  run volume "$enfilade" generate plant --size "$size" -o "$out/files/plant-$size.glb"
-  run volume "$enfilade" bake "$out/files/plant-$size.glb" --tubes never --cells volume --voxel 0.1 --rays 0 --json
-done
-
 # Models that nobody made for this project, by the strategy that `auto` takes and by the others.
 "$enfilade" generate plant --size 125 -o "$out/files/messy-plant.glb"
 "$enfilade" generate city --dense -o "$out/files/messy-city.glb"
 for model in "$data"/godot-demos/zdm2.glb "$data"/game-maps-obj/pandora.obj "$data"/classics/{sponza,dungeon,nav_test}.obj \
   "$out"/files/messy-{plant,city}.glb; do
   has "$model" || continue
-  for cells in auto plan volume; do
-    case $(name "$model")-$cells in messy-city-plan | messy-city-volume) continue ;; esac
+  for cells in auto plan; do
+    case $(name "$model")-$cells in messy-city-plan) continue ;; esac
     file=$out/files/$(name "$model").$cells.pvs
     run messy "$enfilade" bake "$model" --tubes never --rays 5M --cells "$cells" -o "$file" --json
     run messy "$enfilade" walk "$file" --model "$model" --mode all --verify-pixels --every 4 --size 480x270 --json
@@ -117,9 +109,6 @@ for building in "${own[@]}"; do
   run modes "$enfilade" bake "$model.glb" --rays 5M -o "$file" --json
   run modes "$enfilade" walk "$file" --model "$model.glb" --path "$model.path.json" --mode all --verify-pixels \
     --every 4 --size 320x180 --json
-  for narrowing in rectangles octagons; do
-    run octagons "$enfilade" walk "$file" --model "$model.glb" --mode portals --mode both --narrowing "$narrowing" --json
-  done
 done
 for building in "${own[@]/#/data/buildings/}" "$data"/duplex/Duplex_A_20110907 "$data"/webifc-mpl/Office_A_20110811; do
   model=$building.glb file=$out/files/$(basename "$building").doors.pvs

@@ -3,7 +3,7 @@
 //! **Points** are pairs of `f32`, 48 bits of a coordinate, and so is the eye; shaders (`points.wgsl`) subtract the great parts first.
 //! Compilers may reorder sums of floats, so the first difference passes through whole numbers, where it is combined with a word that
 //! holds 0, which the compiler can't know: whatever order the rest is taken in, only differences and small parts are left in it.
-//! `far_from_the_origin_is_as_good_as_near` of `tests/cubes_gpu.rs` and `tests/queries_gpu.rs` fail on a driver where this doesn't hold.
+//! `far_from_the_origin_is_as_good_as_near` of `tests/queries_gpu.rs` fails on a driver where this doesn't hold.
 
 use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -282,13 +282,13 @@ impl DepthPipeline<'_> {
 }
 
 /// Compiles a shader.
-pub(crate) fn shader_module(device: &wgpu::Device, source: &'static str) -> wgpu::ShaderModule {
+pub fn shader_module(device: &wgpu::Device, source: &'static str) -> wgpu::ShaderModule {
     let source = wgpu::ShaderSource::Wgsl(source.into());
     device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
 }
 
 /// What a pipeline binds.
-pub(crate) fn pipeline_layout(device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
+pub fn pipeline_layout(device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
     device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: groups,
@@ -302,13 +302,13 @@ fn note(failure: &Mutex<Option<String>>, reason: String) {
 }
 
 /// A number in two parts, of which the second is what the first lacks.
-pub(crate) fn two(x: f64) -> [f32; 2] {
+pub fn two(x: f64) -> [f32; 2] {
     let high = x as f32;
     [high, (x - f64::from(high)) as f32]
 }
 
 /// Coordinates of points as words, for `points.wgsl`.
-pub(crate) fn words(points: &[DVec3]) -> Vec<u32> {
+pub fn words(points: &[DVec3]) -> Vec<u32> {
     points.iter().flat_map(|p| p.to_array()).flat_map(|x| two(x).map(f32::to_bits)).collect()
 }
 

@@ -177,13 +177,6 @@ pub(crate) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnc
     rayon::join(a, b)
 }
 
-/// Sorts items; equal ones must be the same.
-#[cfg(feature = "bake")]
-pub(crate) fn sort<T: Ord + Send>(items: &mut [T]) {
-    use rayon::prelude::*;
-    items.par_sort_unstable();
-}
-
 /// Scratch memory, of which no two threads have the same at a time.
 #[cfg(feature = "bake")]
 pub(crate) struct Scratch<'n, S> {
@@ -268,16 +261,6 @@ mod tests {
                 chunk.iter_mut().zip(3 * k as u64..).for_each(|(item, i)| *item = 3 * *item + i);
             });
             assert_eq!(changed, expected);
-        });
-    }
-
-    #[test]
-    fn what_is_sorted_is_what_was_given() {
-        on_threads(|n| {
-            let (mut sorted, mut expected) = (items(n), items(n));
-            sort(&mut sorted);
-            expected.sort_unstable();
-            assert_eq!(sorted, expected);
         });
     }
 

@@ -6,7 +6,7 @@ use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Mode, Narrowing};
+use enfilade::runtime::Mode;
 use enfilade::scene::{ImportOptions, Scene, gltf::from_slice, import};
 use enfilade::verify::{CheckOptions, check};
 use enfilade::walkthrough::path::CameraPath;
@@ -67,7 +67,6 @@ fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
         pictures: None,
         every: 1,
         doors_as_found: false,
-        narrowing: Narrowing::Rectangles,
         min_pixels: vec![0],
     };
     let summaries = walk(&scene, &file, &path, &options, &mut |_| ()).unwrap();

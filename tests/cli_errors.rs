@@ -227,17 +227,6 @@ fn bad_cells_files() {
     }
 }
 
-/// An engine that isn't in the binary.
-#[cfg(not(feature = "gpu"))]
-#[test]
-fn cubes_by_what_is_not_built() {
-    let (model, _) = maze(&folder("cubes"));
-    let out = run_words(&["bake", text(&model), "--cubes", "gpu"]);
-    let said = String::from_utf8(out.stderr).unwrap();
-    assert_eq!((out.status.code(), said.lines().count()), (Some(2), 1), "{said}");
-    assert!(said.contains("--features gpu"), "{said}");
-}
-
 #[test]
 fn bad_indoorgml() {
     let core = "http://www.opengis.net/indoorgml/1.0/core";

@@ -130,14 +130,20 @@ fn expressions_are_read() {
 
 #[test]
 fn every_crate_of_the_workspace_forbids_unsafe_code() {
-    for manifest in ["Cargo.toml", "viewer/Cargo.toml", "bevy_enfilade/Cargo.toml", "tests/support/Cargo.toml"] {
+    for manifest in [
+        "Cargo.toml",
+        "viewer/Cargo.toml",
+        "bevy_enfilade/Cargo.toml",
+        "crates/studies/Cargo.toml",
+        "tests/support/Cargo.toml",
+    ] {
         let text = std::fs::read_to_string(root().join(manifest)).unwrap();
         let own = text.contains("[lints.rust]\nunsafe_code = \"forbid\"");
         assert!(own || forbids_in_source(manifest), "{manifest} doesn't forbid unsafe code");
     }
     let members = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
     assert!(
-        members.contains("members = [\".\", \"bevy_enfilade\", \"tests/support\", \"viewer\"]"),
+        members.contains("members = [\".\", \"bevy_enfilade\", \"crates/studies\", \"tests/support\", \"viewer\"]"),
         "a new member: add it above"
     );
 }

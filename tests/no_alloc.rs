@@ -18,9 +18,6 @@ use glam::DVec3;
 use testing::boxes;
 use testing::meshes::{cuboid, scene, soup};
 
-#[path = "../benches/shadow/frusta/mod.rs"]
-mod frusta;
-
 /// A hundred million triangles of tubes are counted before any of them is made.
 #[test]
 fn meshes_of_tubes_that_are_too_large_take_no_memory() {
@@ -126,23 +123,6 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
     let taken = measure(|| drawn = (1..200).map(&mut frame).sum());
     assert_eq!(taken.count_total, 0);
     assert!(drawn > 200, "{drawn} objects: a test of nothing");
-}
-
-#[test]
-fn shadow_frusta_allocate_nothing_after_their_first_frame() {
-    let (scene, file) = boxes::flat().0.finish();
-    let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
-    let (occluders, mut culler) = (frusta::Occluders::find(&scene), frusta::ShadowCuller::new(16));
-    let mut frame = |turn: u32| {
-        let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
-        let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
-        let view = View::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6, 0.05);
-        culler.cull(&tree, &occluders, &view).len() + culler.shadows()
-    };
-    frame(0);
-    let mut sum = 0;
-    assert_eq!(measure(|| sum = (1..200).map(&mut frame).sum()).count_total, 0);
-    assert!(sum > 200, "{sum} objects and shadows: a test of nothing");
 }
 
 /// Portals, rows and queries together, and whoever chooses among them.

@@ -7,15 +7,15 @@ use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source, import, split_objects};
 use glam::DVec3;
 use std::path::Path;
-use testing::meshes::{cuboid, soup};
+use testing::meshes::{Triangle, cuboid, soup};
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// Two rooms of 4 x 5 m with a doorway between, and in both `stools` stools of 12 triangles that are one mesh.
-fn house(stools: usize) -> Scene {
-    let walls = [
+/// Walls, floor and ceiling of two rooms of 4 x 5 m with a doorway between.
+fn walls() -> [(DVec3, DVec3); 9] {
+    [
         (v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
         (v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
         (v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
@@ -25,20 +25,28 @@ fn house(stools: usize) -> Scene {
         (v(4., 0., 0.), v(4.2, 2.8, 2.)),
         (v(4., 0., 2.9), v(4.2, 2.8, 5.)),
         (v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
-    ];
-    let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
-    let mut builder = SceneBuilder::new(&options, Source::default());
-    for (i, (min, max)) in walls.into_iter().enumerate() {
-        builder.add(soup(&format!("wall {i}"), Role::Structure, true, &cuboid(min, max))).unwrap();
-    }
+    ]
+}
+
+/// So many stools of 12 triangles, in both rooms by turns.
+fn stools(count: usize) -> Vec<Triangle> {
     let stool = |i: usize| {
         let (room, place) = (i % 2, i / 2);
         let at = v(0.3 + 4.2 * room as f64 + 0.3 * (place % 10) as f64, 0.0, 0.3 + 0.3 * (place / 10) as f64);
         cuboid(at, at + v(0.2, 0.4, 0.2))
     };
-    if stools > 0 {
-        let all: Vec<_> = (0..stools).flat_map(stool).collect();
-        builder.add(soup("stools", Role::Furnishing, true, &all)).unwrap();
+    (0..count).flat_map(stool).collect()
+}
+
+/// The two rooms, with so many stools that are one mesh.
+fn house(count: usize) -> Scene {
+    let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
+    let mut builder = SceneBuilder::new(&options, Source::default());
+    for (i, (min, max)) in walls().into_iter().enumerate() {
+        builder.add(soup(&format!("wall {i}"), Role::Structure, true, &cuboid(min, max))).unwrap();
+    }
+    if count > 0 {
+        builder.add(soup("stools", Role::Furnishing, true, &stools(count))).unwrap();
     }
     builder.finish("house").unwrap()
 }
@@ -86,6 +94,23 @@ fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
     let mut options = BakeOptions::default();
     let (scene, sizes) = size_objects(house(0), &mut options, false, &work).unwrap();
     assert!(scene == house(0) && sizes.best.most_triangles.is_none());
+}
+
+/// Whoever draws a whole house wherever he sees a corner of it finds that its walls hide nothing.
+#[test]
+fn a_house_that_is_one_mesh_has_its_rooms() {
+    let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
+    let mut builder = SceneBuilder::new(&options, Source::default());
+    let mut all: Vec<Triangle> = walls().into_iter().flat_map(|(min, max)| cuboid(min, max)).collect();
+    all.extend(stools(60));
+    builder.add(soup("house", Role::Unknown, true, &all)).unwrap();
+    let scene = builder.finish("house").unwrap();
+    let mut options = BakeOptions::default();
+    let (_, sizes) = size_objects(scene, &mut options, false, &Job::quiet()).unwrap();
+    let graph = options.given.as_ref().unwrap();
+    let closed = graph.cells.iter().filter(|cell| !cell.open).count();
+    assert!(closed == 2 && graph.portals.len() == 1, "{closed} rooms, {} portals: {}", graph.portals.len(), graph.reason);
+    assert!(sizes.best.triangles < 0.8 * sizes.whole.triangles, "{sizes:?}");
 }
 
 #[test]

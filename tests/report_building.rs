@@ -14,7 +14,7 @@ use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene, import};
 use enfilade::verify::{CheckOptions, check};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use testing::page::check_page;
 
 fn json(arguments: &[&str]) -> Value {
@@ -27,8 +27,7 @@ fn text(path: &Path) -> String {
 
 /// A page by its headings, without the times in it.
 fn without_times(html: &str) -> Vec<&str> {
-    let times =
-        |part: &&str| ["Error against run time", "Tubes", "Growth", "Time and memory"].iter().all(|t| !part.starts_with(t));
+    let times = |part: &&str| ["Error against run time", "Tubes", "Time and memory"].iter().all(|t| !part.starts_with(t));
     html.split("<h2>").flat_map(|part| part.split("<details class=\"part\">\n<summary>")).filter(times).collect()
 }
 
@@ -306,16 +305,72 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     check_page(&html);
     assert!(html.contains("rows: one closed cell without portals has nothing to hide from itself"));
     assert!(!html.contains("<h2>Tubes</h2>") && told.get("tube_errors").is_none());
-    // No rays at all, no views at all; how the cost of others grows.
-    let arguments =
-        ["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json", "--growth", "4,9"];
-    let told = json(&arguments);
+    // No rays at all, no views at all.
+    json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json"]);
+    check_page(&text(&page));
+}
+
+/// Three yards of 20 x 20 m under one sky, walls of 12 m between them, stones in each.
+fn yards(folder: &Path) -> PathBuf {
+    let (mut obj, mut corners) = (String::new(), 0);
+    let mut solid = |name: &str, min: [f64; 3], max: [f64; 3]| {
+        obj += &format!("o {name}\n");
+        for corner in 0..8usize {
+            let [x, y, z] = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] });
+            obj += &format!("v {x} {y} {z}\n");
+        }
+        for [a, b, c, d] in [[1, 5, 7, 3], [2, 4, 8, 6], [1, 2, 6, 5], [3, 7, 8, 4], [1, 3, 4, 2], [5, 6, 8, 7]] {
+            let [a, b, c, d] = [a, b, c, d].map(|i| i + corners);
+            obj += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+        corners += 8;
+    };
+    solid("ground", [0.0, -0.2, 0.0], [60.0, 0.0, 20.0]);
+    for k in 0..4 {
+        let x = 20.0 * f64::from(k);
+        solid("wall", [x - 0.1, -0.1, 0.0], [x + 0.1, 12.0, 20.0]);
+    }
+    for yard in 0..3 {
+        for i in 0..20 {
+            let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
+            solid(&format!("stone {yard} {i}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]);
+        }
+    }
+    let path = folder.join("yards.obj");
+    std::fs::write(&path, obj).unwrap();
+    path
+}
+
+/// Each split saves something for its bytes, and they end where the bake says that they end.
+#[test]
+fn view_cells_are_drawn_split_by_split_until_the_bake_stopped() {
+    let folder = folder("splits");
+    let (model, page, file) = (yards(&folder), folder.join("page.html"), folder.join("yards.pvs"));
+    let [model, page_name, file] = [&model, &page, &file].map(|path| path.to_str().unwrap());
+    let flags = ["--rays", "300k", "--seed", "2", "--view-cells", "auto:2K", "--json"];
+    let told = json(&[&["report", model, "-o", page_name, "--views", "5"], &flags[..]].concat());
+    let bake = json(&[&["bake", model, "-o", file], &flags[..]].concat());
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
+    let (splits, of_bake) = (&told["view_cell_splits"], &bake["view_cells"]);
+    let points = splits["points"].as_array().unwrap();
+    assert_eq!((splits["bytes_allowed"].as_u64(), points[0]["bytes"].as_u64()), (Some(2048), Some(0)));
+    for pair in points.windows(2) {
+        assert!(number(&pair[0]["bytes"]) < number(&pair[1]["bytes"]), "{pair:?}");
+        assert!(number(&pair[0]["triangles"]) >= number(&pair[1]["triangles"]), "{pair:?}");
+        assert!(number(&pair[1]["bytes"]) <= 2048.0);
+    }
+    let count = of_bake["count"].as_u64().unwrap_or(0);
+    assert_eq!(points.last().unwrap()["view_cells"].as_u64(), Some(count));
+    let note = bake["notes"].as_array().unwrap().iter().filter_map(Value::as_str).find(|n| n.contains("by cost")).unwrap();
+    assert_eq!(note.ends_with("their bytes were spent"), splits["ended_by"] == "bytes");
+    // Over one sky portals prove nothing: a file that promises to hold all keeps no view cell, and says so.
+    assert!(note.contains("none is kept") && count == 0, "{note}");
     let html = text(&page);
     check_page(&html);
-    assert!(html.contains("as cells to the power of") && html.contains("--views 0 --growth 4,9</code>"));
-    let table = text(&folder.join("<i>.growth.csv"));
-    let offices: Vec<&str> = table.lines().map(|l| l.split(',').next().unwrap()).collect();
-    assert_eq!((offices.join(" ").as_str(), told["tables"].as_array().unwrap().len()), ("offices 4 9", 3));
+    assert!(html.contains(&format!("stopped at {count} view cells, ")));
+    let lines = points.iter().map(|p| ["view_cells", "bytes", "triangles"].map(|key| number(&p[key]).to_string()).join(","));
+    let lines: Vec<String> = ["view_cells,bytes,triangles".to_owned()].into_iter().chain(lines).collect();
+    assert_eq!(text(&page.with_extension("view-cells.csv")).lines().collect::<Vec<_>>(), lines);
 }
 
 #[test]
@@ -332,6 +387,9 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&report(&[&villa, flag("--rows"), &level]), &["villa_rotonda.glb: is no level; --rows is for levels"]);
     refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);
     refused(&report(&[&level, flag("--views"), flag("7")]), &["level.prt: is a level; --views is for buildings"]);
+    refused(&report(&[&level, flag("--view-cells"), flag("auto")]), &["is a level; --view-cells is for buildings"]);
+    refused(&report(&[&villa, flag("--view-cells"), flag("auto:0")]), &["takes bytes, above 0"]);
+    refused(&report(&[&villa, flag("--view-cells"), &folder.join("none.json")]), &["none.json"]);
     refused(&report(&[&villa, flag("--rays=-1")]), &["--rays", "takes a whole number"]);
     refused(&report(&[&villa, flag("-o"), &folder.join("page.csv")]), &["page.csv: -o names the page"]);
     refused(

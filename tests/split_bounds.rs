@@ -97,7 +97,7 @@ fn a_plan_has_as_many_pieces_as_its_size_allows_and_says_so() {
 #[test]
 fn what_fits_is_split_as_before_and_says_nothing() {
     let house = house();
-    for strategy in [Strategy::Bsp, Strategy::Plan, Strategy::Volume] {
+    for strategy in [Strategy::Bsp, Strategy::Plan] {
         let [none, much] = [0, 1 << 40].map(|memory| split(&house, &by(strategy, memory)).unwrap());
         assert!(none == much && !says_bound(&none), "{strategy:?}: {:?}", none.notes);
         assert!(none.cells.len() > 1, "{strategy:?}: {} cells", none.cells.len());
@@ -116,7 +116,7 @@ fn tiles_of_any_size_may_be_asked_for() {
 fn a_split_that_is_stopped_makes_nothing() {
     let (soup, stop) = (splinters(300), AtomicBool::new(true));
     let work = Job::new(&|_, _| ()).until(&stop);
-    for strategy in [None, Some(Strategy::Bsp), Some(Strategy::Plan), Some(Strategy::Volume)] {
+    for strategy in [None, Some(Strategy::Bsp), Some(Strategy::Plan)] {
         let found = find_cells(&soup, &SplitOptions { strategy, ..SplitOptions::default() }, &work);
         assert_eq!(found, Err(SplitError::Stopped(Stopped)), "{strategy:?}");
     }

@@ -6,7 +6,7 @@ use enfilade::file::PvsFile;
 use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Mode, Narrowing};
+use enfilade::runtime::Mode;
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, geojson, gltf, import, obj};
 use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
@@ -104,7 +104,6 @@ fn rows_of_pipes_are_those_of_their_meshes() {
         pictures: None,
         every: 1,
         doors_as_found: false,
-        narrowing: Narrowing::Rectangles,
         min_pixels: vec![0],
     };
     let frustum = &walk(&meshes, &of_pipes, &path, &options, &mut |_| {}).unwrap()[0];

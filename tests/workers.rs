@@ -262,7 +262,6 @@ fn what_belongs_elsewhere_is_refused_and_left_alone() {
     std::fs::write(&other, generate(Kind::Gallery { rooms: 4 }, 1).unwrap().glb).unwrap();
     let mut of_other = command(&["bake", "--rays", "200k", "--worker", "1/2", "--with"].map(Path::new));
     refused_as(of_other.arg(&dir).arg("-o").arg(&out).arg(&other), &["worker-0: belongs to another input;"]);
-    refused_as(&mut worker(&out, &dir, "1/2", &["--cubes", "gpu"]), &["--cubes gpu", "--with"]);
     refused_as(&mut worker(&out, &dir, "1/2", &["--time", "5"]), &["--time", "--with"]);
     for place in ["2/2", "0/0", "1", "a/b", "-1/2"] {
         assert_eq!(worker(&out, &dir, place, &[]).output().unwrap().status.code(), Some(2), "--worker {place}");

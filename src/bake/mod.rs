@@ -379,13 +379,13 @@ mod tests {
             source: None,
         };
         let between = |cracks: u32| CellGraph {
-            strategy: Strategy::Volume,
+            strategy: Strategy::Bsp,
             ..CellGraph::given(vec![Cell::default(); 2], (0..cracks).map(crack).collect())
         };
         let few = between(100);
         assert_eq!(if_affordable(&scene, few.clone()), few);
         let one = if_affordable(&scene, between(40_000));
-        assert_eq!((one.strategy, one.cells.len(), one.portals.len()), (Strategy::Volume, 1, 0));
+        assert_eq!((one.strategy, one.cells.len(), one.portals.len()), (Strategy::Bsp, 1, 0));
         assert!(one.notes.iter().any(|note| note.starts_with("bound: 2 cells would have 40000 portals")), "{:?}", one.notes);
     }
 }

@@ -25,7 +25,6 @@ mod single;
 pub(crate) mod small_holes;
 mod split;
 pub mod validate;
-mod volume;
 
 pub use crate::types::portal::{PortalKind, PortalState};
 pub use crate::types::strategy::Strategy;

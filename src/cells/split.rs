@@ -22,7 +22,6 @@ use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::rooms::label;
 use crate::cells::plan::space::{Input, Labels};
 use crate::cells::scale::HumanScale;
-use crate::cells::volume::volume;
 use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
 use crate::scene::rays::RayScene;
@@ -35,8 +34,6 @@ use glam::DVec3;
 pub struct SplitOptions {
     /// `None` lets the scene decide.
     pub strategy: Option<Strategy>,
-    /// Edge of a voxel, metres, for [`Strategy::Volume`]; `None` takes what fits the scene.
-    pub voxel: Option<f64>,
     /// Surfaces smaller than this, metres, make no cells, for [`Strategy::Bsp`]; `None` takes what fits a person.
     pub smallest_occluder: Option<f64>,
     /// Whether the scene is in metres for certain: thresholds for rooms and doors then don't follow how high its rooms are.
@@ -51,7 +48,7 @@ const MEMORY: u64 = 4 << 30;
 
 impl Default for SplitOptions {
     fn default() -> Self {
-        Self { strategy: None, voxel: None, smallest_occluder: None, in_metres: false, memory: MEMORY }
+        Self { strategy: None, smallest_occluder: None, in_metres: false, memory: MEMORY }
     }
 }
 
@@ -106,7 +103,6 @@ pub(crate) fn split_beside(
         None => bsp(rays, human, options, reason, work),
     };
     let mut graph = match strategy {
-        Strategy::Volume => volume(scene, human, options, reason, work)?,
         Strategy::Bsp => return Ok(finished(rays, human, walls(reason)?)),
         _ => from_columns(scene, human, (strategy, reason), options, &PlanOptions::default(), work)?,
     };

@@ -9,7 +9,6 @@ use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
 use enfilade::file::{load_bytes, replace_file};
-use enfilade::pvs::cubes::Choice;
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{LeakHint, Scene, import};
 use enfilade::walkthrough::expected::expected_draw;
@@ -47,9 +46,6 @@ pub struct Args {
     /// Keep both sides and the witnesses in the file
     #[arg(long)]
     keep_bounds: bool,
-    /// What draws visibility cubes; with gpu the bytes may depend on the driver
-    #[arg(long, value_enum, default_value = "raster")]
-    cubes: Cubes,
     /// What rows and proofs may take while they are worked out: bytes, or with K, M or G; with less, cells are joined and rows coarser
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G")]
     memory: u64,
@@ -116,12 +112,6 @@ pub(super) fn view_cells_of(text: &str) -> Result<ViewCells, String> {
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Cubes {
-    Raster,
-    Gpu,
-}
-
 impl Args {
     /// The file to write.
     fn output(&self) -> PathBuf {
@@ -143,15 +133,9 @@ impl Args {
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check(&args.input)?;
-    if args.workers.with.is_some() {
-        // Results must be the same everywhere.
-        let cause = [
-            (args.cubes == Cubes::Gpu, "--cubes gpu: what it draws may depend on the machine"),
-            (args.time.is_some(), "--time: workers' clocks differ"),
-        ];
-        if let Some((_, cause)) = cause.into_iter().find(|(is, _)| *is) {
-            return Err(CliError(format!("{cause}, and --with shares results among machines")));
-        }
+    // Results must be the same everywhere.
+    if args.workers.with.is_some() && args.time.is_some() {
+        return Err(CliError("--time: workers' clocks differ, and --with shares results among machines".into()));
     }
     catch_interrupts()?;
     super::pool(args.threads)?.install(|| bake_file(&args))
@@ -172,7 +156,6 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     let import_options = args.scene.import();
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
     write_leak(args.leak.as_deref(), scene.hints.leak.as_ref())?;
-    let cubes = choice(args.cubes, &scene)?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;
     let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
@@ -187,7 +170,6 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
             ray_budget: args.scene.rays.unwrap_or(if args.unseen.is_some() { RAYS_TO_A_GOAL } else { RAYS }),
             unseen: args.unseen,
             time: args.time,
-            cubes,
             ..PvsOptions::default()
         },
         keep_bounds: args.keep_bounds,
@@ -281,25 +263,6 @@ pub(super) fn size(text: &str) -> Result<u64, String> {
     };
     let bytes = digits.parse::<u64>().ok().and_then(|n| n.checked_mul(1 << power)).filter(|&n| n > 0);
     bytes.ok_or_else(|| "takes bytes, above 0, as in 512M".into())
-}
-
-/// The engine that is asked for; an error where there is none.
-fn choice(cubes: Cubes, scene: &Scene) -> Result<Choice, CliError> {
-    Ok(match cubes {
-        Cubes::Raster => Choice::Raster,
-        Cubes::Gpu => on_gpu(scene)?,
-    })
-}
-
-#[cfg(feature = "gpu")]
-fn on_gpu(scene: &Scene) -> Result<Choice, CliError> {
-    let checked = enfilade::pvs::cubes::gpu::GpuScene::check(scene);
-    checked.map(|_| Choice::Gpu).map_err(|e| CliError(format!("--cubes gpu: {e}")))
-}
-
-#[cfg(not(feature = "gpu"))]
-fn on_gpu(_: &Scene) -> Result<Choice, CliError> {
-    Err(CliError("--cubes gpu: this binary draws no cubes on a graphics processor; build it with `--features gpu`".into()))
 }
 
 fn view_cells(path: &Path, scene: &Scene) -> Result<Vec<ViewCell>, CliError> {

@@ -1,17 +1,14 @@
 //! `enfilade dump`.
 
 use super::files::Files;
-use super::kinds::Kind;
 use super::{CliError, Outcome, at};
 use enfilade::BitMatrix;
-use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile, replace_file};
-use enfilade::scene::{Scene, import};
-use enfilade::tubes::usual_sides;
+use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile};
 use glam::{DVec3, Vec3, Vec4};
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::json;
 use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Flags.
 #[derive(clap::Args)]
@@ -24,14 +21,6 @@ pub struct Args {
     /// JSON on stdout, keys as in docs/cli.md.
     #[arg(long)]
     json: bool,
-    /// Write the scene's triangles here, one group `o object_<id>` an object.
-    #[arg(long, value_name = "SCENE.obj", requires = "model")]
-    obj: Option<PathBuf>,
-    /// The model that the file was baked for.
-    #[arg(long, value_name = "INPUT", requires = "obj")]
-    model: Option<PathBuf>,
-    #[command(flatten)]
-    files: super::FilesFlag,
 }
 
 /// Which rows.
@@ -46,22 +35,15 @@ enum Rows {
 }
 
 impl Args {
-    /// What is read and written.
+    /// What is read.
     pub fn files(&self) -> Files {
-        let files = Files::new().reads(&self.file, &["pvs"]).reads_too(self.files.paths());
-        self.model.iter().fold(files, |files, model| files.model(model)).writes(&self.obj, Kind::Obj)
+        Files::new().reads(&self.file, &["pvs"])
     }
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    if let (Some(obj), Some(model)) = (&args.obj, &args.model) {
-        write_obj(&args.file, &file, obj, (model, &args.files))?;
-        if !args.json && args.rows.is_none() {
-            return Ok(Outcome::Done);
-        }
-    }
     let mut out = BufWriter::new(io::stdout().lock());
     let written = if args.json { json(&file, args.rows, &mut out) } else { text(&file, args.rows, &mut out) };
     match written.and_then(|()| out.flush()) {
@@ -69,36 +51,6 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
         _ => Ok(Outcome::Done),
     }
-}
-
-/// The model, imported as it was for the bake, as an OBJ file in its own coordinates.
-fn write_obj(path: &Path, file: &PvsFile, obj: &Path, (model, files): (&Path, &super::FilesFlag)) -> Result<(), CliError> {
-    let scene = import(model, &files.again(&file.import)).map_err(|e| at(model, e))?;
-    let hash = scene.hash();
-    if hash != file.model_hash {
-        let what = format!(
-            "not the model that {} was baked for (hash {hash:032x}, expected {:032x}); give that model, or bake this one",
-            path.display(),
-            file.model_hash
-        );
-        return Err(at(model, what));
-    }
-    let scene = scene.meshed(usual_sides);
-    replace_file(obj, |out| obj_lines(&scene, out)).map_err(|e| at(obj, e))
-}
-
-fn obj_lines(scene: &Scene, out: &mut dyn Write) -> io::Result<()> {
-    for p in &scene.positions {
-        let p = *p + scene.origin;
-        writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
-    }
-    for (i, object) in scene.objects.iter().enumerate() {
-        writeln!(out, "o object_{i}")?;
-        for [a, b, c] in &scene.triangles[object.triangles.start as usize..object.triangles.end as usize] {
-            writeln!(out, "f {} {} {}", a + 1, b + 1, c + 1)?;
-        }
-    }
-    Ok(())
 }
 
 /// Half-spaces in the model's own coordinates, in `f64`: nothing is lost on the way.
@@ -298,27 +250,4 @@ struct LowerUpper<'f> {
 fn json(file: &PvsFile, only: Option<Rows>, out: &mut impl Write) -> io::Result<()> {
     serde_json::to_writer(&mut *out, &Document { file, only })?;
     writeln!(out)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use enfilade::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
-
-    #[test]
-    fn obj_files_have_a_group_an_object_in_the_models_coordinates() {
-        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-        for (node, x) in [("floor", 100.0), ("roof", 100.5)] {
-            let positions = [[x, 0.25, 0.0], [x + 1.0, 0.25, 0.0], [x, 0.25, 1.0]].map(DVec3::from_array).to_vec();
-            let mesh = Mesh { node: node.into(), role: Role::Unknown, opaque: true, positions, triangles: vec![[0, 1, 2]] };
-            builder.add(mesh).expect("a good mesh");
-        }
-        let scene = builder.finish("two").expect("two triangles");
-        assert_ne!(scene.origin, DVec3::ZERO);
-        let mut out = Vec::new();
-        obj_lines(&scene, &mut out).expect("memory");
-        let expected = "v 100 0.25 0\nv 101 0.25 0\nv 100 0.25 1\nv 100.5 0.25 0\nv 101.5 0.25 0\nv 100.5 0.25 1\n\
-                        o object_0\nf 1 2 3\no object_1\nf 4 5 6\n";
-        assert_eq!(String::from_utf8_lossy(&out), expected);
-    }
 }

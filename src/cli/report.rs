@@ -4,9 +4,8 @@ mod building;
 mod files;
 mod ground;
 mod level;
-mod tiers;
 
-use super::bake::{ViewCells, seconds, view_cells_of};
+use super::bake::{ViewCells, view_cells_of};
 use super::files::Files;
 use super::kinds::Kind;
 use super::level::SearchFlags;
@@ -37,18 +36,9 @@ pub struct Args {
     /// Of a building: views in which missed pixels are counted
     #[arg(long, value_name = "N", default_value_t = VIEWS)]
     views: u32,
-    /// Of a building: compare conservative rows with rows sampled to bounds of 0.1 %, 0.01 % and 0.001 %; bakes up to four times more
-    #[arg(long)]
-    tiers: bool,
-    /// Of --tiers: seconds after which sampling of each sampled tier ends; where this ends it, its figures depend on the machine
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, requires = "tiers")]
-    time: Option<f64>,
     /// Of a building: regions to work out rows for on top of the cells, as for `bake`
     #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
     view_cells: Option<ViewCells>,
-    /// Of a building: also generate offices of so many rooms and say how the cost grows, as 100,400,1000
-    #[arg(long, value_name = "N,N,...", value_delimiter = ',', value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    growth: Vec<u32>,
     #[command(flatten, next_help_heading = "Of a building")]
     scene: SceneFlags,
     #[command(flatten, next_help_heading = "Of a level, but for threads and seed")]
@@ -78,8 +68,6 @@ impl Args {
             ("csv", page.with_extension("csv") != page),
             ("cells.csv", is_building),
             ("tubes.csv", is_building),
-            ("growth.csv", !self.growth.is_empty()),
-            ("tiers.csv", self.tiers),
             ("view-cells.csv", self.view_cells.is_some()),
         ];
         let tables = tables.into_iter().filter(|(_, is_written)| *is_written);
@@ -109,12 +97,7 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
         ("--steps", args.search.steps != default.steps),
         ("--lines", args.search.lines != default.lines),
     ];
-    let more = [
-        ("--views", args.views != VIEWS),
-        ("--tiers", args.tiers),
-        ("--view-cells", args.view_cells.is_some()),
-        ("--growth", !args.growth.is_empty()),
-    ];
+    let more = [("--views", args.views != VIEWS), ("--view-cells", args.view_cells.is_some())];
     let of_buildings = args.scene.given_again(&name).into_iter().map(|(flag, _)| (flag, true));
     let of_buildings: Vec<_> = of_buildings.chain(more).collect();
     let given = |flags: &[(&'static str, bool)]| flags.iter().find(|f| f.1).map(|f| f.0);
@@ -126,12 +109,6 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     };
     if let Some(line) = wrong {
         return Err(at(&args.input, line));
-    }
-    if args.tiers && args.views == 0 {
-        return Err(CliError("--tiers compares in views; --views 0 leaves none".into()));
-    }
-    if args.tiers && args.scene.rays == Some(0) {
-        return Err(CliError("--tiers compares rows that rays found; --rays 0 casts none".into()));
     }
     let output = args.output();
     let table = output.with_extension("csv");

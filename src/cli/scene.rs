@@ -14,9 +14,6 @@ pub struct SceneFlags {
     /// How to find cells
     #[arg(long, value_enum, default_value = "auto")]
     pub cells: CellsFlag,
-    /// Edge of a voxel, for --cells volume [default: what fits the scene]
-    #[arg(long, value_name = "METRES")]
-    pub voxel: Option<f64>,
     /// Surfaces smaller than this make no cells, for --cells bsp [default: what fits the scene]
     #[arg(long, value_name = "METRES")]
     pub smallest_occluder: Option<f64>,
@@ -74,7 +71,6 @@ pub enum CellsFlag {
     Auto,
     Authored,
     Plan,
-    Volume,
     Bsp,
     #[value(alias = "brushes")]
     Leaves,
@@ -96,7 +92,6 @@ impl SceneFlags {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");
         }
         for (flag, value) in [
-            ("--voxel", self.voxel),
             ("--smallest-occluder", self.smallest_occluder),
             ("--smallest-hole", self.smallest_hole),
             ("--tube-radius", self.tube_radius),
@@ -146,12 +141,11 @@ impl SceneFlags {
             CellsFlag::Auto => None,
             CellsFlag::Authored => Some(Strategy::Authored),
             CellsFlag::Plan => Some(Strategy::Plan),
-            CellsFlag::Volume => Some(Strategy::Volume),
             CellsFlag::Bsp => Some(Strategy::Bsp),
             CellsFlag::Leaves => Some(Strategy::Leaves),
         };
-        let Self { voxel, smallest_occluder, .. } = *self;
-        SplitOptions { strategy, voxel, smallest_occluder, in_metres: self.unit.is_some(), ..SplitOptions::default() }
+        let smallest_occluder = self.smallest_occluder;
+        SplitOptions { strategy, smallest_occluder, in_metres: self.unit.is_some(), ..SplitOptions::default() }
     }
 
     /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.
@@ -165,7 +159,6 @@ impl SceneFlags {
         let mut flags = Vec::new();
         let cells = self.cells.to_possible_value().map(|v| v.get_name().to_owned());
         flags.extend(cells.filter(|_| self.cells != CellsFlag::Auto).map(|v| ("--cells", v)));
-        flags.extend(self.voxel.map(|v| ("--voxel", v.to_string())));
         flags.extend(self.smallest_occluder.map(|v| ("--smallest-occluder", v.to_string())));
         flags.extend(self.smallest_hole.map(|v| ("--smallest-hole", v.to_string())));
         flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));

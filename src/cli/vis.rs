@@ -8,20 +8,16 @@ use super::kinds::Kind;
 use super::level::{Input, SearchFlags};
 use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
 use super::stage_times::Stages;
-use super::{CliError, Outcome, VerboseFlag, at, say};
+use super::{CliError, Outcome, VerboseFlag, at};
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade::level::compare::against;
 use enfilade::level::rows::{write_lists, write_rows};
-use enfilade::level::{PairProof, Term, Vis, VisError, VisRows, VisStats, digest, vis, vis_rows, why};
+use enfilade::level::{Vis, VisError, VisRows, VisStats, digest, vis, vis_rows};
 use serde_json::{Value, json};
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
-
-/// Separations that are told of a pair.
-const TOLD: usize = 20;
 
 /// Flags.
 #[derive(clap::Args)]
@@ -32,7 +28,7 @@ pub struct Args {
     /// Write the rows as text: a line a cluster, `c n: id id ...`
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
-    /// The level to write, for a .bsp [default: LEVEL.bsp itself, with a backup LEVEL.bsp.bak; nothing with --why]
+    /// The level to write, for a .bsp [default: LEVEL.bsp itself, with a backup LEVEL.bsp.bak]
     #[arg(short, long, value_name = "OUT.bsp")]
     output: Option<PathBuf>,
     /// Leave the ambient levels of a .bsp as they are: how loud each leaf hears water, sky and lava
@@ -47,9 +43,6 @@ pub struct Args {
     /// Compare with rows of another tool: text as --rows writes it, or a .bsp that holds some
     #[arg(long, value_name = "ROWS")]
     against: Option<PathBuf>,
-    /// Say why two clusters see each other, or don't: their numbers, or places in them, as 480,-352,88
-    #[arg(long, num_args = 2, value_names = ["A", "B"], allow_hyphen_values = true)]
-    why: Option<Vec<String>>,
     #[command(flatten)]
     verbose: VerboseFlag,
     /// Print JSON to stdout
@@ -61,7 +54,7 @@ impl Args {
     /// Whether the level itself is written.
     fn is_in_place(&self) -> bool {
         let is_bsp = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("bsp"));
-        is_bsp && self.output.is_none() && self.why.is_none()
+        is_bsp && self.output.is_none()
     }
 
     /// What is read and written.
@@ -92,8 +85,6 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         (Some(out), Some(_)) => Some(out.clone()),
         (None, _) => args.is_in_place().then(|| args.input.clone()),
     };
-    let cluster = |word: &String| input.cluster(word).map_err(|e| CliError(format!("--why {e}")));
-    let pair = args.why.as_deref().map(|words| Ok::<_, CliError>([cluster(&words[0])?, cluster(&words[1])?])).transpose()?;
     let theirs = args.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
 
@@ -106,7 +97,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         return kept.stopped();
     }
     let mut stages = Stages::default();
-    let is_whole = output.is_some() || pair.is_some() || theirs.is_some();
+    let is_whole = output.is_some() || theirs.is_some();
     let result = followed(&kept, &mut stages, |work| match is_whole {
         true => vis(&input.level, &options, None, work).map(Found::Whole),
         false => vis_rows(&input.level, &options, work).map(Found::Rows),
@@ -134,13 +125,6 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     report["stage_seconds"] = seconds.into();
     report["seconds"] = begin.elapsed().as_secs_f64().into();
     report["peak_rss_mb"] = peak_rss_mb().into();
-    if let (Some([a, b]), Some(result)) = (pair, whole) {
-        let answer = why(&input.level, &options, result, a, b).map_err(|e| at(&args.input, e))?;
-        report["why"] = told([a, b], &answer);
-        if !args.json {
-            super::answer(&explain([a, b], &answer))?;
-        }
-    }
     let beside = theirs.zip(whole).map(|(rows, result)| against(&input.level, result, &rows));
     if let Some(beside) = &beside {
         report["against"] = super::compare::told(beside);
@@ -317,74 +301,4 @@ fn prose(report: &Value, files: [Option<&Path>; 2], is_verbose: bool) -> String 
 /// A way through portals: `2 * portal + side`, as portal numbers with the side that is entered.
 pub(super) fn chain(portals: &[u32]) -> Value {
     portals.iter().map(|p| json!([p / 2, p % 2])).collect()
-}
-
-fn told(pair: [u32; 2], why: &PairProof) -> Value {
-    match why {
-        PairProof::Witnessed(line) => json!({
-            "pair": pair,
-            "verdict": "witnessed",
-            "from": line.from.to_array(),
-            "to": line.to.to_array(),
-            "chain": chain(&line.portals),
-        }),
-        PairProof::Separated(separations) => json!({
-            "pair": pair,
-            "verdict": "separated",
-            "chains": separations.len(),
-            "separations": separations.iter().take(TOLD).map(|s| json!({
-                "chain": chain(&s.chain),
-                "sums": s.sums.iter().map(|sum| sum.iter().map(told_term).collect::<Vec<_>>()).collect::<Vec<_>>(),
-                "planes": s.planes.iter().map(|p| [p.n.x, p.n.y, p.n.z, p.d]).collect::<Vec<_>>(),
-            })).collect::<Vec<_>>(),
-        }),
-        PairProof::Undecided(portals) => json!({ "pair": pair, "verdict": "undecided", "chain": chain(portals) }),
-    }
-}
-
-fn told_term(term: &Term) -> Value {
-    let points = |edge: &[glam::DVec3; 2]| edge.map(|p| p.to_array());
-    json!({ "weight": term.weight, "edges": term.edges.iter().map(points).collect::<Vec<_>>() })
-}
-
-fn explain([a, b]: [u32; 2], why: &PairProof) -> String {
-    let mut out = String::new();
-    let way = |portals: &[u32]| {
-        let names: Vec<String> = portals.iter().map(|p| (p / 2).to_string()).collect();
-        if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
-    };
-    match why {
-        PairProof::Witnessed(line) => {
-            say!(out, "{a} and {b} see each other: the line from {:?} to {:?}", line.from.to_array(), line.to.to_array());
-            say!(out, "  through {}", way(&line.portals));
-        }
-        PairProof::Separated(separations) => {
-            say!(
-                out,
-                "{a} and {b} don't see each other: {} chains of portals, none of which a line passes",
-                separations.len()
-            );
-            for s in separations.iter().take(TOLD) {
-                let end = match (s.planes.is_empty(), s.sums.is_empty()) {
-                    (false, _) => ": all beyond is inside",
-                    (_, true) => ": impassable",
-                    _ => ": impassable, or a sum of positive terms would be zero",
-                };
-                say!(out, "  {}{end}", way(&s.chain));
-                for sum in &s.sums {
-                    say!(out, "    0 =");
-                    for term in sum {
-                        let side = |[a, b]: &[glam::DVec3; 2]| format!(" * side({:?} {:?})", a.to_array(), b.to_array());
-                        say!(out, "      + {}{}", term.weight, term.edges.iter().map(side).collect::<String>());
-                    }
-                }
-                s.planes.iter().for_each(|p| say!(out, "    {:?} . p <= {}", p.n.to_array(), p.d));
-            }
-            if separations.len() > TOLD {
-                say!(out, "  and {} more", separations.len() - TOLD);
-            }
-        }
-        PairProof::Undecided(portals) => say!(out, "{a} and {b}: undecided, by way of {}", way(portals)),
-    }
-    out
 }

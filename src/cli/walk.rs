@@ -8,7 +8,6 @@ use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
 use enfilade::runtime::FrameMode;
-use enfilade::runtime::Narrowing;
 use enfilade::scene::{ImportOptions, Picture, Scene, import};
 use enfilade::tubes::usual_sides;
 use enfilade::verify::random_path;
@@ -59,9 +58,6 @@ pub struct Args {
     /// Doors: all open, or shut where the model has a solid leaf in them that is shut.
     #[arg(long, value_enum, default_value_t)]
     doors: Doors,
-    /// What portals narrow the view to.
-    #[arg(long, value_enum, default_value_t)]
-    narrowing: Shape,
     /// Seed of the path through every cell, or of the random views.
     #[arg(long, default_value_t = 0)]
     seed: u64,
@@ -80,16 +76,6 @@ enum Doors {
     Open,
     /// As the model has them.
     AsFound,
-}
-
-/// What portals narrow the view to.
-#[derive(Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
-enum Shape {
-    /// The rectangle around each.
-    #[default]
-    Rectangles,
-    /// An octagon around each.
-    Octagons,
 }
 
 impl Args {
@@ -140,10 +126,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
     }
     let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
-    let narrowing = narrowing(args.narrowing);
     let doors_as_found = args.doors == Doors::AsFound;
-    let options =
-        WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, narrowing, min_pixels };
+    let options = WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, min_pixels };
     let mut printed = Ok(());
     let mut print = |line: &FrameLine| {
         if printed.is_ok() && args.json {
@@ -175,13 +159,6 @@ fn named_pictures(scene: &Scene, model: &Path) -> Vec<PathBuf> {
     let all = scene.trace.iter().flat_map(|trace| &trace.materials).flat_map(|material| material.pictures()).flatten();
     let named = all.filter_map(|picture| if let Picture::Named(name) = picture { Some(name) } else { None });
     named.filter(|name| !name.starts_with("data:")).map(|name| folder.join(name)).collect()
-}
-
-fn narrowing(shape: Shape) -> Narrowing {
-    match shape {
-        Shape::Rectangles => Narrowing::Rectangles,
-        Shape::Octagons => Narrowing::Octagons,
-    }
 }
 
 fn print_json(value: &serde_json::Value) -> Result<(), CliError> {

@@ -1,4 +1,6 @@
-//! `enfilade why`.
+//! `enfilade why`: of a `.pvs`, or of a level.
+
+mod level;
 
 use super::files::Files;
 use super::vis::chain;
@@ -10,7 +12,7 @@ use enfilade::scene::import;
 use enfilade::{CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Separations that are told of a pair.
 const TOLD: usize = 20;
@@ -18,14 +20,14 @@ const TOLD: usize = 20;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file that `bake --keep-bounds` wrote
-    #[arg(value_name = "OUT.pvs")]
+    /// The file that `bake --keep-bounds` wrote, or a level
+    #[arg(value_name = "OUT.pvs|LEVEL.prt|LEVEL.bsp")]
     file: PathBuf,
-    /// The cell that looks: 3, cell:3, or a room's name
-    #[arg(value_name = "A")]
+    /// The cell that looks: 3, cell:3, or a room's name; of a level a cluster's number, or a place in it, as 480,-352,88
+    #[arg(value_name = "A", allow_hyphen_values = true)]
     from: String,
-    /// What it looks for: an object (17, object:17), another cell (cell:4), or the name of either
-    #[arg(value_name = "B")]
+    /// What it looks for: an object (17, object:17), another cell (cell:4), or the name of either; of a level as A
+    #[arg(value_name = "B", allow_hyphen_values = true)]
     to: String,
     /// The model that the file was baked for: witnesses and shields are tested against its triangles
     #[arg(long, value_name = "INPUT")]
@@ -35,6 +37,10 @@ pub struct Args {
     /// Print JSON to stdout
     #[arg(long)]
     json: bool,
+}
+
+fn is_level(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("prt") || e.eq_ignore_ascii_case("bsp"))
 }
 
 /// The cell that a word means: its number, its name or its author's id.
@@ -100,13 +106,25 @@ fn only(name: &str, what: &str, ids: &[u32]) -> Result<u32, String> {
 impl Args {
     /// What is read.
     pub fn files(&self) -> Files {
-        let files = Files::new().reads(&self.file, &["pvs"]).reads_too(self.files.paths());
+        let file = &self.file;
+        let files = if is_level(file) {
+            Files::new().reads_too(&[file.clone(), file.with_extension("prt")])
+        } else {
+            Files::new().reads(file, &["pvs"])
+        };
+        let files = files.reads_too(self.files.paths());
         self.model.iter().fold(files, |files, model| files.model(model))
     }
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
+    if is_level(&args.file) {
+        if args.model.is_some() {
+            return Err(at(&args.file, "is a level, and has no --model"));
+        }
+        return level::run(&args);
+    }
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
     let (from, to) = (cell(&file, &args.from), goal(&file, &args.to));
     let (from, to) = (from.map_err(|e| at(&args.file, e))?, to.map_err(|e| at(&args.file, e))?);

@@ -7,8 +7,15 @@ use crate::types::strategy::Strategy;
 /// By code.
 pub(super) const GUARANTEES: [Guarantee; 2] = [Guarantee::Conservative, Guarantee::Sampled];
 /// By code.
-pub(super) const STRATEGIES: [Strategy; 6] =
-    [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume, Strategy::Bsp, Strategy::Leaves];
+pub(super) const STRATEGIES: [Option<Strategy>; 6] = [
+    Some(Strategy::Authored),
+    Some(Strategy::Plan),
+    Some(Strategy::Given),
+    // Voxels, which left before the first release.
+    None,
+    Some(Strategy::Bsp),
+    Some(Strategy::Leaves),
+];
 /// By code.
 pub(super) const PORTAL_KINDS: [PortalKind; 3] = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
 
@@ -26,7 +33,6 @@ pub(super) fn strategy_code(strategy: Strategy) -> u8 {
         Strategy::Authored => 0,
         Strategy::Plan => 1,
         Strategy::Given => 2,
-        Strategy::Volume => 3,
         Strategy::Bsp => 4,
         Strategy::Leaves => 5,
     }
@@ -68,7 +74,7 @@ mod tests {
     #[test]
     fn codes_are_positions() {
         assert!(GUARANTEES.iter().enumerate().all(|(i, &g)| guarantee_code(g) as usize == i));
-        assert!(STRATEGIES.iter().enumerate().all(|(i, &s)| strategy_code(s) as usize == i));
+        assert!(STRATEGIES.iter().enumerate().all(|(i, &s)| s.is_none_or(|s| strategy_code(s) as usize == i)));
         let states: Vec<_> = (0..=255).filter_map(state_of_code).map(state_code).collect();
         assert_eq!(
             states,

@@ -177,7 +177,8 @@ impl<'a> SectionReader<'_, 'a> {
             if smallest_hole < 0.0 {
                 return Err(c.error("a negative length"));
             }
-            let strategy = STRATEGIES[c.code(STRATEGIES.len(), "strategy")?];
+            let strategy =
+                STRATEGIES[c.code(STRATEGIES.len(), "strategy")?].ok_or_else(|| c.error("a strategy that is gone"))?;
             let object_triangles = c.u32()?;
             if object_triangles == 0 {
                 return Err(c.error("objects of 0 triangles"));

@@ -1,17 +1,16 @@
 //! What a bake found in a building, as a page and as tables: four numbers, plans, what is dear; both sides of the truth and error against run
 //! time are folded away.
 //!
-//! All text is made safe here; whoever calls hands over plain text. Times stand in five sections only: tiers, error against run time, tubes,
-//! growth, and the stages; all else is the same bytes for the same building and seed.
+//! All text is made safe here; whoever calls hands over plain text. Times stand in three sections only: error against run time, tubes, and
+//! the stages; all else is the same bytes for the same building and seed.
 
 use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
-use super::curves::{Curve, CurvePoint, Growth, exponent};
+use super::curves::{Curve, CurvePoint};
 use super::dearest;
 use super::html::{Remark, duration, escape, folded, number, page, percent, share, thousands};
 use super::matrix::figure;
-use super::splits::{self, Splits};
+use super::splits::Splits;
 use super::storeys::{Plans, Storey, along_a_walk, is_named, on, storeys};
-use super::tiers::Tiers;
 use super::tubes::TubesFound;
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
 use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
@@ -73,14 +72,10 @@ pub struct BuildingReport<'a> {
     pub expected: Option<ExpectedDraw>,
     /// Error against run time, a strategy each.
     pub curves: &'a [Curve],
-    /// What offices of several sizes cost, the smallest first; empty where that wasn't asked for.
-    pub growth: &'a [Growth],
-    /// Tiers of rows, where they are compared.
-    pub tiers: Option<&'a Tiers>,
     /// Where there are tubes: how wrong they are drawn.
     pub tubes: Option<&'a TubesFound>,
-    /// How view cells were split, a bake each; empty where they were not chosen by cost.
-    pub splits: &'a [Splits],
+    /// How view cells were split, where they were chosen by cost.
+    pub splits: Option<&'a Splits>,
     /// Views that were drawn apart from the bake.
     pub views: usize,
     /// Pixels of these that show what the file's rows lack.
@@ -107,12 +102,8 @@ impl BuildingReport<'_> {
             body.push_str("<h2>Notes</h2>\n");
             list(&self.file.notes, &mut body);
         }
-        body.extend(self.tiers.map(Tiers::html));
-        if !self.splits.is_empty() {
-            body.push_str(&splits::html(self.splits));
-        }
+        body.extend(self.splits.map(Splits::html));
         body.extend(self.tubes.map(TubesFound::html));
-        self.growth(&mut body);
         let mut fold = |title: &str, part: &dyn Fn(&mut String)| {
             let mut text = String::new();
             part(&mut text);
@@ -142,28 +133,6 @@ impl BuildingReport<'_> {
                 out,
                 "{},{:.3},{},{},{upper},{mean},{p95},{max}",
                 curve.strategy, p.cpu_seconds, p.rays, p.lower_pairs
-            );
-        }
-        out
-    }
-
-    /// The growth as a table: a line a size.
-    pub fn growth_csv(&self) -> String {
-        let mut out =
-            String::from("offices,cells,portals,objects,triangles,rays,cells_cpu_seconds,pvs_cpu_seconds,upper_pairs\n");
-        for g in self.growth {
-            let _ = writeln!(
-                out,
-                "{},{},{},{},{},{},{:.3},{:.3},{}",
-                g.offices,
-                g.cells,
-                g.portals,
-                g.objects,
-                g.triangles,
-                g.rays,
-                g.cells_cpu_seconds,
-                g.pvs_cpu_seconds,
-                g.upper_pairs
             );
         }
         out
@@ -459,55 +428,6 @@ impl BuildingReport<'_> {
                 thousands(p.rays),
                 thousands(p.lower_pairs),
                 p.upper_pairs.map_or(String::new(), thousands)
-            );
-        }
-        out.push_str("</tbody></table></div>\n");
-    }
-
-    fn growth(&self, out: &mut String) {
-        if self.growth.is_empty() {
-            return;
-        }
-        out.push_str("<h2>Growth</h2>\n");
-        let each = |k: usize, name: &str, seconds: fn(&Growth) -> f64| {
-            let point = |g: &Growth| {
-                let value = 1000.0 * seconds(g) / g.cells.max(1) as f64;
-                let note = format!("{} cells, {}: {value:.1} ms a cell", thousands(g.cells), duration(seconds(g)));
-                Point { x: g.cells.max(1) as f64, value, note }
-            };
-            let (class, points) = (CLASSES[k][0], self.growth.iter().map(point).collect());
-            let power = exponent(self.growth.iter().map(|g| (g.cells as f64, seconds(g))));
-            let power = power.map_or(String::new(), |p| format!(", as cells to the power of {p:.2}"));
-            Line { name: format!("{name}{power}"), class, shape: Shape::Straight, points }
-        };
-        let curves =
-            vec![each(0, "visibility", |g| g.pvs_cpu_seconds), each(1, "splitting into cells", |g| g.cells_cpu_seconds)];
-        let chart = Chart {
-            title: "Processor time a cell, against the number of cells",
-            along: Along::Count,
-            along_text: "cells",
-            values: "milliseconds a cell, all threads",
-            scale: Scale::Linear,
-            curves,
-            band: None,
-        };
-        let _ = writeln!(
-            out,
-            "<p>Generated offices of one density, as many rays a room in each: where cost grows linearly, the time a cell stays the \
-             same.</p>\n<figure>\n{}</figure>\n<div class=\"scroll\"><table><thead><tr><th>offices</th><th>cells</th><th>portals</th>\
-             <th>objects</th><th>triangles</th><th>rays</th><th>cells, CPU seconds</th><th>visibility, CPU seconds</th><th>pairs a cell</th></tr></thead>\n<tbody>",
-            chart.html()
-        );
-        for g in self.growth {
-            let counts = [g.offices, g.cells, g.portals, g.objects, g.triangles, g.rays]
-                .map(|n| format!("<td>{}</td>", thousands(n)));
-            let _ = writeln!(
-                out,
-                "<tr>{}<td>{:.2}</td><td>{:.2}</td><td>{:.1}</td></tr>",
-                counts.concat(),
-                g.cells_cpu_seconds,
-                g.pvs_cpu_seconds,
-                g.upper_pairs as f64 / g.cells.max(1) as f64
             );
         }
         out.push_str("</tbody></table></div>\n");

@@ -10,7 +10,6 @@ pub mod level;
 pub mod matrix;
 pub mod splits;
 pub mod storeys;
-pub mod tiers;
 mod tube_errors;
 mod tube_weights;
 pub mod tubes;

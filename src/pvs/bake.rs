@@ -108,7 +108,7 @@ impl<'a> Bake<'a> {
         let share = |part: f64| (options.ray_budget as f64 * part) as u64;
         let (to_test, goal) = (share(TESTED), options.unseen);
         let budget = options.ray_budget - share(AIMED) - if goal.is_none() { to_test } else { 0 };
-        let plan = Plan { strategy: Strategy::Scheduled, cubes: options.cubes, seed: options.seed, budget, to_test, goal };
+        let plan = Plan { strategy: Strategy::Scheduled, seed: options.seed, budget, to_test, goal };
         let clock = Clock::start(options.time);
         let (unseen, end) = sampling::sample(rays, graph, plan, &clock, lower, work)?;
         let short = goal.is_some() && end == SamplingEnd::Rays && lower.left_out > 0;

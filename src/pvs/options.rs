@@ -1,6 +1,5 @@
 //! How visibility is worked out.
 
-use super::cubes::Choice;
 use crate::types::guarantee::Guarantee;
 
 /// How to bake.
@@ -20,8 +19,6 @@ pub struct PvsOptions {
     pub time: Option<f64>,
     /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
     pub flow_steps: u64,
-    /// Which engine makes visibility cubes.
-    pub cubes: Choice,
     /// Most witnesses that are kept; pairs beyond them stay undecided.
     pub most_witnesses: usize,
 }
@@ -35,7 +32,6 @@ impl Default for PvsOptions {
             unseen: None,
             time: None,
             flow_steps: 20_000,
-            cubes: Choice::default(),
             most_witnesses: usize::MAX,
         }
     }

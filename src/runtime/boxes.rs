@@ -4,7 +4,7 @@
 //! outline on the screen lies to the right of `x = r` just where all corners have `x - r w > 0`. That holds for boxes that reach behind the
 //! eye as well.
 
-use super::frustum::{Camera, Octagon};
+use super::frustum::{Camera, Rect};
 use glam::Vec3;
 
 /// Boxes that are tested at a time: a multiple of what fits in a register, so that loops over them need no remainder.
@@ -14,8 +14,8 @@ pub(super) const LANES: usize = 16;
 /// the magnitudes of its terms. Larger: boxes just beside a rectangle pass. Smaller: boxes on its edge get lost.
 pub(super) const SUM_ERROR: f32 = 1e-6;
 
-/// Most half-spaces: four sides, not behind the eye, four slanted sides, beyond a portal, and within its doorway.
-const MOST: usize = 11;
+/// Most half-spaces: four sides, not behind the eye, beyond a portal, and within its doorway.
+const MOST: usize = 7;
 
 /// `normal . (p - eye) + offset <= 0` inside.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,17 +38,12 @@ pub(super) struct HalfSpaces {
 
 impl HalfSpaces {
     /// Of a part of a camera's screen.
-    pub fn of(camera: &Camera, open: &Octagon) -> Self {
+    pub fn of(camera: &Camera, open: &Rect) -> Self {
         let Camera { eye, x, y, w } = *camera;
         let mut all = Self { eye: eye.to_array(), planes: [HalfSpace::default(); MOST], count: 0 };
-        all.between(x, w, [open.rect.min.x, open.rect.max.x], x.abs() + w.abs());
-        all.between(y, w, [open.rect.min.y, open.rect.max.y], y.abs() + w.abs());
+        all.between(x, w, [open.min.x, open.max.x], x.abs() + w.abs());
+        all.between(y, w, [open.min.y, open.max.y], y.abs() + w.abs());
         all.add(-w, 0.0, w.abs());
-        if open.diagonals != Octagon::ALL_DIAGONALS {
-            let (cut, both) = (&open.diagonals, x.abs() + y.abs() + 2.0 * w.abs());
-            all.between(x + y, w, [cut.min.x, cut.max.x], both);
-            all.between(x - y, w, [cut.min.y, cut.max.y], both);
-        }
         all
     }
 
@@ -137,7 +132,6 @@ impl Boxes {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frustum::Rect;
     use super::*;
     use glam::{DVec2, DVec3, Vec2};
 
@@ -149,13 +143,13 @@ mod tests {
         spaces.meet(&Boxes::new([[min, max]].into_iter()), 0) & 1 == 1
     }
 
-    fn at(x: [f32; 2], y: [f32; 2]) -> Octagon {
-        Octagon { rect: Rect { min: Vec2::new(x[0], y[0]), max: Vec2::new(x[1], y[1]) }, ..Octagon::FULL }
+    fn at(x: [f32; 2], y: [f32; 2]) -> Rect {
+        Rect { min: Vec2::new(x[0], y[0]), max: Vec2::new(x[1], y[1]) }
     }
 
     #[test]
     fn boxes_beside_behind_and_around_the_eye() {
-        let screen = HalfSpaces::of(&looking_along_x(1.0), &Octagon::FULL);
+        let screen = HalfSpaces::of(&looking_along_x(1.0), &Rect::FULL);
         let meets = |min: [f32; 3], max: [f32; 3]| meets(&screen, min.into(), max.into());
         assert!(meets([5.0, -1.0, -1.0], [6.0, 1.0, 1.0]));
         assert!(!meets([-6.0, -1.0, -1.0], [-5.0, 1.0, 1.0]));
@@ -170,8 +164,7 @@ mod tests {
     fn a_box_meets_the_parts_of_the_screen_that_its_corners_reach() {
         let camera = looking_along_x(90f64.to_radians());
         // 90 degrees upwards, aspect 2; +Z is to the right. At x = 2: y / 2 and z / 4.
-        let meets =
-            |open: Octagon| meets(&HalfSpaces::of(&camera, &open), Vec3::new(2.0, -1.0, 1.0), Vec3::new(4.0, 1.0, 2.0));
+        let meets = |open: Rect| meets(&HalfSpaces::of(&camera, &open), Vec3::new(2.0, -1.0, 1.0), Vec3::new(4.0, 1.0, 2.0));
         let (left, right, bottom, top) = (0.125, 0.5, -0.5, 0.5);
         let sides = [
             ([-1.0, left], [-1.0, 1.0]),
@@ -183,24 +176,19 @@ mod tests {
             for by in [-1e-4f32, 1e-4] {
                 let mut open = at(x, y);
                 match side {
-                    0 => open.rect.max.x += by,
-                    1 => open.rect.min.x -= by,
-                    2 => open.rect.max.y += by,
-                    _ => open.rect.min.y -= by,
+                    0 => open.max.x += by,
+                    1 => open.min.x -= by,
+                    2 => open.max.y += by,
+                    _ => open.min.y -= by,
                 }
                 assert_eq!(meets(open), by > 0.0, "side {side}");
             }
-        }
-        // Its lower right corner is at (0.5, -0.5), its upper left at (0.0625, 0.5) or (0.125, 0.5): x - y goes from there to 1.
-        for (low, seen) in [(0.999, true), (1.001, false)] {
-            let cut = Rect { min: Vec2::new(-2.0, low), max: Vec2::new(2.0, 2.0) };
-            assert_eq!(meets(Octagon { diagonals: cut, ..Octagon::FULL }), seen, "{low}");
         }
     }
 
     #[test]
     fn what_is_before_a_portal_is_not_seen_through_it() {
-        let screen = HalfSpaces::of(&looking_along_x(1.0), &Octagon::FULL);
+        let screen = HalfSpaces::of(&looking_along_x(1.0), &Rect::FULL);
         for (from, seen) in [(2.5, false), (3.5, true), (9.0, true)] {
             let beyond = screen.beyond(Vec3::X, 4.0);
             assert_eq!(meets(&beyond, Vec3::new(from, -1.0, -1.0), Vec3::new(from + 1.0, 1.0, 1.0)), seen);
@@ -231,12 +219,9 @@ mod tests {
             let exact = camera.eye.as_dvec3() + camera.ray(ndc) * 10f64.powf(next() * 6.0 - 3.0);
             // The box that a file would hold around it: rounded outwards.
             let (min, max) = (exact.as_vec3().map(f32::next_down), exact.as_vec3().map(f32::next_up));
-            assert!(meets(&HalfSpaces::of(&camera, &Octagon::FULL), min, max), "round {round}");
+            assert!(meets(&HalfSpaces::of(&camera, &Rect::FULL), min, max), "round {round}");
             let pixel = Rect { min: ndc.as_vec2(), max: ndc.as_vec2() };
-            let diagonals = Vec2::new(pixel.min.x + pixel.min.y, pixel.min.x - pixel.min.y);
-            for diagonals in [Octagon::ALL_DIAGONALS, Rect { min: diagonals, max: diagonals }] {
-                assert!(meets(&HalfSpaces::of(&camera, &Octagon { rect: pixel, diagonals }), min, max), "round {round}");
-            }
+            assert!(meets(&HalfSpaces::of(&camera, &pixel), min, max), "round {round}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::boxes::{Boxes, HalfSpaces, LANES};
 use super::culler::{Culler, ViewCells, all_ones, bit};
-use super::frustum::{Camera, Octagon};
+use super::frustum::{Camera, Rect};
 use super::locate::Homes;
 use super::mode::Mode;
 use super::portals::{self, Eye};
@@ -40,7 +40,7 @@ impl Culler {
                     self.narrow_row(camera.eye, scratch);
                 }
                 let eye = Eye::new(camera, self, None);
-                portals::traverse(self, camera, &eye, homes.as_slice(), &Octagon::FULL, scratch);
+                portals::traverse(self, camera, &eye, homes.as_slice(), &Rect::FULL, scratch);
             }
         }
         self.leave_out_small(camera, mode, scratch);
@@ -69,7 +69,7 @@ impl Culler {
         match camera {
             None => scratch.objects.extend((0..self.object_count() as u32).map(ObjectId)),
             Some(camera) => {
-                let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Octagon::FULL));
+                let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Rect::FULL));
                 vectorized(InRow { boxes, screen, row: &scratch.object_row, objects: &mut scratch.objects });
             }
         }

@@ -1,6 +1,5 @@
 //! The culler: a `.pvs` file laid out for questions about cameras.
 
-use super::Narrowing;
 use super::boxes::Boxes;
 use super::locate::{Locator, piece_bounds};
 use super::small::MinPixels;
@@ -67,7 +66,6 @@ pub(super) struct ViewCells {
 #[derive(Clone, Debug)]
 pub struct Culler {
     pub(super) tolerance: f64,
-    pub(super) narrowing: Narrowing,
     pub(super) min_pixels: MinPixels,
     pub(super) locator: Locator,
     /// Directed portals that lead out of each cell.
@@ -113,7 +111,6 @@ impl Culler {
         let cell_objects = Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32))));
         Self {
             tolerance,
-            narrowing: Narrowing::default(),
             min_pixels: MinPixels::default(),
             locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
@@ -139,11 +136,6 @@ impl Culler {
             }),
             cell_rows_prune: file.guarantee == Guarantee::Conservative,
         }
-    }
-
-    /// How portals narrow the view from now on; by rectangles unless told otherwise.
-    pub fn set_narrowing(&mut self, narrowing: Narrowing) {
-        self.narrowing = narrowing;
     }
 
     /// What is too small to be drawn from now on, in all modes but [`Mode::None`](super::Mode::None), in mirrors, too; nothing is unless told

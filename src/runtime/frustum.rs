@@ -112,50 +112,6 @@ impl Rect {
     }
 }
 
-/// A convex region of the screen with at most eight sides: across, upright and along both diagonals.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Octagon {
-    /// Between its upright and its level sides.
-    pub rect: Rect,
-    /// Between its slanted sides: in the coordinates x + y and x - y.
-    pub diagonals: Rect,
-}
-
-impl Octagon {
-    /// The slanted sides of the whole screen.
-    pub const ALL_DIAGONALS: Rect = Rect { min: Vec2::splat(-2.0), max: Vec2::splat(2.0) };
-    /// The whole screen.
-    pub const FULL: Self = Self { rect: Rect::FULL, diagonals: Self::ALL_DIAGONALS };
-    /// Nothing.
-    pub const EMPTY: Self = Self { rect: Rect::EMPTY, diagonals: Rect::EMPTY };
-
-    /// True where no point is inside, as far as two pairs of sides tell at a time.
-    pub fn is_empty(&self) -> bool {
-        let (low, high, cut) = (self.rect.min, self.rect.max, &self.diagonals);
-        self.rect.is_empty()
-            || cut.is_empty()
-            || low.x + low.y > cut.max.x
-            || high.x + high.y < cut.min.x
-            || low.x - high.y > cut.max.y
-            || high.x - low.y < cut.min.y
-    }
-
-    /// What both cover.
-    pub fn intersection(self, other: Self) -> Self {
-        Self { rect: self.rect.intersection(other.rect), diagonals: self.diagonals.intersection(other.diagonals) }
-    }
-
-    /// The smallest region with these sides that covers both.
-    pub fn union(self, other: Self) -> Self {
-        Self { rect: self.rect.union(other.rect), diagonals: self.diagonals.union(other.diagonals) }
-    }
-
-    /// True where `other` lies inside.
-    pub fn covers(&self, other: &Self) -> bool {
-        self.rect.covers(&other.rect) && self.diagonals.covers(&other.diagonals)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,7 +10,7 @@
 use super::Mode;
 use super::culler::Culler;
 use super::culler::{directed_plane, target};
-use super::frustum::{Camera, Octagon, Rect};
+use super::frustum::{Camera, Rect};
 use super::portals::{self, Eye, is_beyond};
 use super::scratch::{FrameStats, Scratch};
 use crate::geom::newell;
@@ -150,7 +150,7 @@ impl Seeing<'_> {
         if side < -culler.tolerance {
             return Rect::EMPTY;
         }
-        let own = self.eye.outline(&mirror.corners, side).rect;
+        let own = self.eye.outline(&mirror.corners, side);
         // An eye that is in no cell sees whatever is in the frustum.
         let anywhere = !self.by_portals || frame.homes.is_empty();
         let at_home = anywhere || frame.homes.contains(&mirror.cell);
@@ -198,7 +198,6 @@ impl Culler {
             self.join_rows(if with_rows { std::slice::from_ref(&mirror.cell) } else { &[] }, &mut out.scratch);
             if by_portals {
                 out.scratch.homes.push(mirror.cell);
-                let open = Octagon { rect: open, ..Octagon::FULL };
                 portals::traverse(self, &camera, &eye, &[mirror.cell], &open, &mut out.scratch);
             } else {
                 self.take_all(&camera, mode, &mut out.scratch);

@@ -52,7 +52,7 @@ pub use culler::Culler;
 pub use frame_culler::{AutoOptions, FrameCuller, FrameMode};
 pub use frustum::{Camera, NotPerspective, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
-pub use mode::{Mode, Narrowing};
+pub use mode::Mode;
 pub use motion::Motion;
 pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
 pub use sets::MOST_PLANES;

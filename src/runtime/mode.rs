@@ -32,14 +32,3 @@ impl fmt::Display for Mode {
         f.write_str(self.name())
     }
 }
-
-/// What a portal narrows the view to.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub enum Narrowing {
-    /// The rectangle around it on the screen.
-    #[default]
-    Rectangles,
-    /// An octagon with upright, level and diagonal sides: less of what is beside a portal that stands slanted on the screen, at more
-    /// cost a portal and an object. What the difference is, is measured in docs/results.md.
-    Octagons,
-}

@@ -2,7 +2,7 @@
 
 use super::boxes::{HalfSpaces, LANES};
 use super::culler::{Culler, bit, directed_plane, target};
-use super::frustum::{Camera, Octagon};
+use super::frustum::{Camera, Rect};
 use super::scratch::{PortalState, Scratch};
 use crate::CellId;
 use crate::bits::ones;
@@ -17,7 +17,7 @@ pub(super) struct Take<'a> {
     pub front: Option<(Vec3, f32)>,
     /// The cells that the eye is in, which it sees on `open`.
     pub homes: &'a [CellId],
-    pub open: &'a Octagon,
+    pub open: &'a Rect,
     pub scratch: &'a mut Scratch,
 }
 
@@ -51,7 +51,7 @@ impl Take<'_> {
     fn open(&mut self, cell: CellId) -> HalfSpaces {
         let Self { culler, camera, .. } = *self;
         self.scratch.spaces.clear();
-        let (mut all, mut next) = (Octagon::EMPTY, self.scratch.ways_in[cell.index()].first);
+        let (mut all, mut next) = (Rect::EMPTY, self.scratch.ways_in[cell.index()].first);
         while let Some(crossed) = self.scratch.crossed.get(next as usize) {
             let PortalState { open, shut, .. } = self.scratch.portal_states[crossed.portal.0 as usize];
             let (n, d) = directed_plane(culler, crossed.portal);

@@ -23,14 +23,13 @@
 //!   can be on the screen only within [`Eye::touch`] of the eye; where a winding comes that near, the portal opens everything
 //!   ("the eye stands in it"). An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
 
-use super::Narrowing;
 use super::culler::{Culler, directed_plane, target};
-use super::frustum::{Camera, Octagon, Rect};
+use super::frustum::{Camera, Rect};
 use super::objects::{Take, group};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
 use crate::simd::vectorized;
 use crate::{CellId, DirectedPortal, PortalId};
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
 
 /// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2]
@@ -59,13 +58,11 @@ pub(super) struct Eye {
     touch: f64,
     /// What isn't beyond this plane is not seen: a mirror's, looked into from behind it.
     front: Option<(Vec3, f32)>,
-    /// Slanted sides are told, too.
-    octagons: bool,
 }
 
 impl Eye {
     pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>) -> Self {
-        let (tolerance, octagons) = (culler.tolerance, culler.narrowing == Narrowing::Octagons);
+        let tolerance = culler.tolerance;
         let (x, y, w) = (camera.x.as_dvec3(), camera.y.as_dvec3(), camera.w.as_dvec3());
         let pen = w.length() * tolerance;
         let at = camera.eye.as_dvec3();
@@ -75,7 +72,7 @@ impl Eye {
             .fold(0.0, |a: f64, b| if b.is_finite() { a.max(b) } else { f64::INFINITY });
         let touch = if farthest.is_finite() { 3.0 * pen * farthest + tolerance } else { f64::INFINITY };
         let either_side = 2.0 * tolerance + 4.0 * f64::from(f32::EPSILON) * at.length();
-        Self { at, x, y, w, tolerance, pen, either_side, touch, front, octagons }
+        Self { at, x, y, w, tolerance, pen, either_side, touch, front }
     }
 
     /// Signed distance of the eye from a directed portal's plane, metres: negative on the side that it leads out of.
@@ -84,26 +81,21 @@ impl Eye {
     }
 
     /// The part of the screen that a directed portal can open, whatever leads to it.
-    fn own_outline(&self, culler: &Culler, portal: DirectedPortal) -> Octagon {
+    fn own_outline(&self, culler: &Culler, portal: DirectedPortal) -> Rect {
         let side = self.side(culler, portal);
         let corners = culler.portal_corners.get(portal.portal().index());
         if side > self.either_side || self.front.is_some_and(|front| !is_beyond(culler, front, corners)) {
-            return Octagon::EMPTY;
+            return Rect::EMPTY;
         }
         self.outline(corners, side)
     }
 
     /// The part of the screen that a winding can open, whose plane is `side` metres from the eye.
-    pub fn outline(&self, corners: &[Vec3], side: f64) -> Octagon {
+    pub fn outline(&self, corners: &[Vec3], side: f64) -> Rect {
         if side.abs() <= self.touch && distance(self.at, corners) <= self.touch {
-            return Octagon::FULL;
+            return Rect::FULL;
         }
-        let rect = self.project(corners, [self.x, self.y], 1.0);
-        let diagonals = match self.octagons && !rect.is_empty() {
-            true => self.project(corners, [self.x + self.y, self.x - self.y], 2.0),
-            false => Octagon::ALL_DIAGONALS,
-        };
-        Octagon { rect, diagonals }
+        self.project(corners)
     }
 
     /// Signed distance of the eye from a plane, metres.
@@ -111,10 +103,9 @@ impl Eye {
         n.as_dvec3().dot(self.at) - f64::from(d)
     }
 
-    /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen, which reaches as far as
-    /// `edge`: along two directions that `rows` give, those of the camera or others.
-    fn project(&self, corners: &[Vec3], rows: [DVec3; 2], edge: f64) -> Rect {
-        let pen = DVec2::new(rows[0].length(), rows[1].length()) * self.tolerance;
+    /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen.
+    fn project(&self, corners: &[Vec3]) -> Rect {
+        let pen = DVec2::new(self.x.length(), self.y.length()) * self.tolerance;
         let cut = 2.0 * self.pen;
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut draw = |clip: DVec3| {
@@ -126,7 +117,7 @@ impl Eye {
         };
         let clip = |p: Vec3| {
             let v = p.as_dvec3() - self.at;
-            DVec3::new(rows[0].dot(v), rows[1].dot(v), self.w.dot(v))
+            DVec3::new(self.x.dot(v), self.y.dot(v), self.w.dot(v))
         };
         let mut a = corners.last().map_or(DVec3::ZERO, |&p| clip(p));
         for &corner in corners {
@@ -143,13 +134,12 @@ impl Eye {
         if min.x > max.x {
             return Rect::EMPTY;
         }
-        let limit = DVec2::splat(2.0 * edge);
+        let limit = DVec2::splat(2.0);
         let rect = Rect {
             min: (min.clamp(-limit, limit) - ROUNDING).as_vec2(),
             max: (max.clamp(-limit, limit) + ROUNDING).as_vec2(),
         };
-        let screen = Rect { min: Vec2::splat(-edge as f32), max: Vec2::splat(edge as f32) };
-        rect.intersection(screen)
+        rect.intersection(Rect::FULL)
     }
 }
 
@@ -178,14 +168,7 @@ pub(super) fn is_in_doorway(culler: &Culler, at: DVec3, portal: PortalId) -> boo
 }
 
 /// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the cells that its eye is in, on `open`.
-pub(super) fn traverse(
-    culler: &Culler,
-    camera: &Camera,
-    eye: &Eye,
-    homes: &[CellId],
-    open: &Octagon,
-    scratch: &mut Scratch,
-) {
+pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[CellId], open: &Rect, scratch: &mut Scratch) {
     // 1. The portals that lead out of the eye's own cells.
     for &home in homes {
         scratch.reach(home);
@@ -209,7 +192,7 @@ pub(super) fn traverse(
     for i in 0..scratch.crossed.len() {
         let portal = scratch.crossed[i].portal;
         let PortalState { open, shut, .. } = scratch.portal_states[portal.0 as usize];
-        scratch.crossed[i].rect = open.rect;
+        scratch.crossed[i].rect = open;
         if !shut {
             scratch.reach(target(culler, portal));
         }
@@ -222,7 +205,7 @@ pub(super) fn traverse(
 
 /// A cell is seen on `open`, through portal `through` (or from the eye): of its portals, those of which that opens more than
 /// before are waiting in the queue afterwards.
-fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Octagon, scratch: &mut Scratch) {
+fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Rect, scratch: &mut Scratch) {
     let Range { start, mut end } = ways_out(culler, eye, cell, scratch);
     let mut at = start;
     while at < end {
@@ -239,7 +222,7 @@ fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPorta
             continue;
         }
         if state.open.is_empty() {
-            scratch.crossed.push(CrossedPortal { portal: next, rect: opened.rect });
+            scratch.crossed.push(CrossedPortal { portal: next, rect: opened });
         }
         state.open = state.open.union(opened);
         if !state.queued && !state.shut {

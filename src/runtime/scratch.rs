@@ -2,7 +2,7 @@
 
 use super::boxes::HalfSpaces;
 use super::culler::Culler;
-use super::frustum::{Octagon, Rect};
+use super::frustum::Rect;
 use super::locate::MOST_HOMES;
 use crate::{CellId, DirectedPortal, ObjectId};
 use std::ops::{Add, AddAssign};
@@ -87,9 +87,9 @@ pub(super) struct Part {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PortalState {
     /// Its own outline: the most that it can open. Empty where it can't be seen through.
-    pub own: Octagon,
+    pub own: Rect,
     /// What it opens as far as is known.
-    pub open: Octagon,
+    pub open: Rect,
     /// Times taken from the queue.
     pub visits: u32,
     /// Waiting in the queue.
@@ -99,7 +99,7 @@ pub(super) struct PortalState {
 }
 
 impl PortalState {
-    pub const UNSEEN: Self = Self { own: Octagon::EMPTY, open: Octagon::EMPTY, visits: 0, queued: false, shut: false };
+    pub const UNSEEN: Self = Self { own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false, shut: false };
 }
 
 /// The portals that a frame crossed into a cell, as a list linked by [`Scratch::next_in`].

@@ -5,7 +5,6 @@
 
 pub mod bounds;
 #[cfg(feature = "bake")]
-pub mod drawn;
 pub mod expected;
 pub mod gap;
 pub mod guarantee;

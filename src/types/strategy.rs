@@ -11,8 +11,6 @@ pub enum Strategy {
     Plan,
     /// Cells and portals that the user gave.
     Given,
-    /// Voxels, their narrowings, and the walls between them.
-    Volume,
     /// A tree that cuts along the largest walls.
     Bsp,
     /// The leaves of a level's own tree.

@@ -66,11 +66,10 @@ impl Cells {
     /// boundary are not taken as safely inside; metres.
     pub(super) fn new(file: &PvsFile, bounds: Aabb, tolerance: f64, rounding: f64) -> Self {
         let region = bounds.inflated(2.0 + bounds.diagonal() * 0.1);
-        let plane = |p: &Vec4| Plane { n: p.truncate().as_dvec3(), d: f64::from(p.w) };
         let mut pieces = Vec::new();
         for (c, cell) in file.cells.iter().enumerate() {
             for planes in &cell.pieces {
-                pieces.extend(Piece::new(CellId(c as u32), planes.iter().map(plane).collect(), &region));
+                pieces.extend(Piece::new(CellId(c as u32), planes.iter().map(of_length_one).collect(), &region));
             }
         }
         let mut by_cell = vec![Vec::new(); file.cells.len()];
@@ -88,7 +87,7 @@ impl Cells {
                 of_cell[cell.index()].push(i);
             }
             let winding = portal.winding.iter().map(|p| p.as_dvec3()).collect();
-            portals.push(Portal { plane: plane(&portal.plane), winding });
+            portals.push(Portal { plane: of_length_one(&portal.plane), winding });
         }
         let tree = Tree::new(pieces.iter().map(|p| p.grown_bounds(tolerance, &region)), rounding);
         let with_volume = (0..file.cells.len()).filter(|&c| !by_cell[c].is_empty());
@@ -297,6 +296,18 @@ impl Cells {
     }
 }
 
+/// A plane of a file, whose normal has length 1 to rounding only: a polygon that is laid on it a hundred metres wide would leave it by
+/// micrometres, and where two planes are nearly parallel, these are metres along them.
+fn of_length_one(plane: &Vec4) -> Plane {
+    scaled(plane.truncate().as_dvec3(), f64::from(plane.w))
+}
+
+/// A plane by a normal of any length, and its distance times that length.
+fn scaled(n: DVec3, d: f64) -> Plane {
+    let length = n.length();
+    if length > 0.0 { Plane { n: n / length, d: d / length } } else { Plane { n, d } }
+}
+
 /// The faces of a convex polyhedron: a polygon for each plane, empty where it bounds nothing; then those of the region's sides.
 pub(super) fn faces(planes: &[Plane], region: &Aabb) -> Vec<Vec<DVec3>> {
     let sides = (0..3).flat_map(|axis| {
@@ -445,6 +456,28 @@ mod tests {
         for (z, passes) in [(0.0, true), (0.003, true), (0.005, false)] {
             assert_eq!(crossed(p(-1.0, 0.5, z), p(2.0, 0.5, z), [0.0, 9.0]), passes);
         }
+    }
+
+    /// Two planes that part by six micrometres a metre meet where their numbers in the file say, though single precision leaves their normals
+    /// 1e-8 short: a corridor between z = 10 and 30 m has them below it, one up to z = 20 m, the other from there on.
+    #[test]
+    fn faces_end_where_nearly_parallel_planes_meet() {
+        let normals = [(0.992_278_6_f32, 0.124_028_94_f32), (0.992_277_86, 0.124_034_79)];
+        // Through y = -2.5, z = 20; shifted along x and y afterwards, which single precision bears.
+        let below = normals.map(|(y, z)| {
+            let (y, z) = (f64::from(y), f64::from(z));
+            let length = y.hypot(z);
+            assert!((length - 1.0).abs() > 1e-9, "{length}");
+            (-DVec3::new(0.0, y, z), -(y * -2.5 + z * 20.0))
+        });
+        let sides = [(DVec3::X, 1.0), (-DVec3::X, 1.0), (DVec3::Y, 9.0), (DVec3::Z, 30.0), (-DVec3::Z, -10.0)];
+        let planes: Vec<Plane> = below.into_iter().chain(sides).map(|(n, d)| scaled(n, d)).collect();
+        let region = Aabb { min: DVec3::splat(-40.0), max: DVec3::splat(40.0) };
+        let faces = faces(&planes, &region);
+        let mut ends: Vec<f64> = faces[..2].iter().flatten().map(|p| p.z).collect();
+        ends.sort_by(f64::total_cmp);
+        let expected = [10.0, 10.0, 20.0, 20.0, 20.0, 20.0, 30.0, 30.0];
+        assert!(ends.len() == 8 && ends.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3), "{ends:?}");
     }
 
     /// Two planes that part by half a micrometre a metre hold a wedge, which single precision begins 0.2 m later than portals do: a line from

@@ -1,6 +1,5 @@
 //! Walks a camera through a model with each culling mode, measures the frames, and draws them.
 
-pub mod compare;
 mod exact_culler;
 pub mod expected;
 pub mod loading;

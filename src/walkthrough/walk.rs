@@ -13,7 +13,7 @@ use crate::exact::ExactScene;
 use crate::file::PvsFile;
 use crate::occlusion::depth::DepthBuffer;
 use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use crate::runtime::{Culler, FrameMode, FrameStats, MinPixels, Narrowing, VisibleSet};
+use crate::runtime::{Culler, FrameMode, FrameStats, MinPixels, VisibleSet};
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use serde::Serialize;
@@ -38,8 +38,6 @@ pub struct WalkOptions {
     pub every: usize,
     /// Shut the doors that the model has shut; all are open otherwise.
     pub doors_as_found: bool,
-    /// How portals narrow the view.
-    pub narrowing: Narrowing,
     /// Objects with fewer pixels are left out, as far as their boxes tell; 0 leaves none out. Each mode is walked with each of these limits.
     pub min_pixels: Vec<u32>,
 }
@@ -205,7 +203,6 @@ pub fn walk(
     line: &mut dyn FnMut(&FrameLine),
 ) -> io::Result<Vec<Summary>> {
     let mut culler = Culler::new(file);
-    culler.set_narrowing(options.narrowing);
     let solid;
     let scene = if options.doors_as_found {
         culler.shut_as_found();

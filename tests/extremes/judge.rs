@@ -6,7 +6,7 @@ use enfilade::cells::{CellGraph, Locator};
 use enfilade::file::{Bounds, PvsFile};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Mode, Narrowing};
+use enfilade::runtime::Mode;
 use enfilade::scene::Scene;
 use enfilade::verify::{CheckOptions, check};
 use enfilade::walkthrough::mode::WalkMode;
@@ -183,7 +183,6 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
         pictures: None,
         every: 1,
         doors_as_found: false,
-        narrowing: Narrowing::default(),
         min_pixels: vec![0],
     };
     let path: CameraPath = path;

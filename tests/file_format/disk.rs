@@ -2,10 +2,10 @@
 
 use crate::cli::{self, folder, run_words};
 use enfilade::cells::{Cell, CellGraph, Piece, Placement, Portal, PortalKind, PortalState, Strategy, read_cells};
-use enfilade::file::{Container, FileError, Gap, Import, PvsFile, entropy_bits_per_pair, replace_file};
+use enfilade::file::{Container, FileError, Gap, PvsFile, entropy_bits_per_pair, replace_file};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd, Witness};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::types::note::Note;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
@@ -285,51 +285,6 @@ fn dump_gives_what_a_cells_file_takes() {
     let text = |args: &[&str]| String::from_utf8(run_words(args).stdout).unwrap();
     assert_eq!(text(&["dump", path, "--rows", "objects"]), "0 3: 0 1 2\n1 2: 0 2\n");
     assert!(text(&["dump", path]).contains("cell 1 \"east\": 1 pieces\n"));
-}
-
-/// A square of two triangles and a triangle, `lift` metres above 5 m.
-fn obj(lift: f64) -> String {
-    let y = 5.0 + lift;
-    format!(
-        "o square\nv 10 {y} 0\nv 11 {y} 0\nv 11 {y} 1\nv 10 {y} 1\nf 1 2 3\nf 1 3 4\no flag\nv 12 9 0\nv 13 9 0\nv 12 9.5 0\nf 5 6 7\n"
-    )
-}
-
-#[test]
-fn dump_writes_the_model_that_was_baked_and_no_other() {
-    let folder = folder("obj");
-    let at = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    let [pvs, model, other, out] = ["a.pvs", "a.obj", "b.obj", "scene.obj"].map(at);
-    std::fs::write(&model, obj(0.0)).unwrap();
-    std::fs::write(&other, obj(0.125)).unwrap();
-    // Each triangle an object, the source in feet and its +Z up: a default import would be another scene.
-    let (feet, z_up) = (Some(0.3048), true);
-    let options = ImportOptions { object_triangles: 1, metres_per_unit: feet, z_up, ..ImportOptions::default() };
-    let scene = import(Path::new(&model), &options).unwrap();
-    let mut file = sample();
-    file.model_hash = scene.hash();
-    let (metres_per_unit, tubes) = (feet, true);
-    file.import = Import { object_triangles: 1, metres_per_unit, z_up, tube_radius: None, tubes, smallest_hole: None };
-    file.save(Path::new(&pvs)).unwrap();
-
-    let output = run_words(&["dump", &pvs, "--obj", &out, "--model", &model]);
-    assert!(output.status.success() && output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
-    let written = std::fs::read_to_string(&out).unwrap();
-    let groups: Vec<&str> = written.lines().filter(|line| line.starts_with("o ")).collect();
-    assert_eq!(groups, ["o object_0", "o object_1", "o object_2"]);
-    // Written in metres, where it was read.
-    let again = import(Path::new(&out), &ImportOptions::default()).unwrap();
-    let corners = |scene: &Scene| -> Vec<DVec3> {
-        (0..scene.triangles.len()).flat_map(|t| scene.corners(t)).map(|p| p + scene.origin).collect()
-    };
-    assert_eq!(corners(&again).len(), 9);
-    assert!(corners(&again).iter().zip(corners(&scene)).all(|(a, b)| a.distance(b) < 1e-12));
-
-    let refused = run_words(&["dump", &pvs, "--obj", &at("none.obj"), "--model", &other]);
-    let message = String::from_utf8(refused.stderr).unwrap();
-    assert_eq!(refused.status.code(), Some(2));
-    assert!(message.starts_with(&format!("enfilade: {other}: not the model that {pvs} was baked for")), "{message}");
-    assert!(!Path::new(&at("none.obj")).exists());
 }
 
 #[test]

@@ -236,12 +236,3 @@ fn open(polygon: &[DVec2], covers: &[Cow<'_, [DVec3]>], flat: Flat, seal: f64) -
     }
     open_part(polygon, &triangles, seal)
 }
-
-/// The contacts of each leaf that are open, rounding aside.
-pub fn open_around(contacts: &[Contact], leaves: usize) -> Vec<Vec<u32>> {
-    let mut around: Vec<Vec<u32>> = vec![Vec::new(); leaves];
-    for (i, c) in contacts.iter().enumerate().filter(|(_, c)| c.wide) {
-        c.leaves.iter().for_each(|&l| around[l as usize].push(i as u32));
-    }
-    around
-}

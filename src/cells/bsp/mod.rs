@@ -79,7 +79,7 @@ pub(super) fn bsp(
     let shell = |occluder: f64| {
         let told = all.triangles.iter().zip(&extents).zip(&is_far);
         let large = told.filter(|((_, extent), is_far)| **extent >= occluder && !**is_far).map(|((t, _), _)| *t);
-        Shell { triangles: large.collect(), planes: all.planes.clone(), free_standing: 0, left_out: 0 }
+        Shell { triangles: large.collect(), planes: all.planes.clone(), left_out: 0 }
     };
     let facing = Facing::new(rays);
     let tiles = |occluder: f64| Tiles { planes: &all.planes, axes, around, edge: TILE * occluder, occluder };

@@ -5,13 +5,12 @@
 //! within all planes of the other but the common one. Then every point within both sets of planes but that one is in either.
 
 use super::adjacency::Contact;
-use super::tree::{Bsp, Poly, RIM};
+use super::tree::{Bsp, Poly};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::{Piece, polyhedron};
 use crate::geom::{Aabb, Plane};
 use crate::job::{Job, Stopped};
 use glam::DVec3;
-use std::collections::BTreeMap;
 
 /// A piece while it grows.
 struct Growing {
@@ -82,42 +81,6 @@ impl Growing {
 
 fn same(a: &Plane, b: &Plane) -> bool {
     a.n == b.n && a.d == b.d
-}
-
-/// Solid matter that only one region surrounds becomes the region's: a column, a pipe, a beam.
-pub fn fill(contacts: &[Contact], bsp: &Bsp, labels: &mut [Option<u32>]) {
-    let mut set = DisjointSets::new(labels.len());
-    for c in contacts {
-        let [a, b] = c.leaves;
-        if labels[a as usize].is_none() && labels[b as usize].is_none() {
-            set.join(a, b);
-        }
-    }
-    // The regions around each; the rim counts as one more.
-    let mut around: BTreeMap<u32, Option<u32>> = BTreeMap::new();
-    let mut note = |root: u32, region: Option<u32>| {
-        let known = around.entry(root).or_insert(region);
-        if *known != region {
-            *known = None;
-        }
-    };
-    for c in contacts {
-        for (a, b) in [(c.leaves[0], c.leaves[1]), (c.leaves[1], c.leaves[0])] {
-            if labels[a as usize].is_none() && labels[b as usize].is_some() {
-                note(set.find(a), labels[b as usize]);
-            }
-        }
-    }
-    for (leaf, l) in bsp.leaves.iter().enumerate() {
-        if labels[leaf].is_none() && l.poly.faces.iter().any(|f| f.node == RIM) {
-            note(set.find(leaf as u32), None);
-        }
-    }
-    for (leaf, label) in labels.iter_mut().enumerate() {
-        if label.is_none() {
-            *label = around.get(&set.find(leaf as u32)).copied().flatten();
-        }
-    }
 }
 
 /// Convex pieces of each region; `eps`, metres, is how far pieces may overlap.

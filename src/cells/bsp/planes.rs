@@ -19,8 +19,6 @@ pub struct Shell {
     pub planes: Vec<Plane>,
     /// Triangles, each with the index of a plane that it lies in to within [`TOUCH`] of the coplanar tolerance.
     pub triangles: Vec<([DVec3; 3], u32)>,
-    /// Triangles left out, as they stand free.
-    pub free_standing: usize,
     /// Triangles left out for the tree's size.
     pub left_out: usize,
 }
@@ -82,8 +80,7 @@ pub fn planes(mut triangles: Vec<[DVec3; 3]>, coplanar: f64) -> Shell {
     let (centre, step) = (bounds.centre(), (bounds.diagonal() / 512.0).max(8.0 * coplanar));
     /// Buckets of normals are about 2 degrees wide.
     const NORMALS: f64 = 32.0;
-    let mut out =
-        Shell { planes: Vec::new(), triangles: Vec::with_capacity(triangles.len()), free_standing: 0, left_out: 0 };
+    let mut out = Shell { planes: Vec::new(), triangles: Vec::with_capacity(triangles.len()), left_out: 0 };
     let mut buckets: HashMap<[i64; 4], Vec<u32>> = HashMap::new();
     for t in triangles {
         let n = newell(&t.map(|p| p - t[0])).normalize();

@@ -75,8 +75,6 @@ pub struct Leaf {
     pub stray: Vec<Vec<DVec3>>,
     /// The tile that it is in: leaves of one have one number.
     pub tile: u32,
-    /// The node above it and which child it is.
-    pub parent: Option<(u32, usize)>,
 }
 
 /// The tree.
@@ -139,7 +137,7 @@ pub fn bsp(
     let builder = Builder { planes: &shell.planes, axes, touch: TOUCH * coplanar, may, work: limits.work };
     let tree = builder.build(Poly::cuboid(domain), fragments(shell), Vec::new(), 0, tiling)?;
     let mut out = Bsp { root: Child::Leaf(0), nodes: Vec::new(), leaves: Vec::new(), thin: builder.touch };
-    out.root = out.flatten(tree, None, &mut Vec::new(), &mut 0);
+    out.root = out.flatten(tree, &mut Vec::new(), &mut 0);
     Some(out)
 }
 
@@ -356,17 +354,17 @@ impl Builder<'_> {
 }
 
 impl Bsp {
-    fn flatten(&mut self, tree: Tree, parent: Option<(u32, usize)>, path: &mut Vec<u32>, tile: &mut u32) -> Child {
+    fn flatten(&mut self, tree: Tree, path: &mut Vec<u32>, tile: &mut u32) -> Child {
         match tree {
             Tree::Tile(tree) => {
                 *tile += 1;
-                self.flatten(*tree, parent, path, tile)
+                self.flatten(*tree, path, tile)
             }
             Tree::Leaf(mut poly, stray) => {
                 for f in poly.faces.iter_mut().filter(|f| f.node != RIM) {
                     f.node = path[f.node as usize];
                 }
-                self.leaves.push(Leaf { poly, stray, tile: *tile, parent });
+                self.leaves.push(Leaf { poly, stray, tile: *tile });
                 Child::Leaf(self.leaves.len() as u32 - 1)
             }
             Tree::Node(plane, covers, children) => {
@@ -374,29 +372,12 @@ impl Bsp {
                 self.nodes.push(Node { plane, covers, children: [Child::Leaf(0); 2] });
                 path.push(id);
                 for (side, child) in children.into_iter().enumerate() {
-                    self.nodes[id as usize].children[side] = self.flatten(child, Some((id, side)), path, tile);
+                    self.nodes[id as usize].children[side] = self.flatten(child, path, tile);
                 }
                 path.pop();
                 Child::Node(id)
             }
         }
-    }
-
-    /// Cuts a leaf; it becomes the back half, and the front half's number is returned. `None` where the plane only grazes it.
-    pub fn split_leaf(&mut self, leaf: u32, plane: Plane) -> Option<u32> {
-        let node = self.nodes.len() as u32;
-        let [back, front] = self.leaves[leaf as usize].poly.split(&plane, node, self.thin)?;
-        let new = self.leaves.len() as u32;
-        self.nodes.push(Node { plane, covers: Vec::new(), children: [Child::Leaf(leaf), Child::Leaf(new)] });
-        match self.leaves[leaf as usize].parent {
-            Some((parent, side)) => self.nodes[parent as usize].children[side] = Child::Node(node),
-            None => self.root = Child::Node(node),
-        }
-        let Leaf { stray, tile, .. } = &self.leaves[leaf as usize];
-        let (stray, tile) = (stray.clone(), *tile);
-        self.leaves[leaf as usize] = Leaf { poly: back, stray: stray.clone(), tile, parent: Some((node, 0)) };
-        self.leaves.push(Leaf { poly: front, stray, tile, parent: Some((node, 1)) });
-        Some(new)
     }
 }
 

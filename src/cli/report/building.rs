@@ -1,7 +1,7 @@
 //! `enfilade report` of a building.
 
 use super::super::scene::RAYS;
-use super::{Args, command, name, tiers, write};
+use super::{Args, command, name, write};
 use crate::cli::bake::{ViewCells, peak_rss_mb, progress_bar};
 use crate::cli::resume::{Kept, Of};
 use crate::cli::stage_times::{Clock, Stages};
@@ -9,15 +9,13 @@ use crate::cli::why::Teller;
 use crate::cli::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, bake, digest, find_cells};
-use enfilade::cells::{CellGraph, SplitOptions, split};
+use enfilade::cells::CellGraph;
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pages::building::{BuildingReport, Stage};
-use enfilade::pages::curves::{Curve, CurvePoint, Growth, Views, held_out};
+use enfilade::pages::curves::{Curve, CurvePoint, Views, held_out};
 use enfilade::pages::html::Remark;
-use enfilade::pages::splits::{self, Splits};
-use enfilade::pages::tiers::{self as tiers_page, Tiers};
+use enfilade::pages::splits::Splits;
 use enfilade::pages::tubes::{TubeView, TubesFound, measure};
 use enfilade::pages::undecided::{Pairs, closed_and_open, hardest};
 use enfilade::proof::{Asker, Goal};
@@ -35,10 +33,6 @@ use std::time::Instant;
 
 /// Parts of the rays that runs of the curve get; the bake itself is the last point.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
-/// A generated office of so many rooms gets the rays of the bake; others in proportion.
-const ROOMS: f64 = 1000.0;
-/// Storeys of offices that growth is measured on.
-const STOREYS: usize = 4;
 /// Views that tubes are looked at from, at most, and pixels of their pictures.
 const TUBE_VIEWS: usize = 24;
 const TUBE_PICTURE: [f64; 2] = [960.0, 540.0];
@@ -105,10 +99,8 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         pvs: &report.pvs.summary,
         expected: report.expected_draw,
         curves: &measured.curves,
-        growth: &measured.growth,
-        tiers: measured.tiers.as_ref(),
         tubes: measured.tubes.as_ref(),
-        splits: &measured.splits,
+        splits: measured.splits.as_ref(),
         views: measured.views,
         missed_pixels: measured.missed_pixels,
         portal_costs: &measured.portal_costs,
@@ -183,13 +175,11 @@ impl Watch {
     }
 }
 
-/// What is held against a bake: views that nothing was sampled from, runs with less, offices of several sizes; and why pairs are open.
+/// What is held against a bake: views that nothing was sampled from, runs with less; and why pairs are open.
 struct Measured {
     curves: Vec<Curve>,
-    growth: Vec<Growth>,
-    tiers: Option<Tiers>,
     tubes: Option<TubesFound>,
-    splits: Vec<Splits>,
+    splits: Option<Splits>,
     /// How many.
     views: usize,
     /// Pixels of these that show what the file's rows lack.
@@ -217,27 +207,13 @@ impl Measured {
         curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
         progress("tubes", 0.0);
         let tubes = tubes(scene, file, args.search.seed);
-        let growth = args.growth.iter().map(|&offices| {
-            progress(&format!("{offices} offices"), 0.0);
-            growth(offices, pvs)
-        });
-        let growth = growth.collect::<Result<Vec<_>, _>>()?;
         let found = baked.partition.as_ref().zip(options.view_cell_bytes);
-        let whole = found.map(|(found, bytes)| Splits::new(tiers_page::name(None), bytes, found.full, &found.curve));
-        let mut splits: Vec<Splits> = whole.into_iter().collect();
-        let mut compared = None;
-        if args.tiers {
-            let Args { input, views, time, .. } = args;
-            let wanted = tiers::Wanted { input, views: *views, seed: args.search.seed, rays: args.scene.rays, time: *time };
-            let (tiers, of_sampled) = tiers::tiers(&wanted, scene, options, progress)?;
-            compared = Some(tiers);
-            splits.extend(of_sampled);
-        }
+        let splits = found.map(|(found, bytes)| Splits::new(bytes, found.full, &found.curve));
         progress("why", 0.0);
         let hardest = reasons(file, scene).map_err(|e| at(&args.input, e))?;
         let missed_pixels = file.object_rows.as_ref().map_or(0, |rows| views.missed_pixels(rows));
         let (views, portal_costs) = (views.count(), portal_costs(file, args.search.seed));
-        Ok(Self { curves, growth, tiers: compared, tubes, splits, views, missed_pixels, portal_costs, hardest })
+        Ok(Self { curves, tubes, splits, views, missed_pixels, portal_costs, hardest })
     }
 }
 
@@ -262,14 +238,8 @@ fn files(page: &BuildingReport<'_>, output: &Path, table: &Path) -> Vec<(PathBuf
         (table.to_owned(), page.csv()),
         (output.with_extension("cells.csv"), page.cells_csv()),
     ];
-    if !page.growth.is_empty() {
-        files.push((output.with_extension("growth.csv"), page.growth_csv()));
-    }
-    files.extend(page.tiers.map(|tiers| (output.with_extension("tiers.csv"), tiers.csv())));
     files.extend(page.tubes.map(|tubes| (output.with_extension("tubes.csv"), tubes.csv())));
-    if !page.splits.is_empty() {
-        files.push((output.with_extension("view-cells.csv"), splits::csv(page.splits)));
-    }
+    files.extend(page.splits.map(|splits| (output.with_extension("view-cells.csv"), splits.csv())));
     files
 }
 
@@ -285,7 +255,6 @@ fn numbers(report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, St
         missed_pixels: page.missed_pixels,
         portal_costs: page.portal_costs,
         curves: page.curves,
-        tiers: page.tiers,
         tube_errors: page.tubes,
         view_cell_splits: page.splits,
         stages: page.stages,
@@ -306,11 +275,9 @@ struct ReportLine<'a> {
     portal_costs: &'a [PortalCost],
     curves: &'a [Curve],
     #[serde(skip_serializing_if = "Option::is_none")]
-    tiers: Option<&'a Tiers>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     tube_errors: Option<&'a TubesFound>,
-    #[serde(skip_serializing_if = "<[Splits]>::is_empty")]
-    view_cell_splits: &'a [Splits],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    view_cell_splits: Option<&'a Splits>,
     stages: &'a [Stage],
     page: Cow<'a, str>,
     tables: Vec<Cow<'a, str>>,
@@ -396,38 +363,6 @@ impl Bench<'_> {
     }
 }
 
-/// What a generated office costs, with as many rays a room as any other.
-fn growth(offices: u32, options: &PvsOptions) -> Result<Growth, CliError> {
-    let said = |e: &dyn std::fmt::Display| CliError(format!("--growth {offices}: {e}"));
-    // In plan rather than in height, so that no cell sees more of a larger one.
-    let kind = Kind::Office { rooms: offices as usize, storeys: Some(STOREYS), furnished: false };
-    let made = generate(kind, options.seed).map_err(|e| said(&e))?;
-    // Importers read files.
-    let path = std::env::temp_dir().join(format!("enfilade_growth_{}_{offices}.glb", std::process::id()));
-    let imported = std::fs::write(&path, &made.glb).map_err(|e| said(&e));
-    let imported = imported.and_then(|()| import(&path, &ImportOptions::default()).map_err(|e| said(&e)));
-    let _ = std::fs::remove_file(&path);
-    let scene = imported?;
-    let clock = Clock::start();
-    let graph = split(&scene, &SplitOptions::default()).map_err(|e| said(&e))?;
-    let cells_cpu_seconds = clock.seconds();
-    let clock = Clock::start();
-    let ray_budget = (options.ray_budget as f64 * f64::from(offices) / ROOMS) as u64;
-    let options = PvsOptions { ray_budget, ..options.clone() };
-    let pvs = pvs::bake(&scene, graph, &options, &Job::quiet()).map_err(|e| said(&e))?;
-    Ok(Growth {
-        offices: offices.into(),
-        cells: pvs.graph.cells.len() as u64,
-        portals: pvs.graph.portals.len() as u64,
-        objects: scene.objects.len() as u64,
-        triangles: scene.triangles.len() as u64,
-        rays: pvs.stats.rays,
-        cells_cpu_seconds,
-        pvs_cpu_seconds: clock.seconds(),
-        upper_pairs: pvs.objects_upper.count_ones(),
-    })
-}
-
 /// The hardest pairs, each with what is known.
 fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof::WhyError> {
     let asker = Asker::new(file, Some(scene))?;
@@ -443,8 +378,6 @@ fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof
 fn again(args: &Args) -> String {
     let mut flags = args.scene.given_again(&name);
     flags.extend((args.views != super::VIEWS).then(|| ("--views", args.views.to_string())));
-    flags.extend(args.tiers.then(|| ("--tiers", String::new())));
-    flags.extend(args.time.map(|seconds| ("--time", seconds.to_string())));
     flags.extend(args.view_cells.as_ref().map(|v| {
         let value = match v {
             ViewCells::Auto(bytes) => format!("auto:{bytes}"),
@@ -452,8 +385,6 @@ fn again(args: &Args) -> String {
         };
         ("--view-cells", value)
     }));
-    let growth: Vec<String> = args.growth.iter().map(ToString::to_string).collect();
-    flags.extend((!growth.is_empty()).then(|| ("--growth", growth.join(","))));
     flags.extend((args.search.seed != 0).then(|| ("--seed", args.search.seed.to_string())));
     flags.extend(args.search.threads.map(|n| ("--threads", n.to_string())));
     command(args, flags)

@@ -1,7 +1,7 @@
 //! `enfilade walk --budget`.
 
 use super::super::bake::size;
-use super::{Args, Doors, at, narrowing, print_json};
+use super::{Args, Doors, at, print_json};
 use crate::cli::{CliError, Outcome};
 use enfilade::file::PvsFile;
 use enfilade::runtime::Culler;
@@ -76,7 +76,6 @@ pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
         None => all,
     };
     let mut culler = Culler::new(file);
-    culler.set_narrowing(narrowing(args.narrowing));
     if args.doors == Doors::AsFound {
         culler.shut_as_found();
     }

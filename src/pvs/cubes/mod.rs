@@ -16,17 +16,12 @@
 //! [`CubeScene`] is built once a scene and shared by threads; an engine is scratch memory of one thread, and allocates nothing once
 //! it and the [`Cube`] are warm (but for hits through glass, whose list grows to the largest seen).
 
-mod choice;
 mod face;
-#[cfg(feature = "gpu")]
-pub mod gpu;
 mod raster;
 mod rays;
 mod tiles;
 mod tree;
 
-pub use choice::Choice;
-pub(in crate::pvs) use choice::Chosen;
 pub use raster::Raster;
 pub use rays::Rays;
 
@@ -139,7 +134,8 @@ impl Cube {
         Some(self.triangles[pixel]).filter(|&t| t != NONE)
     }
 
-    fn clear(&mut self, view: &CubeView) {
+    /// Makes it empty, and as large as a view asks. Panics where the size is out of bounds.
+    pub fn clear(&mut self, view: &CubeView) {
         assert!((1..=MAX_SIZE).contains(&view.size), "a cube's faces are 1 to {MAX_SIZE} pixels wide");
         self.triangles.resize(view.pixels(), NONE);
         self.see_through.clear();

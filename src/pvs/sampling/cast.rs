@@ -8,8 +8,7 @@ use super::source::Part;
 use super::witness::{Found, Line, Lower};
 use crate::PortalId;
 use crate::job::Stopped;
-use crate::pvs::cubes::{Choice, Chosen, Cube, CubeEngine, CubeScene, CubeView, NONE};
-use crate::types::note::Note;
+use crate::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -103,7 +102,6 @@ pub(super) struct Stand {
 pub(super) struct Caster<'a> {
     sampler: &'a Sampler<'a>,
     cubes: &'a CubeScene,
-    engine: Chosen,
     /// Object of each triangle.
     owners: Vec<u32>,
     /// Fraction of the sphere of each pixel of a face.
@@ -111,22 +109,16 @@ pub(super) struct Caster<'a> {
 }
 
 impl<'a> Caster<'a> {
-    /// For cubes by the engine that is wanted.
-    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene, choice: Choice) -> Self {
+    /// For a scene's cubes.
+    pub fn new(sampler: &'a Sampler<'a>, cubes: &'a CubeScene) -> Self {
         let scene = sampler.prover.rays.scene();
         let flat = CubeView::new(DVec3::ZERO, SIZE);
         let mut owners = vec![0; scene.triangles.len()];
         for (i, object) in (0u32..).zip(&scene.objects) {
             owners[object.triangles.start as usize..object.triangles.end as usize].fill(i);
         }
-        let engine = Chosen::new(choice, scene);
         let solid = (0..flat.pixels() / 6).map(|p| flat.solid_angle(p) as f32).collect();
-        Self { sampler, cubes, engine, owners, solid }
-    }
-
-    /// What the file should say about how cubes were made.
-    pub fn note(&self, cubes: u64) -> Option<Note> {
-        self.engine.note(cubes).map(Note::taken)
+        Self { sampler, cubes, owners, solid }
     }
 
     /// Makes cubes in order. What those see that are to tell it, and the solid angle (fraction of the sphere) of that part of it that
@@ -146,7 +138,7 @@ impl<'a> Caster<'a> {
 
 /// Scratch memory of a thread.
 struct Eyes<'a> {
-    engine: Box<dyn CubeEngine + Send + 'a>,
+    engine: Raster<'a>,
     cube: Cube,
     /// What this cube shows of each object.
     objects: Vec<Shown>,
@@ -167,7 +159,7 @@ impl<'a> Eyes<'a> {
     fn new(caster: &Caster<'a>) -> Self {
         let objects = vec![Shown::default(); caster.sampler.prover.rays.scene().objects.len()];
         let (cube, touched, line, crossings) = Default::default();
-        Self { engine: caster.engine.start(caster.cubes), cube, objects, touched, line, crossings }
+        Self { engine: Raster::new(caster.cubes), cube, objects, touched, line, crossings }
     }
 
     /// Counts a run of pixels that show one object.

@@ -14,7 +14,7 @@ use super::witness::Lower;
 use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
 use crate::job::{Job, Stopped};
-use crate::pvs::cubes::{Choice, CubeScene};
+use crate::pvs::cubes::CubeScene;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::types::bounds::{SamplingEnd, Unseen, percent};
@@ -58,7 +58,6 @@ impl Strategy {
 #[derive(Clone, Copy)]
 pub(in crate::pvs) struct Plan {
     pub strategy: Strategy,
-    pub cubes: Choice,
     pub seed: u64,
     /// Rays, at most.
     pub budget: u64,
@@ -77,14 +76,14 @@ pub(in crate::pvs) fn sample(
     lower: &mut Lower,
     work: &Job<'_>,
 ) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
-    let Plan { strategy, cubes, seed, budget, to_test, goal } = plan;
+    let Plan { strategy, seed, budget, to_test, goal } = plan;
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
     // Without a budget nothing looks at a cube.
     let by_cubes = budget > 0 && !matches!(strategy, Strategy::Rays | Strategy::Guided);
     let scene = by_cubes.then(|| CubeScene::new(rays.scene()));
-    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene, cubes));
+    let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene));
     let mut sources: Vec<Box<dyn Source + '_>> = Vec::new();
     match (&caster, strategy) {
         (Some(caster), Strategy::UniformCubes) => sources.push(Box::new(Uniform::new(&sampler, caster, &regions))),
@@ -104,7 +103,6 @@ pub(in crate::pvs) fn sample(
         }
     };
     drop(turns);
-    lower.notes.extend(caster.and_then(|caster| caster.note(lower.cubes)));
     Ok((test.close(), end))
 }
 
@@ -225,7 +223,7 @@ pub struct Spent {
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
     let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
-    let plan = Plan { strategy, cubes: Choice::default(), seed, budget, to_test: 0, goal: None };
+    let plan = Plan { strategy, seed, budget, to_test: 0, goal: None };
     let done = sample(&rays, graph, plan, &Clock::start(None), &mut lower, &Job::quiet());
     debug_assert!(done.is_ok(), "nobody stops it");
     Spent { objects: lower.objects, rays: lower.rays }

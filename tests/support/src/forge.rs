@@ -218,7 +218,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         })
         .collect();
     let bounds = Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses };
-    let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Volume];
+    let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Bsp];
     let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
     let placement = r.matrix(cells, objects, 1);
     let placed = (placement.count_ones() > 0 && r.below(2) == 1).then(|| {

@@ -4,6 +4,7 @@ pub mod boxes;
 pub mod crowd;
 pub mod data;
 pub mod explain;
+pub mod eyes;
 pub mod forge;
 pub mod grid;
 pub mod ground;

@@ -1,17 +1,14 @@
-//! Shadow frusta, the competitor of `benches/shadow`: scenes whose answer is known, and the exact judge from a point.
+//! Shadow frusta: scenes whose answer is known, and the exact judge from a point.
 
 use enfilade::exact::{ExactScene, Judge, MOST_SPLITS};
 use enfilade::generate::{Kind, generate};
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::View;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, import};
-use frusta::{Occluders, ShadowCuller};
+use enfilade_studies::shadow_frusta::{Occluders, ShadowCuller};
 use glam::{DMat3, DVec3};
 use testing::meshes::{Triangle, cuboid, halves, scene, solid, soup};
 use testing::random::Random;
-
-#[path = "../benches/shadow/frusta/mod.rs"]
-mod frusta;
 
 const NEAR: f64 = 0.05;
 

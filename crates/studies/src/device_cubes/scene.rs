@@ -1,7 +1,7 @@
 //! A scene on the device.
 
-use crate::gpu::{Gpu, GpuError, pipeline_layout, shader_module, words};
-use crate::scene::Scene;
+use enfilade::gpu::{Gpu, GpuError, pipeline_layout, shader_module, words};
+use enfilade::scene::Scene;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use wgpu::{BufferBindingType, BufferUsages, DownlevelFlags, ShaderStages};
@@ -12,7 +12,7 @@ const TRIANGLE: u64 = 16;
 /// What the adapter must have.
 const NEEDS: [(DownlevelFlags, &str); 1] = [(DownlevelFlags::COMPUTE_SHADERS, "compute shaders")];
 
-const IDS: &str = concat!(include_str!("../../../gpu/points.wgsl"), include_str!("ids.wgsl"));
+const IDS: &str = concat!(include_str!("../../../../src/gpu/points.wgsl"), include_str!("ids.wgsl"));
 
 /// A scene made ready for cubes by a graphics processor; threads share it.
 pub struct GpuScene {

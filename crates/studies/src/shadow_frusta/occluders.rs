@@ -113,14 +113,17 @@ impl Occluders {
         &self.faces[start as usize..end as usize]
     }
 
+    /// The sides of a face.
     pub fn edges(&self, face: &Face) -> &[Edge] {
         &self.edges[face.edges.start as usize..face.edges.end as usize]
     }
 
+    /// The box around an occluder.
     pub fn bounds(&self, occluder: ObjectId) -> &Bounds {
         &self.all[occluder.index()].bounds
     }
 
+    /// The tree that chooses among them.
     pub fn tree(&self) -> &Hierarchy {
         &self.tree
     }

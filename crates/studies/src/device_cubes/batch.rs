@@ -1,8 +1,8 @@
 //! Faces drawn together: their buffers, the commands that fill them, and what is read back.
 
 use super::scene::GpuScene;
-use crate::gpu::{Gpu, GpuError, two};
-use crate::pvs::cubes::CubeView;
+use enfilade::gpu::{Gpu, GpuError, two};
+use enfilade::pvs::cubes::CubeView;
 use wgpu::BufferUsages;
 
 /// Bytes of ids in one batch, unless one face takes more: what a few views of the usual size take.

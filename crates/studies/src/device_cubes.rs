@@ -1,4 +1,4 @@
-//! Cubes by a graphics processor: item buffers drawn by compute shaders, behind the cargo feature `gpu`.
+//! Cubes by a graphics processor: item buffers drawn by compute shaders.
 //!
 //! Based on: Weghorst, Hooper, Greenberg, *Improved computational methods for ray tracing*, 1984 (item buffers: what is nearest, by
 //! drawing its id); Laine, Karras, *High-performance software rasterization on GPUs*, 2011 (a rasteriser of compute shaders, which cuts
@@ -17,14 +17,14 @@
 //! The device's own rasteriser isn't used: cards made for computing have few of them, and that depth would keep them from leaving
 //! anything out early.
 //!
-//! **Positions** are relative to the eye before anything is rounded: see [`crate::gpu`].
+//! **Positions** are relative to the eye before anything is rounded: see [`enfilade::gpu`].
 //!
-//! **Tolerance.** A cube may differ from [`Rays`](super::Rays) at a pixel only where
+//! **Tolerance.** A cube may differ from [`Rays`](enfilade::pvs::cubes::Rays) at a pixel only where
 //!
 //! * its middle is within [`EDGE`] pixels, and what moving corners by [`CORNERS`] makes of it, of the line through a projected edge of
 //!   one of the two triangles (and within eight pixels of the edge), or
-//! * it meets both, and their depths agree to within [`DEPTH`](super::DEPTH) of themselves, and what moving corners by [`CORNERS`]
-//!   and the pixel by [`super::EDGE`] makes of it, or
+//! * it meets both, and their depths agree to within [`DEPTH`](enfilade::pvs::cubes::DEPTH) of themselves, and what moving corners by [`CORNERS`]
+//!   and the pixel by [`enfilade::pvs::cubes::EDGE`] makes of it, or
 //! * one of the two is nearer than [`NEAR`] there.
 //!
 //! Drivers and adapters differ within that, so unlike the other engines' these cubes are not the same on every machine. Proofs don't rest
@@ -34,11 +34,11 @@ mod batch;
 mod hits;
 mod scene;
 
-pub use crate::gpu::GpuError;
+pub use enfilade::gpu::GpuError;
 pub use scene::GpuScene;
 
-use super::{Cube, CubeEngine, CubeScene, CubeView, MAX_SIZE, NONE, Raster, SeeThrough};
 use batch::{Batch, Face};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, MAX_SIZE, NONE, Raster, SeeThrough};
 use hits::Hits;
 use std::sync::Arc;
 

@@ -7,8 +7,6 @@
 //! three runs, mean over the frames: culling alone, and with drawing what is left. CHC++ draws while it culls. `--test`
 //! takes a small office alone.
 
-mod frusta;
-
 use enfilade::ObjectId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::exact::{ExactScene, Judge, MOST_SPLITS};
@@ -25,7 +23,7 @@ use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use enfilade::scene::Scene;
 use enfilade::walkthrough::missed::objects_shown;
 use enfilade::walkthrough::raster;
-use frusta::{Occluders, ShadowCuller};
+use enfilade_studies::shadow_frusta::{Occluders, ShadowCuller};
 use std::path::PathBuf;
 use std::time::Instant;
 use testing::stretches::{Stretches, scenes};

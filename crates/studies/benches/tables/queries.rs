@@ -20,7 +20,6 @@ const COUNTS: [usize; 13] = [1, 5, 10, 50, 100, 500, 600, 700, 800, 900, 1000, 2
 /// How often each is measured; the least counts.
 const REPEATS: usize = 5;
 /// On a device, which may be software: the study's counts, less often.
-#[cfg(feature = "gpu")]
 const ON_DEVICE: (usize, usize) = (11, 2);
 
 pub fn table(is_test: bool) {
@@ -28,7 +27,6 @@ pub fn table(is_test: bool) {
     let table = Table::new(counts, REPEATS);
     println!("\nsoftware oracle");
     table.print(&mut DepthBuffer::new(&table.scene, SIZE[0], SIZE[1]), true);
-    #[cfg(feature = "gpu")]
     {
         use enfilade::occlusion::queries::GpuQueries;
         let table = Table::new(&counts[..counts.len().min(ON_DEVICE.0)], ON_DEVICE.1);

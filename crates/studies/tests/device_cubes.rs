@@ -1,19 +1,13 @@
 //! Visibility cubes by a graphics processor: what rays say in `f64`, but for differences that the stated tolerance explains; every
 //! differing pixel is looked at. Needs an adapter, of software at least: with `CI` set, tests fail without one.
 
-#![cfg(feature = "gpu")]
-
-use crate::cli;
-use enfilade::bake::{BakeOptions, bake};
 use enfilade::generate::{Kind, generate};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
-use enfilade::pvs::cubes::gpu::{CORNERS, EDGE, GpuCubes, GpuError, GpuScene, NEAR};
-use enfilade::pvs::cubes::{Choice, Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, import};
+use enfilade_studies::device_cubes::{CORNERS, EDGE, GpuCubes, GpuError, GpuScene, NEAR};
 use glam::{DMat3, DVec3};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use testing::explain::{Allowed, compare, is_explained};
 use testing::meshes::{Triangle, scene, soup};
@@ -45,7 +39,7 @@ fn on_gpu(test: &str, scene: &Scene) -> Option<Arc<GpuScene>> {
 
 fn office(name: &str, rooms: usize) -> (PathBuf, Scene) {
     let office = generate(Kind::Office { rooms, storeys: Some(2), furnished: true }, 5).unwrap();
-    let path = cli::folder(name).join("office.glb");
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.glb"));
     std::fs::write(&path, &office.glb).unwrap();
     let scene = import(&path, &ImportOptions::default()).unwrap();
     (path, scene)
@@ -322,50 +316,4 @@ fn what_the_device_cannot_another_engine_does() {
     engine.cube(&view, &mut got);
     Raster::new(&ready).cube(&view, &mut want);
     assert!(got == want && gpu.missed().is_some_and(|(count, _)| count == 1));
-}
-
-#[test]
-fn a_bake_on_the_device_is_sound() {
-    let (_, scene) = office("bake", 3);
-    if on_gpu("a_bake_on_the_device_is_sound", &scene).is_none() {
-        return;
-    }
-    let pvs = PvsOptions { ray_budget: 200_000, cubes: Choice::Gpu, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
-    let baked = bake(&scene, options, &Job::quiet()).unwrap();
-    let file = &baked.file;
-    assert!(file.stats.cubes > 10 && file.stats.contradictions == 0, "{:?}", file.stats);
-    let bounds = file.bounds.as_ref().expect("both sides");
-    assert_eq!(bounds.objects_lower.first_outside(&bounds.objects_upper), None);
-    let notes: Vec<&String> = file.notes.iter().filter(|n| n.contains("visibility cubes were made on")).collect();
-    assert!(notes.len() == 1 && !notes[0].contains("without it"), "{notes:?}");
-}
-
-/// No driver: one line, whether or not there is a feature or an adapter.
-#[cfg(target_os = "linux")]
-#[test]
-fn the_command_says_that_there_is_no_adapter() {
-    let (path, _) = office("none", 2);
-    let arguments = ["bake", path.to_str().unwrap(), "--cubes", "gpu"];
-    let mut command = cli::command(&arguments.map(Path::new));
-    let none = cli::folder("driver").join("no-such-driver.json");
-    let out = command.env("VK_DRIVER_FILES", &none).env("VK_ICD_FILENAMES", &none).output().unwrap();
-    cli::refused(&out, &["--cubes gpu", "no graphics processor can be used", "Vulkan"]);
-}
-
-#[test]
-fn the_command_says_what_made_its_cubes() {
-    let (path, scene) = office("command", 2);
-    if on_gpu("the_command_says_what_made_its_cubes", &scene).is_none() {
-        return;
-    }
-    let out = cli::folder("command_out").join("out.pvs");
-    let arguments =
-        ["bake", path.to_str().unwrap(), "-o", out.to_str().unwrap(), "--cubes", "gpu", "--rays", "100k", "--json"];
-    let ran = cli::run(&arguments.map(Path::new));
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&ran.stdout).unwrap();
-    let notes = report["notes"].as_array().unwrap();
-    assert!(notes.iter().any(|n| n.as_str().unwrap().contains("with another driver, the bytes may differ")), "{notes:?}");
-    assert!(report["pvs"]["contradictions"] == 0);
 }
