@@ -100,7 +100,7 @@ pub struct ShadowCuller {
 }
 
 impl ShadowCuller {
-    /// With so many occluders a frame; those above [`MOST_SHADOWS`] don't count.
+    /// With so many occluders a frame, at most 64.
     pub fn new(most: usize) -> Self {
         Self {
             most: most.min(MOST_SHADOWS),
