@@ -12,11 +12,24 @@ bench() { target/release/enfilade-viewer "$@" --bench --mode frustum --size 960x
 
 # Three paths: through the middle along the longest side, over it, and away until pipes of RADIUS are 0.02 pixels wide.
 flights() {
-  "$enfilade" dump "$1" --model "$2" --obj "$out/scene.obj" >/dev/null
-  python3 - "$out/scene.obj" "$out" "$3" <<'PY'
-import json, math, sys
-lines = (line.split() for line in open(sys.argv[1]) if line.startswith("v "))
-points = [[float(x) for x in line[1:4]] for line in lines]
+  "$enfilade" export "$1" --model "$2" -o "$out/scene.glb" >/dev/null
+  python3 - "$out/scene.glb" "$out" "$3" <<'PY'
+import json, math, struct, sys
+data = open(sys.argv[1], "rb").read()
+scene = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
+points = []
+
+# Nodes of these models are moved, never turned.
+def visit(node, at):
+    at = [a + b for a, b in zip(at, node.get("translation", [0, 0, 0]))]
+    for part in scene["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []:
+        box = scene["accessors"][part["attributes"]["POSITION"]]
+        points.extend([a + b for a, b in zip(at, box[end])] for end in ("min", "max"))
+    for child in node.get("children", []):
+        visit(scene["nodes"][child], at)
+
+for root in scene["scenes"][scene.get("scene", 0)]["nodes"]:
+    visit(scene["nodes"][root], [0, 0, 0])
 low, high = ([f(p[k] for p in points) for k in range(3)] for f in (min, max))
 middle = [(a + b) / 2 for a, b in zip(low, high)]
 side = 0 if high[0] - low[0] > high[2] - low[2] else 2
