@@ -18,11 +18,11 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::triangle::Triangle;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use testing::cube_times::{SIZE, cubes, row, timed};
 use testing::explain::{EXACT, is_explained};
 use testing::eyes;
 
-const SIZE: u32 = 256;
 const REPEATS: usize = 7;
 /// Offices: 60,000, 250,000, a million and 4 million triangles.
 const ROOMS: [usize; 4] = [40, 165, 660, 2650];
@@ -47,33 +47,6 @@ fn main() {
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR"))
-}
-
-/// One row of the table.
-fn row(scene: &Scene, name: &str, times: &[Duration], ready: Duration) {
-    let mean = times.iter().sum::<Duration>().as_secs_f64() / times.len() as f64;
-    let slowest = times.iter().max().expect("an eye").as_secs_f64();
-    let (mean, slowest, ready) = (mean * 1e3, slowest * 1e3, ready.as_secs_f64());
-    println!("| {} | {name} | {mean:.2} | {slowest:.2} | {ready:.2} |", scene.triangles.len());
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    let out = work();
-    (out, start.elapsed())
-}
-
-/// The least time of each eye, and the cubes.
-fn cubes(engine: &mut dyn CubeEngine, eyes: &[DVec3], repeats: usize) -> (Vec<Cube>, Vec<Duration>) {
-    let mut out = vec![Cube::default(); eyes.len()];
-    let mut times = vec![Duration::MAX; eyes.len()];
-    for _ in 0..repeats {
-        for (i, &eye) in eyes.iter().enumerate() {
-            let ((), time) = timed(|| engine.cube(&CubeView::new(eye, SIZE), &mut out[i]));
-            times[i] = times[i].min(time);
-        }
-    }
-    (out, times)
 }
 
 fn measure(scene: &Scene, eyes: &[DVec3], embree: Option<&Path>) {

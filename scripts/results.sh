@@ -122,9 +122,7 @@ done
 run frames cargo bench --features full --bench frames
 run frames "$enfilade" bake "$furnished.glb" --rays 5M -o "$furnished.pvs" --json
 run frames cargo bench --features full --bench frames -- "$PWD/$furnished.pvs" "$PWD/$furnished.glb" "$PWD/$furnished.path.json"
-run outdoors cargo bench --features full --bench studies
-run cones cargo bench --features full --bench cones
-run shadows cargo bench --features full --bench shadow
+run outdoors cargo bench -p enfilade-studies --bench tables
 run cubes cargo bench --features full --bench cubes -- --quick
 run difficult cargo test --release --features full --test suite -- extremes::error_against_run_time --include-ignored --nocapture
 

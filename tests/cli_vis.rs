@@ -330,7 +330,10 @@ fn bad_input_is_one_line_and_exit_2() {
     #[cfg(feature = "quake")]
     refused(&enfilade!("vis", &write("cut.bsp", "BSP2")), &["cut.bsp: ends after 4 bytes, within the header"]);
     refused(&enfilade!("why", &good, "0", "4"), &["good.prt: 4: the level has clusters 0 to 3"]);
-    refused(&enfilade!("why", &good, "0", "1", "--model", &good), &["good.prt: is a level, and has no --model"]);
+    refused(
+        &enfilade!("why", &good, "0", "1", "--model", &good),
+        &["good.prt: is a level, which needs no model: leave out --model"],
+    );
     refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
     refused(&enfilade!("vis", &good, "--rows", &folder), &["cli_vis_bad: "]);
     let text = write("text.state", "no state");

@@ -12,8 +12,6 @@ pub enum Kind {
     Pvs,
     /// Binary glTF.
     Glb,
-    /// Triangles as OBJ.
-    Obj,
     /// Lines of `check --leak`.
     Leaks,
     /// Points of `bake --leak`.
@@ -43,14 +41,13 @@ pub enum Kind {
 /// Bytes of a file's beginning that tell its kind.
 const HEAD: u64 = 4096;
 /// How each table of a report begins.
-const TABLES: [&str; 7] =
-    ["strategy,cpu_", "cell,name,", "offices,cells,", "tier,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
+const TABLES: [&str; 6] =
+    ["strategy,cpu_", "cell,name,", "view_cells,bytes,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
 
 /// All kinds.
-const ALL: [Kind; 15] = [
+const ALL: [Kind; 14] = [
     Kind::Pvs,
     Kind::Glb,
-    Kind::Obj,
     Kind::Leaks,
     Kind::Points,
     Kind::Rows,
@@ -73,7 +70,6 @@ impl Kind {
         match self {
             Self::Pvs => ".pvs file",
             Self::Glb => "binary glTF",
-            Self::Obj => "OBJ file",
             Self::Leaks => "OBJ file of leaks",
             Self::Points => "file of points",
             Self::Rows => "text of rows",
@@ -123,7 +119,6 @@ impl Kind {
             Self::Png => starts(&[b"\x89PNG\r\n\x1a\n"]),
             // One that was killed at once may have less.
             Self::State => starts(&[b"EnfWork\n"]) || b"EnfWork\n".starts_with(head),
-            Self::Obj => matches!(words.next(), Some("v" | "o" | "g" | "mtllib")),
             Self::Leaks => line.starts_with("o leak_"),
             Self::Points => line.split_whitespace().count() == 3 && words.all(|word| word.parse::<f64>().is_ok()),
             Self::Rows => {
@@ -149,7 +144,6 @@ mod tests {
         let samples: [(Kind, &[u8]); ALL.len()] = [
             (Kind::Pvs, &MAGIC),
             (Kind::Glb, b"glTF\x02\0\0\0"),
-            (Kind::Obj, b"# a model\nv 0 0 0\n"),
             (Kind::Leaks, b"o leak_0\nv 0 0 0\n"),
             (Kind::Points, b"1.5 -2 3e4\n1 2 3\n"),
             (Kind::Rows, b"0 3: 0 1 2\n"),
@@ -158,7 +152,7 @@ mod tests {
             (Kind::Tiff, b"II\x2a\0\x08"),
             (Kind::Png, b"\x89PNG\r\n\x1a\n\0"),
             (Kind::Page, b"<!DOCTYPE html>\n<meta name=\"generator\" content=\"enfilade 0.1.0\">"),
-            (Kind::Table, b"tier,view_cells,bytes,triangles\n"),
+            (Kind::Table, b"view_cells,bytes,triangles\n"),
             (Kind::Trace, b"map,item,worker,seconds,stage\n"),
             (Kind::State, b"EnfWork\n\0\0"),
             (Kind::Json, b"{\"name\":\"path\"}"),
@@ -166,13 +160,18 @@ mod tests {
         assert_eq!(samples.map(|(kind, _)| kind), ALL);
         for kind in ALL {
             for (of, sample) in samples {
-                // Lines of leaks are OBJ.
-                let is = kind == of || (kind, of) == (Kind::Obj, Kind::Leaks);
-                assert_eq!(kind.begins(sample), is, "{of:?} as {kind:?}");
+                assert_eq!(kind.begins(sample), kind == of, "{of:?} as {kind:?}");
             }
-            for strange in
-                [&b"my own text"[..], b"PRT1\n4\n3\n", b"newmtl a\n", b"a,b\n1,2\n", b"\xff\xfe\0", b"1 2\n", b"\0\0"]
-            {
+            for strange in [
+                &b"my own text"[..],
+                b"# a model\nv 0 0 0\n",
+                b"PRT1\n4\n3\n",
+                b"newmtl a\n",
+                b"a,b\n1,2\n",
+                b"\xff\xfe\0",
+                b"1 2\n",
+                b"\0\0",
+            ] {
                 assert!(!kind.begins(strange), "{strange:?} as {kind:?}");
             }
         }

@@ -120,8 +120,8 @@ impl Args {
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     if is_level(&args.file) {
-        if args.model.is_some() {
-            return Err(at(&args.file, "is a level, and has no --model"));
+        if args.model.is_some() || args.files.paths().next().is_some() {
+            return Err(at(&args.file, "is a level, which needs no model: leave out --model and --files-under"));
         }
         return level::run(&args);
     }

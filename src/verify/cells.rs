@@ -463,7 +463,7 @@ mod tests {
     #[test]
     fn faces_end_where_nearly_parallel_planes_meet() {
         let normals = [(0.992_278_6_f32, 0.124_028_94_f32), (0.992_277_86, 0.124_034_79)];
-        // Through y = -2.5, z = 20; shifted along x and y afterwards, which single precision bears.
+        // Through y = -2.5, z = 20.
         let below = normals.map(|(y, z)| {
             let (y, z) = (f64::from(y), f64::from(z));
             let length = y.hypot(z);

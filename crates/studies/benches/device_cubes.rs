@@ -12,11 +12,10 @@ use enfilade_studies::device_cubes::{CORNERS, EDGE, GpuCubes, GpuScene, NEAR};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use testing::cube_times::{SIZE, cubes, row, timed};
 use testing::explain::{Allowed, compare};
 use testing::eyes;
 
-const SIZE: u32 = 256;
 /// A software driver takes long.
 const REPEATS: usize = 3;
 /// Offices: 60,000, 250,000, a million and 4 million triangles.
@@ -36,36 +35,9 @@ fn main() {
     }
 }
 
-/// One row of the table.
-fn row(scene: &Scene, name: &str, times: &[Duration], ready: Duration) {
-    let mean = times.iter().sum::<Duration>().as_secs_f64() / times.len() as f64;
-    let slowest = times.iter().max().expect("an eye").as_secs_f64();
-    let (mean, slowest, ready) = (mean * 1e3, slowest * 1e3, ready.as_secs_f64());
-    println!("| {} | {name} | {mean:.2} | {slowest:.2} | {ready:.2} |", scene.triangles.len());
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    let out = work();
-    (out, start.elapsed())
-}
-
-/// The least time of each eye, and the cubes.
-fn cubes(engine: &mut dyn CubeEngine, eyes: &[DVec3]) -> (Vec<Cube>, Vec<Duration>) {
-    let mut out = vec![Cube::default(); eyes.len()];
-    let mut times = vec![Duration::MAX; eyes.len()];
-    for _ in 0..REPEATS {
-        for (i, &eye) in eyes.iter().enumerate() {
-            let ((), time) = timed(|| engine.cube(&CubeView::new(eye, SIZE), &mut out[i]));
-            times[i] = times[i].min(time);
-        }
-    }
-    (out, times)
-}
-
 fn measure(scene: &Scene, eyes: &[DVec3]) {
     let (ready, ready_in) = timed(|| CubeScene::new(scene));
-    row(scene, "raster", &cubes(&mut Raster::new(&ready), eyes).1, ready_in);
+    row(scene, "raster", &cubes(&mut Raster::new(&ready), eyes, REPEATS).1, ready_in);
     let allowed = Allowed { edge: EDGE, corners: CORNERS, near: f64::from(NEAR) };
     let (there, there_in) = match timed(|| GpuScene::new(scene)) {
         (Ok(there), time) => (Arc::new(there), time),
@@ -85,7 +57,7 @@ fn measure(scene: &Scene, eyes: &[DVec3]) {
     }
     let views: Vec<CubeView> = eyes.iter().map(|&eye| CubeView::new(eye, SIZE)).collect();
     let mut out = vec![Cube::default(); views.len()];
-    let (alone, times) = cubes(&mut engine, eyes);
+    let (alone, times) = cubes(&mut engine, eyes, REPEATS);
     engine.cubes(&views, &mut out).expect("cubes");
     assert!(out == alone, "a batch gives other cubes");
     let shares = engine.shares(&views).expect("sums");

@@ -22,8 +22,9 @@ pub(super) fn run(args: &Args) -> Result<Outcome, CliError> {
         bar.set_position((done * 1000.0) as u64);
     };
     let options = VisOptions::default();
-    let found = vis(&input.level, &options, None, &Job::new(&progress)).map_err(|e| at(&args.file, e))?;
+    let found = vis(&input.level, &options, None, &Job::new(&progress));
     bar.finish_and_clear();
+    let found = found.map_err(|e| at(&args.file, e))?;
     let proof = why(&input.level, &options, &found, a, b).map_err(|e| at(&args.file, e))?;
     answer(&if args.json { format!("{:#}", told([a, b], &proof)) } else { explain([a, b], &proof) })?;
     Ok(Outcome::Done)

@@ -2,6 +2,7 @@
 
 pub mod boxes;
 pub mod crowd;
+pub mod cube_times;
 pub mod data;
 pub mod explain;
 pub mod eyes;
