@@ -12,11 +12,11 @@ fmt:
 clippy:
     if pkg-config --exists libudev; then gamepad=,enfilade-viewer/gamepad; \
         else gamepad=; echo "not checked: the feature gamepad: no libudev-dev"; fi; \
-    cargo clippy --workspace --all-targets --features enfilade/full$gamepad -- -D warnings
+    cargo clippy --workspace --all-targets --features enfilade-cli/full$gamepad -- -D warnings
     cargo clippy -- -D warnings
 
 doc:
-    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace --features enfilade/full
+    RUSTDOCFLAGS="-D warnings" cargo doc --no-deps --workspace --features enfilade-cli/full
 
 # The README's own test command: the short tests.
 test:
@@ -24,15 +24,15 @@ test:
 
 # Each feature alone: that it builds, without a warning where there is no builder, and what it costs.
 features:
-    cargo clippy --no-default-features --lib -- -D warnings
-    cargo clippy --no-default-features --features gpu,simd --lib -- -D warnings
-    cargo clippy --no-default-features --features bake --lib -- -D warnings
+    cargo clippy -p enfilade --no-default-features --lib -- -D warnings
+    cargo clippy -p enfilade --no-default-features --features gpu,simd --lib -- -D warnings
+    cargo clippy -p enfilade-terrain --no-default-features --lib -- -D warnings
     bash scripts/features.sh
 
 # Every test and every format, on the real buildings of $ENFILADE_DATA; the viewer's frames on a software driver, and its window on a display
 # of its own. Both in one build; optimised, since the library is slow otherwise.
 test-full:
-    cargo test --release -p enfilade -p enfilade-viewer --features enfilade/full
+    cargo test --release --workspace --exclude bevy_enfilade --exclude enfilade-studies --features enfilade-cli/full
 
 # The plugin for Bevy, without a window.
 bevy:
@@ -48,7 +48,7 @@ guides:
 
 # What would be published: it must be complete, and small.
 package:
-    cargo package --locked --allow-dirty --no-verify -p enfilade
+    cargo package --locked --allow-dirty --no-verify -p enfilade -p enfilade-tubes
 
 # The long part: ten million rays on every real building, every frame's pixels. Writes out/torture.
 torture:

@@ -6,8 +6,9 @@
 //! neighbours: 1 is linear, n log n is 1.1 at these sizes. `--test` takes the smallest alone.
 
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
-use enfilade::generate::{Generated, Kind, generate};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_scenes::{Generated, Kind, generate};
 use glam::DVec3;
 use std::path::Path;
 use std::time::Instant;

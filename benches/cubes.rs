@@ -7,10 +7,11 @@
 //!
 //! Embree (Debian: libembree-dev) is optional: where g++ builds `benches/embree/cubes.cpp`, it is handed the same opaque triangles and eyes.
 
-use enfilade::generate::{Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;

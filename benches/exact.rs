@@ -6,11 +6,12 @@
 //! triangle, and nothing before it. Then the times, the least of three of each eye; and what is kept at each depth of
 //! splitting. `--test` takes the villa and a small office at 512 pixels, `--quick` 1,024.
 
-use enfilade::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
-use enfilade::generate::{Generated, Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
+use enfilade_scenes::{Generated, Kind, generate};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -9,13 +9,14 @@
 use enfilade::ObjectId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
-use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::walkthrough::path::CameraPath;
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -5,10 +5,10 @@
 //! of all finest tiles in the view, microseconds of the selection, what nearer ground leaves of it, and microseconds until that is known. Of the
 //! judged frames at 1 px, tiles are drawn, too, to see how many show a pixel: no test of tiles could leave less. `--frames N` says how many frames of each flight are judged.
 
-use enfilade::generate::ground;
 use enfilade::runtime::Rect;
-use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
+use enfilade_scenes::ground;
+use enfilade_terrain::raster::{Raster as File, RasterOptions};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use testing::ground::{Raster, judge};

@@ -4,10 +4,10 @@
 //! First, with the file's own thread, what frames take and what the process has in memory. Then the scripted disk, which keeps all of the file in
 //! memory; every frame must draw some ground.
 
-use enfilade::generate::ground;
 use enfilade::runtime::{Camera, Motion, Rect};
-use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit, Loading, MakeOptions, make};
+use enfilade_scenes::ground;
+use enfilade_terrain::raster::{Raster as File, RasterOptions};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Limit, Loading, MakeOptions, make};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;

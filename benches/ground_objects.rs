@@ -5,7 +5,7 @@
 
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Rect};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Things};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Things};
 use glam::DVec3;
 use std::path::Path;
 use std::time::Instant;

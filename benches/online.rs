@@ -7,7 +7,6 @@
 //! everything in it; with the feature `gpu`, whole frames by occlusion queries, too. `--test` takes the smallest office alone.
 
 use enfilade::ObjectId;
-use enfilade::generate::{Kind, generate};
 use enfilade::occlusion::bounds::{Bounds, Fit};
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
@@ -18,7 +17,9 @@ use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::stats::OnlineStats;
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};

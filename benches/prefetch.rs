@@ -7,15 +7,16 @@
 
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Culler, Scratch};
-use enfilade::scene::{ImportOptions, import};
-use enfilade::walkthrough::loading::{
+use enfilade::scene::ImportOptions;
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::loading::{
     LoadingFrame, LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading,
 };
-use enfilade::walkthrough::stroll::Stroll;
+use enfilade_measure::walkthrough::stroll::Stroll;
+use enfilade_scenes::{Kind, generate};
 use std::path::PathBuf;
 
 /// Offices: 1,182 rooms, with corridors, stairs and the like.

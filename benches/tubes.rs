@@ -5,8 +5,8 @@
 //! Printed are seconds, the fastest of several runs, nanoseconds a section, and the exponent of growth between neighbours: 1 is linear.
 //! `--test` takes the smallest alone.
 
-use enfilade::generate::{Kind, generate};
-use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
+use enfilade_scenes::{Kind, generate};
+use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
 use std::time::Instant;

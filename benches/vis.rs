@@ -4,7 +4,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::job::Job;
-use enfilade::level::{Level, Vis, VisOptions, vis};
+use enfilade_levels::{Level, Vis, VisOptions, vis};
 use std::hint::black_box;
 use testing::prt;
 

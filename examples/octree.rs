@@ -11,7 +11,8 @@ use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Tree};
 use enfilade::occlusion::view::{Frustum, View};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
 use glam::DVec3;
 use std::error::Error;
 

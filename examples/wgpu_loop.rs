@@ -18,8 +18,8 @@ mod renderer;
 use canvas::ASPECT;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode};
-use enfilade::scene::import;
-use enfilade::walkthrough::tour::tour;
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::tour::tour;
 use renderer::Renderer;
 use std::path::Path;
 

@@ -59,7 +59,7 @@ done
 cargo fetch --locked
 build build --release
 build build --release --features full
-build build --release --no-default-features
+build build --release -p enfilade --lib --no-default-features
 tests=$(mktemp -d)
 folder=$tests build test --no-run
 folder=$tests build test
@@ -119,11 +119,11 @@ for building in "${own[@]/#/data/buildings/}" "$data"/duplex/Duplex_A_20110907 "
     --verify-pixels --json
 done
 
-run frames cargo bench --features full --bench frames
+run frames cargo bench --bench frames
 run frames "$enfilade" bake "$furnished.glb" --rays 5M -o "$furnished.pvs" --json
-run frames cargo bench --features full --bench frames -- "$PWD/$furnished.pvs" "$PWD/$furnished.glb" "$PWD/$furnished.path.json"
+run frames cargo bench --bench frames -- "$PWD/$furnished.pvs" "$PWD/$furnished.glb" "$PWD/$furnished.path.json"
 run outdoors cargo bench -p enfilade-studies --bench tables
-run cubes cargo bench --features full --bench cubes -- --quick
+run cubes cargo bench --bench cubes -- --quick
 run difficult cargo test --release --features full --test suite -- extremes::error_against_run_time --include-ignored --nocapture
 
 for level in "${levels[@]}"; do
@@ -155,8 +155,8 @@ for level in dm4 e1m1 e1m3 e2m2 start; do
 done
 
 # Faces of the same levels as meshes, without their portals: rows against exact ones, and walks within the level.
-run truth cargo bench --features full --bench truth
-run truth cargo bench --features full --bench truth -- --write "$PWD/$out/files"
+run truth cargo bench -p enfilade-levels --features quake --bench truth
+run truth cargo bench -p enfilade-levels --features quake --bench truth -- --write "$PWD/$out/files"
 for level in dm4 e1m1 e1m3 e2m2 start; do
   mesh=$out/files/$level
   has "$data/quake-id-gpl/$level.bsp" || continue
@@ -165,7 +165,7 @@ for level in dm4 e1m1 e1m3 e2m2 start; do
     --size 480x270 --json
 done
 
-run viewer cargo build --release -p enfilade-viewer --features enfilade/full
+run viewer cargo build --release -p enfilade-viewer --features ifc,quake
 viewed=("$furnished")
 # Nothing of a city can be closed: one open cell, whose objects are found by queries.
 echo '{ "cells": [{ "id": 0, "open": true, "pieces": [{ "planes": [[0, -1, 0, 1000]] }] }], "portals": [] }' >"$out/files/open.json"

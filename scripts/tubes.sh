@@ -6,7 +6,7 @@ cd "$(dirname "$0")/.."
 out=out/tubes
 mkdir -p "$out"
 cargo build --release --features full
-cargo build --release -p enfilade-viewer --features enfilade/full
+cargo build --release -p enfilade-viewer --features ifc,quake
 enfilade=target/release/enfilade
 bench() { target/release/enfilade-viewer "$@" --bench --mode frustum --size 960x540 2>/dev/null; }
 

@@ -13,7 +13,7 @@ use obvhs::bvh2::builder::build_bvh2;
 const GROWTH: f32 = 1e-3;
 
 /// A hierarchy over boxes, of which leaves hold `most` at most.
-pub(crate) fn over(mut boxes: Vec<Aabb>, most: Option<u32>) -> Bvh2 {
+pub fn over(mut boxes: Vec<Aabb>, most: Option<u32>) -> Bvh2 {
     if boxes.is_empty() {
         return Bvh2::default();
     }

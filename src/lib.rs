@@ -3,11 +3,12 @@
 //! Data flows one way, and a room uses only those before it:
 //!
 //! ```text
-//! scene  ->  cells  ->  pvs  ->  file  ->  runtime  ->  walkthrough, verify, pages
-//! (import)   (split)    (bake)   (container) (per frame)  (measure, check, tell)
+//! scene   ->  cells  ->  pvs  ->  file  ->  runtime
+//! (triangles) (split)    (bake)   (container) (per frame)
 //! ```
 //!
-//! Without default features the crate is [`mod@file`] (reading), [`runtime`] and [`occlusion`]; `bake` adds the builder, `cli` the command line.
+//! Without default features the crate is [`mod@file`] (reading), [`runtime`] and [`occlusion`]; `bake` adds the builder. Models are read by
+//! `enfilade-formats`, results judged by `enfilade-measure`; `enfilade-cli` is the program.
 //!
 //! # Conventions
 //!
@@ -34,23 +35,13 @@
 pub mod bake;
 #[cfg(feature = "bake")]
 pub mod cells;
-#[cfg(feature = "bake")]
-pub mod exact;
-#[cfg(feature = "bake")]
-pub mod export;
 pub mod file;
-#[cfg(feature = "bake")]
-pub mod generate;
 pub mod geom;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(feature = "bake")]
 pub mod job;
-#[cfg(feature = "bake")]
-pub mod level;
 pub mod occlusion;
-#[cfg(feature = "bake")]
-pub mod pages;
 #[cfg(feature = "bake")]
 pub mod proof;
 #[cfg(feature = "bake")]
@@ -58,23 +49,17 @@ pub mod pvs;
 pub mod runtime;
 #[cfg(feature = "bake")]
 pub mod scene;
-pub mod terrain;
 pub mod tolerance;
-pub mod tubes;
 pub mod types;
-#[cfg(feature = "bake")]
-pub mod verify;
-#[cfg(feature = "bake")]
-pub mod walkthrough;
 
-mod bits;
+pub mod bits;
 #[cfg(feature = "bake")]
-mod bvh;
+pub mod bvh;
 mod ids;
-mod parallel;
+pub mod parallel;
 #[cfg(feature = "bake")]
-mod polygon;
-mod random;
+pub mod polygon;
+pub mod random;
 mod simd;
 
 /// The README's example compiles.

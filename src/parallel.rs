@@ -11,7 +11,7 @@ const BLOCKS: usize = 1024;
 
 /// Threads that loops run on.
 #[cfg(feature = "bake")]
-pub(crate) fn threads() -> usize {
+pub fn threads() -> usize {
     rayon::current_num_threads()
 }
 
@@ -66,7 +66,7 @@ fn collect<R: Send>(range: Range<usize>, fill: &(dyn Fn(Range<usize>, &mut Vec<R
 }
 
 /// What `f` makes of each item, in order.
-pub(crate) fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
     collect(0..items.len(), &|range, out| {
         out.reserve_exact(range.len());
         for item in &items[range] {
@@ -77,7 +77,7 @@ pub(crate) fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> 
 
 /// What `f` makes of each number, in order.
 #[cfg(feature = "bake")]
-pub(crate) fn map_range<R: Send>(range: Range<usize>, f: impl Fn(usize) -> R + Sync) -> Vec<R> {
+pub fn map_range<R: Send>(range: Range<usize>, f: impl Fn(usize) -> R + Sync) -> Vec<R> {
     collect(range, &|range, out| {
         out.reserve_exact(range.len());
         for i in range {
@@ -88,7 +88,7 @@ pub(crate) fn map_range<R: Send>(range: Range<usize>, f: impl Fn(usize) -> R + S
 
 /// As [`map_range`] below `n`, with scratch memory, on which no result may depend.
 #[cfg(feature = "bake")]
-pub(crate) fn map_init<S: Send, R: Send>(
+pub fn map_init<S: Send, R: Send>(
     n: usize,
     scratch: impl Fn() -> S + Sync,
     f: impl Fn(&mut S, usize) -> R + Sync,
@@ -112,10 +112,7 @@ pub(crate) fn flat_map<T: Sync, I: IntoIterator<Item: Send>>(items: &[T], f: imp
 
 /// All that `f` makes of each number, in order.
 #[cfg(feature = "bake")]
-pub(crate) fn flat_map_range<I: IntoIterator<Item: Send>>(
-    range: Range<usize>,
-    f: impl Fn(usize) -> I + Sync,
-) -> Vec<I::Item> {
+pub fn flat_map_range<I: IntoIterator<Item: Send>>(range: Range<usize>, f: impl Fn(usize) -> I + Sync) -> Vec<I::Item> {
     collect(range, &|range, out| {
         for i in range {
             out.extend(f(i));
@@ -139,7 +136,7 @@ fn blocks_mut<T: Send>(items: &mut [T], run: &(dyn Fn(usize, &mut [T]) + Sync)) 
 
 /// Calls `f` with each item and its place.
 #[cfg(feature = "bake")]
-pub(crate) fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
+pub fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     blocks_mut(items, &|first, block| {
         for (i, item) in block.iter_mut().enumerate() {
             f(first + i, item);
@@ -166,7 +163,7 @@ pub(crate) fn for_each_init<S: Send, T: Send>(
 
 /// Calls `f` with each `size` items and the number of such before them; the last ones may be fewer.
 #[cfg(feature = "bake")]
-pub(crate) fn for_each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Sync) {
+pub fn for_each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Sync) {
     let mut chunks: Vec<&mut [T]> = items.chunks_mut(size).collect();
     for_each_mut(&mut chunks, |k, chunk| f(k, chunk));
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 /// A planar polygon; rings after the first are holes, and all run either way round.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Polygon {
+pub struct Polygon {
     /// Its plane, facing either way.
     pub plane: Plane,
     /// Rings without a repeated last corner.

@@ -12,11 +12,11 @@ use rand_xoshiro::{SplitMix64, Xoshiro256StarStar};
 
 /// A generator; streams of one seed are independent of each other.
 #[derive(Clone, Debug)]
-pub(crate) struct Prng(Xoshiro256StarStar);
+pub struct Prng(Xoshiro256StarStar);
 
 impl Prng {
     /// Stream number `stream` of `seed`.
-    pub(crate) fn new(seed: u64, stream: u64) -> Self {
+    pub fn new(seed: u64, stream: u64) -> Self {
         let mixed = SplitMix64::seed_from_u64(seed).next_u64() ^ stream.wrapping_mul(0xd134_2543_de82_ef95);
         Self(Xoshiro256StarStar::seed_from_u64(mixed))
     }
@@ -27,37 +27,37 @@ impl Prng {
     }
 
     /// Uniform in `[0, 1)`.
-    pub(crate) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in `[a, b)`.
     #[cfg(feature = "bake")]
-    pub(crate) fn range(&mut self, a: f64, b: f64) -> f64 {
+    pub fn range(&mut self, a: f64, b: f64) -> f64 {
         a + (b - a) * self.unit()
     }
 
     /// Uniform in `0..n`; 0 for `n = 0`.
-    pub(crate) fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
 
     /// A multiple of `step` in `a..=b`; `a` where that range is empty.
     #[cfg(feature = "bake")]
-    pub(crate) fn steps(&mut self, a: i32, b: i32, step: i32) -> i32 {
+    pub fn steps(&mut self, a: i32, b: i32, step: i32) -> i32 {
         let count = (b - a).max(0) / step + 1;
         a + self.below(count as usize) as i32 * step
     }
 
     /// True with probability `p`.
     #[cfg(feature = "bake")]
-    pub(crate) fn chance(&mut self, p: f64) -> bool {
+    pub fn chance(&mut self, p: f64) -> bool {
         self.unit() < p
     }
 
     /// Shuffles (Fisher, Yates).
     #[cfg(feature = "bake")]
-    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
+    pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for i in (1..items.len()).rev() {
             items.swap(i, self.below(i + 1));
         }
@@ -101,7 +101,7 @@ impl SplitMix {
 
 /// The first number of a seed's sequence: a hash of it.
 #[cfg(feature = "bake")]
-pub(crate) fn mixed(seed: u64) -> u64 {
+pub fn mixed(seed: u64) -> u64 {
     SplitMix::new(seed).bits()
 }
 

@@ -17,7 +17,7 @@ fn main() {
         return;
     }
     // Its own mention is none.
-    let long = long_ones(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests")).saturating_sub(1);
+    let long = long_ones(&Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("tests")).saturating_sub(1);
     println!(
         "the short tests: {long} long ones, shown as ignored, and those of IFC, Quake and the GPU are run by `just test-full`"
     );

@@ -3,14 +3,15 @@
 use crate::cli::building;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::Mode;
-use enfilade::scene::{ImportOptions, Scene, gltf::from_slice, import};
-use enfilade::verify::{CheckOptions, check};
-use enfilade::walkthrough::path::CameraPath;
-use enfilade::walkthrough::walk::{WalkOptions, walk};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::{gltf::from_slice, import};
+use enfilade_measure::verify::{CheckOptions, check};
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::walk::{WalkOptions, walk};
+use enfilade_scenes::{Kind, generate};
 use std::path::Path;
 
 fn options() -> BakeOptions {

@@ -3,8 +3,8 @@
 
 use enfilade::BitMatrix;
 use enfilade::geom::{area, newell};
-use enfilade::level::bsp::{Bsp, BspError};
-use enfilade::level::prt::{Dialect, Prt};
+use enfilade_levels::bsp::{Bsp, BspError};
+use enfilade_levels::prt::{Dialect, Prt};
 use glam::DVec3;
 use proptest::prelude::*;
 use qbsp::prelude::*;

@@ -53,7 +53,7 @@ fn what_is_dumped_bakes_to_the_same_cells_and_portals() {
 /// plane of an opening. Rays, which start elsewhere by a rounding, are left out.
 #[test]
 fn what_is_dumped_bakes_to_the_same_rows() {
-    let mut models = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/villa_rotonda.glb")];
+    let mut models = vec![Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("data/buildings/villa_rotonda.glb")];
     if let Some(data) = data("cells files of real models") {
         models.push(data.join("indoorgml-apache/201.gml"));
         if cfg!(feature = "ifc") {

@@ -4,9 +4,10 @@
 use crate::cli::folder;
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitOptions, Strategy, split};
-use enfilade::generate::{Kind, generate};
 use enfilade::geom::middle;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder};
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
 #[cfg(feature = "ifc")]

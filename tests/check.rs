@@ -3,11 +3,13 @@
 use crate::cli::{enfilade, folder};
 use enfilade::cells::{PortalKind, PortalState, Strategy};
 use enfilade::file::{FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
-use enfilade::generate::{Kind, generate};
 use enfilade::pvs::{Guarantee, PvsStats};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
-use enfilade::verify::{CheckError, CheckOptions, CheckReport, ExactReport, FaultKind, Violation, check, check_exact};
 use enfilade::{BitMatrix, CellId, ObjectId};
+use enfilade_measure::verify::{
+    CheckError, CheckOptions, CheckReport, ExactReport, FaultKind, Violation, check, check_exact,
+};
+use enfilade_scenes::{Kind, generate};
 use glam::{DVec3, Vec3, Vec4};
 use testing::meshes::{Quad, builder, quads, sides};
 

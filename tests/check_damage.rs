@@ -3,12 +3,13 @@
 use enfilade::CellId;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, Scene, gltf};
+use enfilade::scene::{ImportOptions, Scene};
 use enfilade::types::placed::PlacedBox;
-use enfilade::verify::{CheckOptions, FaultKind, Violation, check};
+use enfilade_formats::gltf;
+use enfilade_measure::verify::{CheckOptions, FaultKind, Violation, check};
+use enfilade_scenes::{Kind, generate};
 use glam::Vec3;
 
 /// What shows that a file is damaged.

@@ -3,12 +3,13 @@
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{PortalKind, SplitOptions, Strategy};
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
-use enfilade::verify::rooms::{RoomScore, RoomsFile};
-use enfilade::verify::score_rooms;
+use enfilade::scene::{ImportOptions, Role, Scene};
+use enfilade_formats::gltf::from_slice;
+use enfilade_measure::verify::rooms::{RoomScore, RoomsFile};
+use enfilade_measure::verify::score_rooms;
+use enfilade_scenes::{Kind, generate};
 use serde_json::{Value, json};
 
 use testing::boxes::{Building, block, p};

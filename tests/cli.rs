@@ -24,7 +24,7 @@ pub fn folder(test: &str) -> PathBuf {
 
 /// A model of `data/buildings`, or a file beside one.
 pub fn building(file: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings").join(file)
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("data/buildings").join(file)
 }
 
 /// The command, not yet run.

@@ -1,8 +1,8 @@
 //! `enfilade ground` from the command line: what it prints, and what it says of bad input.
 
 use crate::cli::{command, done, enfilade, folder, json, refused, run};
-use enfilade::generate::{Kind, generate};
-use enfilade::terrain::Ground;
+use enfilade_scenes::{Kind, generate};
+use enfilade_terrain::Ground;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,8 +1,8 @@
 //! `enfilade vis` and `enfilade check` on levels, as a user runs them.
 
 use crate::cli::{LEVEL, command, done, enfilade, folder, refused};
-use enfilade::level::prt::read_prt;
-use enfilade::level::rows::read_rows;
+use enfilade_levels::prt::read_prt;
+use enfilade_levels::rows::read_rows;
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -151,7 +151,7 @@ fn what_a_reference_lacks_lies_on_lines() {
 }
 
 /// A line between two cells that `rows` lack passes every portal of its chain, inwards from every edge.
-fn check_line(level: &enfilade::level::Level, rows: &enfilade::BitMatrix, line: &Value) {
+fn check_line(level: &enfilade_levels::Level, rows: &enfilade::BitMatrix, line: &Value) {
     use glam::DVec3;
     let point = |key: &str| DVec3::from_array([0, 1, 2].map(|i| line[key][i].as_f64().unwrap()));
     let (from, to) = (point("from"), point("to"));
@@ -179,7 +179,7 @@ fn check_line(level: &enfilade::level::Level, rows: &enfilade::BitMatrix, line: 
 #[cfg(feature = "quake")]
 mod levels {
     use super::*;
-    use enfilade::level::bsp::Bsp;
+    use enfilade_levels::bsp::Bsp;
     use testing::quake::{AIR, Layout, bsp, lumps, three_rooms};
 
     #[test]

@@ -6,7 +6,7 @@ use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::Scene;
-use enfilade::verify::{CheckOptions, check};
+use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
 use std::path::Path;
 use testing::meshes::{scene, solid};
@@ -135,8 +135,8 @@ mod level {
     use enfilade::geom::{Plane, area, clip};
     use enfilade::proof::{Asker, Goal, Why};
     use enfilade::scene::ImportOptions;
-    use enfilade::scene::quake::import_bytes;
     use enfilade::{BitMatrix, CellId, ObjectId};
+    use enfilade_levels::quake::import_bytes;
     use glam::Vec4;
     use testing::data::data;
 

@@ -2,10 +2,11 @@
 //! stated tolerance explains. Every differing pixel is looked at.
 
 use crate::cli::{building, folder};
-use enfilade::generate::{Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays, settle};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 use testing::explain::{EXACT, compare, is_explained};

@@ -1,9 +1,9 @@
 //! The exact judge from a point: scenes whose answer is known, rays in `f64` that must find nothing else, and what no change
 //! of a scene may change.
 
-use enfilade::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Mesh, Role, Scene};
+use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
 use glam::{DMat3, DVec3};
 use testing::meshes::{Triangle, cuboid, halves, scene, soup};
 use testing::random::Random;

@@ -3,9 +3,10 @@
 use crate::cli::{done, enfilade, folder, json as printed, refused, text};
 use crate::import_mesh::glb::{Glb, pack, parts};
 use enfilade::BitMatrix;
-use enfilade::export::{ExportError, export};
 use enfilade::file::{FileObject, Import, PvsFile};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::export::{ExportError, export};
+use enfilade_formats::import;
 use glam::DVec3;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -62,7 +63,7 @@ fn corners(scene: &Scene, object: usize) -> Vec<[DVec3; 3]> {
 /// order and the same properties, and that the extras say which it is and where.
 #[track_caller]
 fn assert_same(scene: &Scene, glb: &[u8]) {
-    let again = enfilade::scene::gltf::from_slice(glb, "again", None, &options(u32::MAX)).unwrap();
+    let again = enfilade_formats::gltf::from_slice(glb, "again", None, &options(u32::MAX)).unwrap();
     assert_eq!(again.objects.len(), scene.objects.len());
     let near = 1e-6 * scene.bounds().diagonal();
     let mut found = vec![false; scene.objects.len()];

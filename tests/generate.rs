@@ -2,8 +2,9 @@
 //! teapots, cities and decks against the studies that they are made after.
 
 use crate::cli::{building, folder, run_words, text};
-use enfilade::generate::{DECK_OBJECTS, Generated, Kind, MAX_ROOMS, MAX_TEAPOTS, generate, pretty};
-use enfilade::scene::{ImportOptions, Role, Scene, gltf::from_slice};
+use enfilade::scene::{ImportOptions, Role, Scene};
+use enfilade_formats::gltf::from_slice;
+use enfilade_scenes::{DECK_OBJECTS, Generated, Kind, MAX_ROOMS, MAX_TEAPOTS, generate, pretty};
 use glam::{DMat4, DVec2, DVec3};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};

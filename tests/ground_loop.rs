@@ -9,10 +9,11 @@ mod program;
 
 use crate::cli::folder;
 use enfilade::bake::{BakeOptions, bake};
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
-use enfilade::scene::{ImportOptions, import};
-use enfilade::terrain::{MakeOptions, make};
+use enfilade::scene::ImportOptions;
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
+use enfilade_terrain::{MakeOptions, make};
 use testing::ground::Raster;
 
 #[test]

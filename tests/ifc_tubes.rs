@@ -2,9 +2,10 @@
 #![cfg(feature = "ifc")]
 
 use enfilade::geom::Aabb;
-use enfilade::scene::ifc::import_bytes;
-use enfilade::scene::{ImportOptions, Object, Scene, import};
-use enfilade::tubes::usual_sides;
+use enfilade::scene::{ImportOptions, Object, Scene};
+use enfilade_formats::ifc::import_bytes;
+use enfilade_formats::import;
+use enfilade_tubes::usual_sides;
 use glam::{DVec3, dvec3};
 use ifc_lite_core::{AttributeValue, DecodedEntity, EntityDecoder, EntityScanner, IfcType};
 use ifc_lite_geometry::{GeometryRouter, TessellationQuality};

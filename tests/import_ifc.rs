@@ -3,8 +3,8 @@
 #![cfg(feature = "ifc")]
 
 use enfilade::geom::{Aabb, area, middle, newell};
-use enfilade::scene::ifc::import_bytes;
 use enfilade::scene::{ImportError, ImportOptions, OpeningHint, OpeningKind, Role, RoomHint, Scene};
+use enfilade_formats::ifc::import_bytes;
 use glam::{DVec2, DVec3};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ const FILES: [(&str, [usize; 4]); 7] = [
 fn buildings(test: &str) -> Vec<(&'static str, [usize; 4], Scene, Value)> {
     let Some(folder) = data(test) else { return Vec::new() };
     let read = |&(file, counts): &(&'static str, [usize; 4])| {
-        let scene = enfilade::scene::import(&folder.join(format!("{file}.ifc")), &ImportOptions::default()).unwrap();
+        let scene = enfilade_formats::import(&folder.join(format!("{file}.ifc")), &ImportOptions::default()).unwrap();
         let rooms = std::fs::read(folder.join(format!("{file}.rooms.json"))).unwrap();
         (file, counts, scene, serde_json::from_slice(&rooms).unwrap())
     };
@@ -232,7 +232,7 @@ fn materials_of_buildings_are_told_apart() {
     let Some(folder) = data("materials_of_buildings_are_told_apart") else { return };
     let options = ImportOptions { trace: true, ..ImportOptions::default() };
     for file in ["webifc-mpl/Office_A_20110811", "duplex/Duplex_A_20110907"] {
-        let scene = enfilade::scene::import(&folder.join(format!("{file}.ifc")), &options).unwrap();
+        let scene = enfilade_formats::import(&folder.join(format!("{file}.ifc")), &options).unwrap();
         let trace = scene.trace.unwrap();
         let has_look = |mesh: &u32| trace.looks[*mesh as usize].material.is_some();
         let told = trace.meshes.iter().filter(|mesh| has_look(mesh)).count();
@@ -253,7 +253,7 @@ fn the_same_on_any_number_of_threads() {
         let path = folder.join(format!("{file}.ifc"));
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| enfilade::scene::import(&path, &ImportOptions::default()).unwrap())
+            pool.install(|| enfilade_formats::import(&path, &ImportOptions::default()).unwrap())
         };
         assert!(on(1) == on(5), "{file}");
     }
@@ -527,7 +527,7 @@ fn circles_and_chains_end() {
 fn a_georeferenced_building_loses_nothing() {
     let Some(folder) = data("a_georeferenced_building_loses_nothing") else { return };
     let path = folder.join("duplex/Duplex_A_20110907.ifc");
-    let home = enfilade::scene::import(&path, &ImportOptions::default()).unwrap();
+    let home = enfilade_formats::import(&path, &ImportOptions::default()).unwrap();
     // Every root placement is hung from one that lies 5,000 km away.
     let text: String = std::fs::read(&path).unwrap().into_iter().map(char::from).collect();
     let mut moved = text.replace("IFCLOCALPLACEMENT($,", "IFCLOCALPLACEMENT(#99999990,");
@@ -679,10 +679,10 @@ fn zipped_files_are_read_as_what_is_in_them() {
     let options = ImportOptions::default();
     let of_zip = |bytes: &[u8]| {
         std::fs::write(&zipped, bytes).unwrap();
-        enfilade::scene::import(&zipped, &options)
+        enfilade_formats::import(&zipped, &options)
     };
     let scene = of_zip(&archive(&[("read me.txt", b"a house"), ("model/House.IFC", text.as_bytes())])).unwrap();
-    assert_eq!(scene, enfilade::scene::import(&plain, &options).unwrap());
+    assert_eq!(scene, enfilade_formats::import(&plain, &options).unwrap());
 
     let good = archive(&[("house.ifc", text.as_bytes())]);
     let mut other = good.clone();

@@ -1,8 +1,9 @@
 //! Lines of geographic systems: names, places and radii of tubes, and files that are refused with one line.
 
 use enfilade::geom::Aabb;
-use enfilade::scene::{ImportOptions, Object, Role, Scene, geojson, obj};
-use enfilade::tubes::{Tube, usual_sides};
+use enfilade::scene::{ImportOptions, Object, Role, Scene};
+use enfilade_formats::{geojson, obj};
+use enfilade_tubes::{Tube, usual_sides};
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};

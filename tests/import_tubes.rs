@@ -1,11 +1,12 @@
 //! Tubes of OBJ lines and of glTF extras: where they are, what is refused, and that a model that is cut shows the same.
 
 use enfilade::bake::unbaked;
-use enfilade::export::export;
-use enfilade::generate::{Kind, generate};
 use enfilade::geom::Aabb;
-use enfilade::scene::{ImportOptions, Scene, gltf, import, obj};
-use enfilade::tubes::usual_sides;
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::export::export;
+use enfilade_formats::{gltf, import, obj};
+use enfilade_scenes::{Kind, generate};
+use enfilade_tubes::usual_sides;
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;

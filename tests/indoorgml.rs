@@ -1,10 +1,12 @@
 //! IndoorGML, by hand and as others wrote it: a ready graph, and a scene of its own.
 
 use enfilade::CellId;
-use enfilade::cells::{Locator, PortalKind, read_indoorgml, validate};
+use enfilade::cells::{Locator, PortalKind, validate};
 use enfilade::geom::{Aabb, area};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, OpeningKind, Scene, import, indoorgml};
+use enfilade::scene::{ImportOptions, OpeningKind, Scene};
+use enfilade_formats::indoorgml::read_indoorgml;
+use enfilade_formats::{import, indoorgml};
 use glam::DVec3;
 use testing::data;
 

@@ -1,10 +1,10 @@
 //! Random lines that check a level's rows: they find every bit that is missing, and nothing else.
 
 use enfilade::BitMatrix;
-use enfilade::level::Level;
-use enfilade::level::prt::read_prt;
-use enfilade::level::rows::read_rows;
-use enfilade::verify::level_lines::{LineOptions, LineReport, check_rows};
+use enfilade_levels::Level;
+use enfilade_levels::prt::read_prt;
+use enfilade_levels::rows::read_rows;
+use enfilade_measure::verify::level_lines::{LineOptions, LineReport, check_rows};
 use std::io::Read;
 use testing::data::data;
 

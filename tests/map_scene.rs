@@ -3,8 +3,8 @@
 
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitError, SplitOptions, Strategy, split};
 use enfilade::geom::Plane;
-use enfilade::scene::quake::import_map_bytes;
 use enfilade::scene::{ImportError, ImportOptions, LeakHint, Role, Scene};
+use enfilade_levels::quake::import_map_bytes;
 use glam::DVec3;
 use qbsp::prelude::*;
 use std::collections::BTreeMap;
@@ -500,7 +500,7 @@ fn textures_lie_in_a_map_as_its_compiler_laid_them() {
     std::fs::write(folder.join("base.wad"), wad_of(&std::fs::read(&level).unwrap())).unwrap();
     std::fs::copy(level.with_extension("map"), folder.join("e1m1.map")).unwrap();
     let options = ImportOptions { trace: true, ..ImportOptions::default() };
-    let scenes = [folder.join("e1m1.map"), level].map(|path| enfilade::scene::import(&path, &options).unwrap());
+    let scenes = [folder.join("e1m1.map"), level].map(|path| enfilade_formats::import(&path, &options).unwrap());
     // By texture: corners in the model's own coordinates, with their texture coordinates.
     let [map, bsp] = scenes.map(|scene| {
         let trace = scene.trace.as_ref().unwrap();

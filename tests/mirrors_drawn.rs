@@ -8,9 +8,10 @@ use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::verify::random_path;
+use enfilade::scene::{ImportOptions, Scene};
 use enfilade::{CellId, ObjectId};
+use enfilade_formats::import;
+use enfilade_measure::verify::random_path;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
 

@@ -13,7 +13,8 @@ use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
 use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Motion, Place, Scratch};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
-use enfilade::tubes::{self, Counts, Runs, SIDES, Selection, Shape, Tubes};
+use enfilade_tubes as tubes;
+use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, Tubes};
 use glam::DVec3;
 use testing::boxes;
 use testing::meshes::{cuboid, scene, soup};
@@ -172,7 +173,7 @@ fn a_warm_engine_allocates_nothing() {
 /// Ground: choosing, and loading from a file by its thread, after the first frames.
 #[test]
 fn ground_allocates_nothing() {
-    use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
+    use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
     let mut raster = testing::ground::Raster::of([700, 500], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
     make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();

@@ -7,16 +7,17 @@ mod program;
 use crate::cli::folder;
 use enfilade::ObjectId;
 use enfilade::bake::unbaked;
-use enfilade::generate::{Kind, generate};
 use enfilade::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
 use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, Mode, Scratch};
-use enfilade::scene::{ImportOptions, import};
-use enfilade::walkthrough::missed::objects_shown;
-use enfilade::walkthrough::path::CameraPath;
-use enfilade::walkthrough::raster::{View, draw};
+use enfilade::scene::ImportOptions;
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::missed::objects_shown;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::raster::{View, draw};
+use enfilade_scenes::{Kind, generate};
 
 #[test]
 fn an_octree_of_the_clients_loses_nothing_that_shows() {

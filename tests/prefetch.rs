@@ -3,10 +3,10 @@
 use enfilade::file::PvsFile;
 use enfilade::runtime::prefetch::{Prefetcher, Step};
 use enfilade::runtime::{Camera, Culler, Mode, Motion, Scratch};
-use enfilade::walkthrough::loading::{LoadingOptions, LoadingSummary, Method, object_bytes, walk_loading};
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
-use enfilade::walkthrough::stroll::Stroll;
 use enfilade::{CellId, ObjectId, PortalId};
+use enfilade_measure::walkthrough::loading::{LoadingOptions, LoadingSummary, Method, object_bytes, walk_loading};
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_measure::walkthrough::stroll::Stroll;
 use glam::{DVec3, Vec3};
 use testing::boxes::{Building, block, p};
 use testing::random::Random;

@@ -2,7 +2,7 @@
 //! whole process.
 
 use allocation_counter::measure;
-use enfilade::level::prt::read_prt;
+use enfilade_levels::prt::read_prt;
 use proptest::prelude::*;
 use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
 

@@ -4,8 +4,9 @@
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, import};
-use enfilade::verify::{CheckOptions, check};
+use enfilade::scene::ImportOptions;
+use enfilade_formats::import;
+use enfilade_measure::verify::{CheckOptions, check};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use testing::data::data;

@@ -6,13 +6,14 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::pages::curves::held_out;
-use enfilade::pages::html::thousands;
-use enfilade::pages::storeys::{along_a_walk, storeys};
-use enfilade::pages::undecided::{closed_and_open, hardest, kinds, of_cell};
 use enfilade::pvs::{Guarantee, PvsOptions};
-use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::verify::{CheckOptions, check};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_measure::pages::curves::held_out;
+use enfilade_measure::pages::html::thousands;
+use enfilade_measure::pages::storeys::{along_a_walk, storeys};
+use enfilade_measure::pages::undecided::{closed_and_open, hardest, kinds, of_cell};
+use enfilade_measure::verify::{CheckOptions, check};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use testing::page::check_page;
@@ -208,7 +209,7 @@ fn a_page_tells_how_wrong_tubes_are_drawn() {
     );
     assert_eq!(tubes["section_bytes"].as_u64(), Some(16 * sections as u64));
     let of_mesh: usize =
-        scene.tubes.tubes.iter().map(|tube| enfilade::tubes::mesh(&scene.tubes, tube, 18).triangles.len()).sum();
+        scene.tubes.tubes.iter().map(|tube| enfilade_tubes::mesh(&scene.tubes, tube, 18).triangles.len()).sum();
     assert_eq!(tubes["triangles_of_18_sides"].as_u64(), Some(of_mesh as u64));
     let objects = scene.objects.iter().filter(|object| object.is_tube()).count();
     let line = format!(

@@ -7,7 +7,7 @@ use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Mesh, Scene};
-use enfilade::verify::{CheckOptions, check};
+use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
 use std::fs;
 use std::path::Path;

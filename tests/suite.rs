@@ -1,7 +1,6 @@
 //! The integration tests: a module a subject, one program, since each links the whole library. Those that count memory are in `counted.rs`.
 
 mod cli;
-mod sources;
 
 mod audit;
 mod auto;
@@ -16,7 +15,6 @@ mod cells_invariance;
 mod check;
 mod check_damage;
 mod check_rooms;
-mod circles;
 mod cli_errors;
 mod cli_files;
 mod cli_ground;
@@ -42,22 +40,18 @@ mod import_lines;
 mod import_mesh;
 mod import_tubes;
 mod indoorgml;
-mod layers;
 mod leaks;
-mod lengths;
 mod level_lines;
 mod level_scene;
 mod licences;
 mod locate;
 mod map_scene;
 mod mirrors_drawn;
-mod numbers;
 mod object_size;
 mod own_tree;
 mod plan_scenes;
 mod prefetch;
 mod prt;
-mod public_api;
 mod pvs_lower;
 mod pvs_upper;
 mod queries_gpu;

@@ -2,8 +2,8 @@
 
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Motion, Rect};
-use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, flight, make};
+use enfilade_terrain::raster::{Raster as File, RasterOptions};
+use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, flight, make};
 use glam::{DVec2, DVec3};
 use std::io::Cursor;
 use std::path::PathBuf;

@@ -2,7 +2,7 @@
 
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Motion, Rect};
-use enfilade::terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, make};
+use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, make};
 use glam::DVec3;
 use std::io::Cursor;
 use std::time::Duration;
@@ -186,7 +186,7 @@ fn a_damaged_tile_is_told_once_and_what_it_is_a_quarter_of_is_drawn() {
     let whole = open(file.bytes(), u64::MAX).unwrap();
     let grid = whole.header().grid.clone();
     for (level, x, y) in [(0, 3, 2), (1, 1, 1), (2, 0, 1)] {
-        let tile = grid.tile(enfilade::terrain::Key { level, x, y }).unwrap();
+        let tile = grid.tile(enfilade_terrain::Key { level, x, y }).unwrap();
         let before = file.tiles[tile as usize].clone();
         file.tiles[tile as usize][100] ^= 4;
         each_way(&file.bytes(), |mut ground| {

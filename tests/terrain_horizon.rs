@@ -2,8 +2,8 @@
 
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Motion, Rect};
-use enfilade::terrain::raster::{Raster as File, RasterOptions};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Patch, Things, flight, make};
+use enfilade_terrain::raster::{Raster as File, RasterOptions};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Patch, Things, flight, make};
 use glam::{DVec2, DVec3};
 use testing::data::data;
 use testing::ground::{Raster, Scripted};

@@ -1,8 +1,8 @@
 //! Rasters against facts known otherwise: files by hand, and real ones whose sizes, voids and ranges are told beside them.
 
 use crate::cli::folder;
-use enfilade::generate::ground;
-use enfilade::terrain::raster::{Raster, RasterError, RasterOptions};
+use enfilade_scenes::ground;
+use enfilade_terrain::raster::{Raster, RasterError, RasterOptions};
 use std::path::PathBuf;
 use testing::data::data;
 use testing::tiffs::Tiff;

@@ -1,7 +1,7 @@
 //! Tubes: meshes against the exact surfaces of lines and arcs, edge by edge, and curves with known sections.
 
-use enfilade::tubes::curve::{Arc, Odd, Piece, polyline};
-use enfilade::tubes::{Counts, Mesh, Section, Shape, Tube, TubeError, Tubes, mesh, part, prism, sides, usual_error};
+use enfilade_tubes::curve::{Arc, Odd, Piece, polyline};
+use enfilade_tubes::{Counts, Mesh, Section, Shape, Tube, TubeError, Tubes, mesh, part, prism, sides, usual_error};
 use glam::{DVec3, Vec3, dvec3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};

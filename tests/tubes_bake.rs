@@ -3,16 +3,17 @@
 use crate::cli::building;
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::Mode;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, geojson, gltf, import, obj};
-use enfilade::tubes::{Counts, Shape, Tubes, usual_error};
-use enfilade::verify::{CheckOptions, check};
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
-use enfilade::walkthrough::walk::{WalkOptions, walk};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade_formats::{geojson, gltf, import, obj};
+use enfilade_measure::verify::{CheckOptions, check};
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_measure::walkthrough::walk::{WalkOptions, walk};
+use enfilade_scenes::{Kind, generate};
+use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::DVec3;
 use testing::random::Random;
 

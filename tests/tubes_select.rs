@@ -1,8 +1,8 @@
 //! Tubes as they are drawn, by pixels: against exact surfaces of lines and arcs, edge by edge, and counted.
 
 use enfilade::runtime::Camera;
-use enfilade::tubes::curve::{Arc, Piece};
-use enfilade::tubes::{Band, Counts, Runs, SIDES, Selection, Shape, Tubes, View, usual_error};
+use enfilade_tubes::curve::{Arc, Piece};
+use enfilade_tubes::{Band, Counts, Runs, SIDES, Selection, Shape, Tubes, View, usual_error};
 use glam::{DVec3, Vec3, dvec3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -83,7 +83,7 @@ fn of_band(tubes: &Tubes, band: Band) -> Vec<[DVec3; 3]> {
 
 /// All segments, cut into objects of so many.
 fn objects(tubes: &Tubes, most: usize) -> Vec<Range<u32>> {
-    let of = |tube: &enfilade::tubes::Tube| {
+    let of = |tube: &enfilade_tubes::Tube| {
         let Range { start, end } = tube.segments();
         (start..end).step_by(most).map(|k| k..end.min(k + most as u32)).collect::<Vec<_>>()
     };

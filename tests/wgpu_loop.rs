@@ -9,9 +9,10 @@ mod program;
 
 use crate::cli::folder;
 use enfilade::bake::{BakeOptions, bake};
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
-use enfilade::scene::{ImportOptions, import};
+use enfilade::scene::ImportOptions;
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 
 #[test]
 fn frames_are_those_of_everything_unless_rows_lie() {

@@ -3,10 +3,11 @@
 
 use crate::cli::{LEVEL, command, done, folder, refused, run};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest, size_objects};
-use enfilade::generate::{Kind, generate};
 use enfilade::job::{Digest, Folder, FolderError, Job, Trace};
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, Scene, gltf};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::gltf;
+use enfilade_scenes::{Kind, generate};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Arc, Mutex, OnceLock};

@@ -2,8 +2,8 @@
 
 use super::canvas::{Canvas, clip};
 use enfilade::runtime::Camera;
-use enfilade::terrain::{Ground, Patch};
-use enfilade::walkthrough::picture::Picture;
+use enfilade_measure::walkthrough::picture::Picture;
+use enfilade_terrain::{Ground, Patch};
 use wgpu::BufferUsages;
 
 /// Bytes of a patch, and of what holds for all of them.

@@ -1,7 +1,7 @@
 //! What any engine has: a device, a pipeline, and a picture at the end of a frame.
 
 use enfilade::runtime::Camera;
-use enfilade::walkthrough::picture::Picture;
+use enfilade_measure::walkthrough::picture::Picture;
 use glam::{Mat4, Vec3, Vec4};
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
 

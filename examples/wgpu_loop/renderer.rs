@@ -3,7 +3,7 @@
 use super::canvas::{Canvas, clip};
 use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
-use enfilade::walkthrough::picture::{Picture, hsv, hue};
+use enfilade_measure::walkthrough::picture::{Picture, hsv, hue};
 use wgpu::BufferUsages;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 

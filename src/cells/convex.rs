@@ -26,7 +26,7 @@ const DIRECTIONS: [DVec3; 5] = [
 
 /// A convex polyhedron by its faces: outward planes, and windings counter-clockwise seen from outside.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Convex {
+pub struct Convex {
     /// Four at least.
     pub faces: Vec<(Plane, Vec<DVec3>)>,
 }
@@ -163,7 +163,7 @@ impl Convex {
 
 /// Splits the inside of a surface; polygons nearer than `eps` metres to a plane lie in it. Fails where that takes too many
 /// parts. Empty where nothing is inside.
-pub(crate) fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, String> {
+pub fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, String> {
     // Nothing closes a space with fewer faces than a tetrahedron has.
     if surface.len() < 4 {
         return Ok(Vec::new());
@@ -251,7 +251,7 @@ pub(crate) fn is_inside(surface: &[Polygon], p: DVec3) -> bool {
 }
 
 /// Joins pieces while two of them make one convex piece.
-pub(crate) fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
+pub fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
     let mut i = 0;
     while i < pieces.len() {
         let bounds = pieces[i].bounds().inflated(eps);

@@ -5,8 +5,7 @@ use crate::geom::Aabb;
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::view::View;
 use crate::random::Prng;
-use crate::types::hints::Hints;
-use crate::types::scene::{Object, Role, Scene, Source};
+use crate::types::scene::{Object, Role, Scene};
 use glam::{DQuat, DVec3};
 
 mod picture;

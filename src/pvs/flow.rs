@@ -9,7 +9,7 @@
 //! 2. `cells`: for each undecided pair of cells, a search for a chain of portals that a line may pass, from the side where
 //!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain, and
 //!    floods inside its planes; `stab` asks the whole chain before it is believed. A caller may take the line that `stab`
-//!    finds for a proof (`goals::Prover`): [`crate::level`] does, a bake has its own. It may also have what `stab` leaves open
+//!    finds for a proof (`goals::Prover`): [`enfilade_levels`] does, a bake has its own. It may also have what `stab` leaves open
 //!    asked once more, of the windings and without rounding: `exact`.
 //! 3. `objects`: the same search for the boxes of objects in the cells that are left.
 //!
@@ -43,17 +43,17 @@
 
 pub(crate) mod bundle;
 pub mod by_cell;
-pub(crate) mod cells;
-pub(crate) mod exact;
-pub(crate) mod goals;
-pub(crate) mod might_see;
-pub(crate) mod net;
+pub mod cells;
+pub mod exact;
+pub mod goals;
+pub mod might_see;
+pub mod net;
 mod objects;
 mod parts;
 mod planes;
 mod reach;
 pub(crate) mod schedule;
-pub(crate) mod search;
+pub mod search;
 pub(crate) mod separators;
 pub(crate) mod stab;
 pub(crate) mod window;

@@ -6,9 +6,9 @@ use super::sky::{self, Backdrop, Shape};
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
 use crate::ObjectId;
 use crate::geom::Aabb;
-use crate::tubes::{MOST_SECTIONS, Tubes};
 use crate::types::hints::Leaves;
 use crate::types::note::Note;
+use enfilade_tubes::{MOST_SECTIONS, Tubes};
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
@@ -48,7 +48,7 @@ pub struct Facts {
     /// No light changes how it looks.
     pub unlit: bool,
     /// What its name and its material's say of backdrops.
-    pub(super) backdrop: Backdrop,
+    pub backdrop: Backdrop,
     /// Its role was given by hand, so that neither its name nor its shape says more.
     pub told: bool,
 }
@@ -137,8 +137,7 @@ impl SceneBuilder {
     }
 
     /// What [`ImportOptions::smallest_hole`] says.
-    #[cfg(feature = "quake")]
-    pub(super) fn smallest_hole(&self) -> Option<f64> {
+    pub fn smallest_hole(&self) -> Option<f64> {
         self.options.smallest_hole
     }
 
@@ -236,7 +235,7 @@ impl SceneBuilder {
     }
 
     /// Whether there is nothing to see yet.
-    pub(super) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.meshes.is_empty()
     }
 
@@ -288,7 +287,7 @@ impl SceneBuilder {
     }
 
     /// Counts triangles of a mesh that an importer leaves out because a corner is not a finite number.
-    pub(super) fn leave_out(&mut self, node: &str, triangles: usize) {
+    pub fn leave_out(&mut self, node: &str, triangles: usize) {
         self.broken += triangles;
         self.first_broken.get_or_insert_with(|| node.to_owned());
     }
@@ -438,7 +437,7 @@ fn is_sound(p: &DVec3) -> bool {
 }
 
 /// A name fit for an object: every object of a mesh repeats it, so a file of one endless name must not fill the memory.
-pub(super) fn short_name(name: &str) -> String {
+pub fn short_name(name: &str) -> String {
     const LONGEST: usize = 200;
     match name.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}...", &name[..end]),

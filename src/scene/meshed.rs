@@ -1,7 +1,7 @@
 //! Scenes for whoever draws triangles: with meshes of tubes in place of prisms around them.
 
 use super::{Object, Scene};
-use crate::tubes::part;
+use enfilade_tubes::part;
 
 impl Scene {
     /// The scene with meshes of tubes for triangles: `sides` says how many sides rings of a radius (metres) have, 3 or more. What its objects

@@ -1,35 +1,21 @@
-//! A scene: triangles grouped into objects, and what its author said about rooms and doors.
-//!
-//! One file a format ([`gltf`], [`obj`], [`ifc`], [`indoorgml`], [`geojson`], [`quake`]); every importer hands its meshes to [`SceneBuilder`], which checks numbers,
-//! splits meshes above the object limit into clusters, picks the origin and orders triangles by object.
+//! A scene: triangles grouped into objects, and what its author said about rooms and doors. No file format: importers hand their meshes to
+//! [`SceneBuilder`].
 
-mod builder;
+pub mod builder;
 pub(crate) mod bulk;
 mod cluster;
 mod error;
 pub(crate) mod floors;
-pub mod geojson;
-pub mod gltf;
-mod helpers;
-pub mod ifc;
-pub mod indoorgml;
-mod lines;
-mod lod;
 mod meshed;
-mod naming;
-pub mod obj;
+pub mod naming;
 mod objects;
-mod pipes;
-pub mod ply;
-pub mod quake;
+pub mod pipes;
 pub mod rays;
-mod sidecar;
-mod sky;
-pub mod stl;
-mod textures;
+pub mod sidecar;
+pub mod sky;
 mod tube_count;
-pub(crate) mod up;
-mod whole_file;
+pub mod up;
+pub mod whole_file;
 
 pub use crate::types::hints::{Hints, LeakHint, Leaves, OpeningHint, OpeningKind, RoomHint, StoreyHint};
 pub use crate::types::import::ImportOptions;
@@ -41,61 +27,6 @@ pub use tube_count::TubeCount;
 
 use crate::geom;
 use glam::DVec3;
-use std::borrow::Cow;
-use std::path::Path;
-
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ply`, `.stl`, `.ifc`, `.ifczip`, `.gml`, `.geojson`, `.bsp`, `.map`).
-pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "glb" | "gltf" => gltf::import(path, options).map(with_note),
-        "obj" => obj::import(path, options).map(with_note),
-        "ply" => ply::import(path, options).map(with_note),
-        "stl" => stl::import(path, options).map(with_note),
-        "ifc" | "ifczip" => ifc::import(path, options),
-        "gml" => indoorgml::import(path, options),
-        "geojson" => geojson::import(path, options),
-        "bsp" => quake::import(path, options),
-        "map" => quake::import_map(path, options),
-        _ => Err(ImportError::UnknownFormat { extension }),
-    }
-}
-
-/// Of a format that doesn't say what is up.
-fn with_note(mut scene: Scene) -> Scene {
-    if scene.source.up == "+Y" {
-        scene.source.notes.extend(up::note(&scene));
-    }
-    scene
-}
-
-/// The extensions that [`import`] reads in this build, in small letters.
-pub fn extensions() -> impl Iterator<Item = &'static str> {
-    let (ifc, quake) = (cfg!(feature = "ifc"), cfg!(feature = "quake"));
-    let all = [
-        ("glb", true),
-        ("gltf", true),
-        ("obj", true),
-        ("ply", true),
-        ("stl", true),
-        ("ifc", ifc),
-        ("ifczip", ifc),
-        ("gml", true),
-        ("geojson", true),
-        ("bsp", quake),
-        ("map", quake),
-    ];
-    all.into_iter().filter(|(_, is_read)| *is_read).map(|(extension, _)| extension)
-}
-
-/// The file of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. The error is one line.
-pub fn picture<'p>(picture: &'p Picture, path: &Path, options: &ImportOptions) -> Result<Cow<'p, [u8]>, String> {
-    match picture {
-        Picture::Within(bytes) if bytes.is_empty() => Err("a texture leads to no image that is read".to_owned()),
-        Picture::Within(bytes) => Ok(Cow::Borrowed(bytes)),
-        Picture::Named(uri) => Ok(Cow::Owned(gltf::pictures::Pictures::beside(path.parent(), options).read(uri)?.1)),
-    }
-}
 
 /// Area of a triangle, square metres.
 pub(crate) fn triangle_area([a, b, c]: [DVec3; 3]) -> f64 {

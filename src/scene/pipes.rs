@@ -1,12 +1,12 @@
 //! Tubes as a scene has them: in pieces that can be seen or hidden, with prisms around them; or as meshes, where there are few.
 
 use super::{Mesh, Role};
-use crate::tubes::{Prism, Tube, Tubes, part, prism, usual_sides};
+use enfilade_tubes::{Prism, Tube, Tubes, part, prism, usual_sides};
 use glam::DVec3;
 use std::ops::Range;
 
 /// Segments of tubes below which a scene has none: a few pipes are meshes.
-pub(super) const FEWEST_SEGMENTS: usize = 64;
+pub const FEWEST_SEGMENTS: usize = 64;
 
 /// Of prisms around bends, a segment: their lines replace some.
 const TRIANGLES_OF_BEND: u32 = 4;

@@ -83,7 +83,7 @@ impl<'s> RayScene<'s> {
     }
 
     /// True where a closed hole is what the ray meets first.
-    pub(crate) fn ends_at_hole(&self, origin: DVec3, direction: DVec3, limit: f64) -> bool {
+    pub fn ends_at_hole(&self, origin: DVec3, direction: DVec3, limit: f64) -> bool {
         !self.holes.is_empty() && self.nearest(origin, direction, limit).is_some_and(|(_, triangle)| self.is_hole(triangle))
     }
 
@@ -475,7 +475,7 @@ fn comes_within(a: DVec3, b: DVec3, corners: &[DVec3; 3], distance: f64) -> bool
 }
 
 /// The point of a triangle that is nearest to `p` (Ericson 2005, 5.1.5).
-pub(crate) fn closest_on_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
+pub fn closest_on_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {

@@ -6,7 +6,7 @@ use std::path::{Component, Path, PathBuf};
 
 /// Where files that a model names are looked for.
 #[derive(Clone, Copy)]
-pub(super) struct Sidecars<'a> {
+pub struct Sidecars<'a> {
     /// The model's own folder; `None` where it came from memory.
     pub folder: Option<&'a Path>,
     /// Where they may lie instead of the model's folder ([`super::ImportOptions::files_under`]).

@@ -55,10 +55,13 @@ const FLAT: f64 = 0.02;
 
 /// What a name says of backdrops.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(super) enum Backdrop {
+pub enum Backdrop {
+    /// Nothing.
     #[default]
     Unnamed,
+    /// It is around everything, as a sky is.
     Shell,
+    /// It stands in the distance.
     Beyond,
 }
 

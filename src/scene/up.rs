@@ -36,7 +36,7 @@ const STAND: f64 = 0.1;
 const THINGS: usize = 8;
 
 /// A note where a scene whose +Y is taken to be up seems to lie on its side; `None` elsewhere.
-pub(super) fn note(scene: &Scene) -> Option<Note> {
+pub fn note(scene: &Scene) -> Option<Note> {
     is_on_its_side(scene).then(|| Note::fault("its largest planes face along Z: where +Z is up in the model, give --up z"))
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// The mark that some editors put before a text.
-pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+pub const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// What stands in the place of a file that was not fetched: how it starts, in small letters, and what it is.
 const STAND_INS: [(&[u8], &str); 3] = [
@@ -43,7 +43,7 @@ const TOLD_BYTES: usize = 8;
 /// # Errors
 ///
 /// As [`read`], and where nothing is in it.
-pub(super) fn model(path: &Path) -> io::Result<Vec<u8>> {
+pub fn model(path: &Path) -> io::Result<Vec<u8>> {
     let bytes = read(path)?;
     if bytes.is_empty() { Err(io::Error::other("the file is empty")) } else { Ok(bytes) }
 }
@@ -53,7 +53,7 @@ pub(super) fn model(path: &Path) -> io::Result<Vec<u8>> {
 /// # Errors
 ///
 /// Where it can't be read, or is only a pointer to the file that is meant, or a page about it.
-pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let absent = |e: io::Error| match e.kind() {
         io::ErrorKind::NotFound => io::Error::new(e.kind(), "there is no such file"),
         _ => e,
@@ -79,12 +79,12 @@ fn stand_in(bytes: &[u8]) -> Option<&'static str> {
 }
 
 /// A text without the mark and the blanks before it.
-pub(super) fn text_of(bytes: &[u8]) -> &[u8] {
+pub fn text_of(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start()
 }
 
 /// What a file is that isn't what it should be, as the end of a sentence: its kind, or how it begins.
-pub(super) fn nature(bytes: &[u8]) -> String {
+pub fn nature(bytes: &[u8]) -> String {
     if let Some((_, what)) = KINDS.iter().find(|(start, _)| bytes.starts_with(start)) {
         return format!("it is {what}");
     }

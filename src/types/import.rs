@@ -61,17 +61,17 @@ impl ImportOptions {
     }
 
     /// A point of a source whose +Y is up unless [`Self::z_up`] is set, +Y up.
-    pub(crate) fn upright(&self, p: DVec3) -> DVec3 {
+    pub fn upright(&self, p: DVec3) -> DVec3 {
         if self.z_up { DVec3::new(p.x, p.z, -p.y) } else { p }
     }
 
     /// What [`Self::upright`] takes to `p`.
-    pub(crate) fn as_in_source(&self, p: DVec3) -> DVec3 {
+    pub fn as_in_source(&self, p: DVec3) -> DVec3 {
         if self.z_up { DVec3::new(p.x, -p.z, p.y) } else { p }
     }
 
     /// The axis that is up in such a source.
-    pub(crate) fn up(&self) -> String {
+    pub fn up(&self) -> String {
         if self.z_up { "+Z".into() } else { "+Y".into() }
     }
 }

@@ -13,7 +13,7 @@ pub mod import;
 pub mod level;
 pub mod note;
 #[cfg(feature = "bake")]
-pub(crate) mod person;
+pub mod person;
 pub mod placed;
 pub mod portal;
 pub mod proof;

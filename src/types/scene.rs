@@ -5,7 +5,8 @@ use super::note::Note;
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::tolerance::Tolerance;
-use crate::tubes::Tubes;
+#[cfg(feature = "bake")]
+use enfilade_tubes::Tubes;
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
@@ -82,7 +83,7 @@ pub struct Source {
 }
 
 /// A whole model. Positions are relative to [`Scene::origin`]; triangles are ordered by object.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Scene {
     /// File stem or model name.
     pub name: String,
@@ -97,6 +98,7 @@ pub struct Scene {
     /// Objects, in the source's order.
     pub objects: Vec<Object>,
     /// Tubes, of which objects are parts, in the order of these.
+    #[cfg(feature = "bake")]
     pub tubes: Tubes,
     /// Objects that are drawn or hidden together: levels of detail of one thing. Each list is ascending and has two objects or more.
     pub together: Vec<Vec<ObjectId>>,
@@ -234,6 +236,7 @@ impl Scene {
         for group in &self.together {
             group.iter().for_each(|o| h.update(&o.0.to_le_bytes()));
         }
+        #[cfg(feature = "bake")]
         self.tubes.hash_into(&mut h);
         h.digest128()
     }

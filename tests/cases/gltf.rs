@@ -5,8 +5,9 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, Role, Scene, import};
-use enfilade::verify::{CheckOptions, check};
+use enfilade::scene::{ImportOptions, Role, Scene};
+use enfilade_formats::import;
+use enfilade_measure::verify::{CheckOptions, check};
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -3,8 +3,9 @@
 
 use super::case;
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
-use enfilade::scene::ifc::import_bytes;
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::ifc::import_bytes;
+use enfilade_formats::import;
 use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};

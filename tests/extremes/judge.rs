@@ -8,12 +8,12 @@ use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::Mode;
 use enfilade::scene::Scene;
-use enfilade::verify::{CheckOptions, check};
-use enfilade::walkthrough::mode::WalkMode;
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
-use enfilade::walkthrough::tour::tour;
-use enfilade::walkthrough::walk::{WalkOptions, walk};
 use enfilade::{BitMatrix, CellId, ObjectId};
+use enfilade_measure::verify::{CheckOptions, check};
+use enfilade_measure::walkthrough::mode::WalkMode;
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_measure::walkthrough::tour::tour;
+use enfilade_measure::walkthrough::walk::{WalkOptions, walk};
 use std::io::Write;
 use std::time::Instant;
 

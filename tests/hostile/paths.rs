@@ -1,7 +1,8 @@
 //! Files that a model names: read from the model's folder and below it, and from nowhere else.
 
 use crate::cli::folder;
-use enfilade::scene::{ImportError, ImportOptions, Scene, import};
+use enfilade::scene::{ImportError, ImportOptions, Scene};
+use enfilade_formats::import;
 use std::path::{Path, PathBuf};
 
 /// `model/` with a folder below it, and beside it what nobody may read.

@@ -4,7 +4,7 @@ use crate::targets::TARGETS;
 use std::path::{Path, PathBuf};
 
 fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(name)
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("fuzz/corpus").join(name)
 }
 
 #[test]
@@ -22,7 +22,8 @@ fn every_reader_accepts_its_seeds_and_fuzzing_starts_from_them() {
                 path.display()
             );
         }
-        let fuzz = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("fuzz/fuzz_targets/{}.rs", target.name));
+        let fuzz =
+            Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join(format!("fuzz/fuzz_targets/{}.rs", target.name));
         assert!(fuzz.is_file(), "no {}", fuzz.display());
     }
 }

@@ -4,7 +4,8 @@ use super::glb::{Glb, pack};
 use super::{TRIANGLE, assert_sound, assert_triangles, read_glb, world};
 use crate::cli::folder;
 use enfilade::geom;
-use enfilade::scene::{ImportOptions, OpeningKind, Role, Scene, import};
+use enfilade::scene::{ImportOptions, OpeningKind, Role, Scene};
+use enfilade_formats::import;
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -448,7 +449,7 @@ fn metres_per_unit_scales_everything() {
     glb.node(json!({"name": "hall-room", "mesh": square, "children": [1], "translation": [100, 0, 0]}));
     glb.node(json!({"name": "x-portal", "mesh": square}));
     let options = ImportOptions { metres_per_unit: Some(0.01), ..ImportOptions::default() };
-    let scene = enfilade::scene::gltf::from_slice(&glb.bytes(), "cm", None, &options).unwrap();
+    let scene = enfilade_formats::gltf::from_slice(&glb.bytes(), "cm", None, &options).unwrap();
     let bounds = scene.bounds();
     assert!((bounds.min + scene.origin).distance(DVec3::new(1.0, 0.0, 0.0)) < 1e-12);
     assert!(bounds.size().distance(DVec3::new(0.01, 0.01, 0.0)) < 1e-12);

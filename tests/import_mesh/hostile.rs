@@ -3,7 +3,8 @@
 use super::glb::{Glb, pack};
 use super::{TRIANGLE, assert_sound, read_glb, read_obj};
 use crate::cli::folder;
-use enfilade::scene::{ImportError, ImportOptions, import};
+use enfilade::scene::{ImportError, ImportOptions};
+use enfilade_formats::import;
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -184,7 +185,7 @@ fn instances_long_names_and_deep_trees_stay_within_bounds() {
     let nodes: Vec<Value> = (0..100_000u32).map(|i| json!({"mesh": mesh, "translation": [i, 0, 0]})).collect();
     glb.json["nodes"] = nodes.into();
     let options = ImportOptions { max_triangles: 50_000, ..ImportOptions::default() };
-    let read = enfilade::scene::gltf::from_slice(&glb.bytes(), "test", None, &options);
+    let read = enfilade_formats::gltf::from_slice(&glb.bytes(), "test", None, &options);
     assert!(matches!(read, Err(ImportError::TooLarge { limit: 50_000 })));
 
     // Nodes that say nothing.
@@ -273,7 +274,7 @@ proptest! {
     fn a_mutated_obj_is_an_error_or_sound(mutations in mutations()) {
         let mut bytes = OBJ.as_bytes().to_vec();
         mutate(&mut bytes, &mutations);
-        is_error_or_sound(enfilade::scene::obj::from_slice(&bytes, "test", None, &ImportOptions::default()));
+        is_error_or_sound(enfilade_formats::obj::from_slice(&bytes, "test", None, &ImportOptions::default()));
     }
 }
 

@@ -3,7 +3,8 @@
 use super::TRIANGLE;
 use super::glb::Glb;
 use crate::cli::folder;
-use enfilade::scene::{ImportOptions, Material, Picture, Scene, import, obj, picture};
+use enfilade::scene::{ImportOptions, Material, Picture, Scene};
+use enfilade_formats::{import, obj, picture};
 use serde_json::json;
 
 fn traced() -> ImportOptions {
@@ -29,7 +30,7 @@ fn textured(material: serde_json::Value) -> Glb {
 }
 
 fn scene(glb: &Glb) -> Scene {
-    enfilade::scene::gltf::from_slice(&glb.bytes(), "test", None, &traced()).unwrap()
+    enfilade_formats::gltf::from_slice(&glb.bytes(), "test", None, &traced()).unwrap()
 }
 
 fn material(material: serde_json::Value) -> Material {

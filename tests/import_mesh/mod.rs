@@ -23,11 +23,11 @@ use std::path::PathBuf;
 const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
 
 fn read_glb(bytes: &[u8]) -> Result<Scene, ImportError> {
-    enfilade::scene::gltf::from_slice(bytes, "test", None, &ImportOptions::default())
+    enfilade_formats::gltf::from_slice(bytes, "test", None, &ImportOptions::default())
 }
 
 fn read_obj(text: &str) -> Result<Scene, ImportError> {
-    enfilade::scene::obj::from_slice(text.as_bytes(), "test", None, &ImportOptions::default())
+    enfilade_formats::obj::from_slice(text.as_bytes(), "test", None, &ImportOptions::default())
 }
 
 /// The corners of an object's triangles in the model's own coordinates.

@@ -4,8 +4,9 @@ use super::glb::{Glb, pack, parts};
 use super::read_obj;
 use crate::cli;
 use enfilade::cells::{PortalKind, SplitOptions, split};
-use enfilade::generate::{Kind, generate};
-use enfilade::scene::{ImportOptions, Role, Scene, import, obj};
+use enfilade::scene::{ImportOptions, Role, Scene};
+use enfilade_formats::{import, obj};
+use enfilade_scenes::{Kind, generate};
 use serde_json::json;
 use std::path::Path;
 

@@ -2,7 +2,8 @@
 
 use super::{assert_sound, assert_triangles, read_obj, world};
 use crate::cli::folder;
-use enfilade::scene::{ImportError, ImportOptions, Role, import};
+use enfilade::scene::{ImportError, ImportOptions, Role};
+use enfilade_formats::import;
 use glam::DVec3;
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -103,7 +104,7 @@ fn what_is_skipped_is_noted() {
 #[test]
 fn metres_per_unit_scales_positions() {
     let options = ImportOptions { metres_per_unit: Some(0.0254), ..ImportOptions::default() };
-    let scene = enfilade::scene::obj::from_slice(format!("{SQUARE}f 1 2 3").as_bytes(), "inch", None, &options).unwrap();
+    let scene = enfilade_formats::obj::from_slice(format!("{SQUARE}f 1 2 3").as_bytes(), "inch", None, &options).unwrap();
     assert!((scene.bounds().size().x - 0.0254).abs() < 1e-15);
     assert_eq!(scene.source.metres_per_unit, 0.0254);
 }

@@ -2,7 +2,8 @@
 //! own face lines.
 
 use super::{assert_sound, data};
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
 use glam::{DVec3, Vec3};
 use std::path::Path;
 

@@ -1,7 +1,8 @@
 //! STL and PLY written by hand, with known triangles; damaged ones are refused.
 
 use super::{TRIANGLE, assert_triangles, world};
-use enfilade::scene::{ImportError, ImportOptions, Scene, ply, stl};
+use enfilade::scene::{ImportError, ImportOptions, Scene};
+use enfilade_formats::{ply, stl};
 
 /// A square in the plane z = 2, as two triangles and as a polygon.
 const SQUARE: [[f32; 3]; 4] = [[0.0, 0.0, 2.0], [1.0, 0.0, 2.0], [1.0, 1.0, 2.0], [0.0, 1.0, 2.0]];

@@ -7,9 +7,9 @@
 use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy, validate};
 use enfilade::geom::{Plane, middle, newell};
 use enfilade::job::Job;
-use enfilade::level::{Level, LevelPortal, VisOptions, vis};
 use enfilade::pvs::flow::{FlowInput, flow};
 use enfilade::{BitMatrix, CellId};
+use enfilade_levels::{Level, LevelPortal, VisOptions, vis};
 use glam::DVec3;
 
 /// Most portals of a graph, so that one case ends soon.

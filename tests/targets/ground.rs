@@ -1,7 +1,7 @@
 //! `.ground` files: what is opened is selected from and loaded, from anywhere.
 
 use enfilade::runtime::{Camera, Motion, Rect};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Limit};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Limit};
 use glam::{DVec3, Vec3};
 use std::io::Cursor;
 

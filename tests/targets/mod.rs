@@ -5,16 +5,18 @@ mod graph;
 mod ground;
 mod seeds;
 
-use enfilade::cells::{read_cells, read_indoorgml, read_view_cells, validate};
+use enfilade::cells::{read_cells, read_view_cells, validate};
 use enfilade::file::{Container, PvsFile, SectionId};
-use enfilade::level::prt::{Prt, read_prt};
-use enfilade::level::rows::read_rows;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
-use enfilade::scene::{ImportOptions, Scene, geojson, gltf, indoorgml, obj};
-use enfilade::terrain::raster::{Raster, RasterOptions};
-use enfilade::verify::rooms::RoomsFile;
-use enfilade::verify::score_rooms;
-use enfilade::walkthrough::path::CameraPath;
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::indoorgml::read_indoorgml;
+use enfilade_formats::{geojson, gltf, indoorgml, obj};
+use enfilade_levels::prt::{Prt, read_prt};
+use enfilade_levels::rows::read_rows;
+use enfilade_measure::verify::rooms::RoomsFile;
+use enfilade_measure::verify::score_rooms;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_terrain::raster::{Raster, RasterOptions};
 use glam::{DVec3, Vec3};
 use std::sync::OnceLock;
 use testing::boxes;
@@ -239,7 +241,7 @@ const RASTER_ROWS: u32 = 64;
 /// A raster that is accepted has a place, and heights that are finite or void.
 fn raster(name: &str, bytes: &[u8]) -> bool {
     let opened = Raster::from_bytes(name, bytes.to_vec(), &RasterOptions::default());
-    let refused = |e: enfilade::terrain::raster::RasterError| {
+    let refused = |e: enfilade_terrain::raster::RasterError| {
         let line = e.to_string();
         assert!(line.starts_with(name) && !line.contains('\n'), "{line}");
         false
@@ -279,7 +281,7 @@ fn asc(bytes: &[u8]) -> bool {
 
 #[cfg(feature = "quake")]
 fn map(bytes: &[u8]) -> bool {
-    let scene = enfilade::scene::quake::import_map_bytes(bytes, "hostile", &ImportOptions::default());
+    let scene = enfilade_levels::quake::import_map_bytes(bytes, "hostile", &ImportOptions::default());
     if let Ok(scene) = &scene {
         // One that leaks has none.
         let leaves = scene.hints.leaves.iter();
@@ -291,7 +293,7 @@ fn map(bytes: &[u8]) -> bool {
 
 #[cfg(feature = "quake")]
 fn bsp(bytes: &[u8]) -> bool {
-    use enfilade::level::bsp::Bsp;
+    use enfilade_levels::bsp::Bsp;
     let Ok(bsp) = Bsp::read(bytes.to_vec()) else { return false };
     if let Ok(derived) = bsp.level() {
         assert!(derived.level.portals.iter().flat_map(|p| p.cells).all(|c| (c as usize) < derived.level.cells));
@@ -299,7 +301,7 @@ fn bsp(bytes: &[u8]) -> bool {
     if let Ok(Some(rows)) = bsp.rows() {
         assert_eq!(rows.rows(), bsp.leaves());
     }
-    let scene = enfilade::scene::quake::import_bytes(bytes.to_vec(), "hostile", &ImportOptions::default());
+    let scene = enfilade_levels::quake::import_bytes(bytes.to_vec(), "hostile", &ImportOptions::default());
     if let Ok(scene) = &scene {
         let leaves = scene.hints.leaves.as_ref().expect("a level has leaves");
         assert!(leaves.portals.iter().flat_map(|p| p.cells).all(|c| (c as usize) < leaves.leaves.len()));
@@ -310,5 +312,5 @@ fn bsp(bytes: &[u8]) -> bool {
 
 #[cfg(feature = "ifc")]
 fn ifc(bytes: &[u8]) -> bool {
-    read(enfilade::scene::ifc::import_bytes(bytes.to_vec(), "hostile", &ImportOptions::default()))
+    read(enfilade_formats::ifc::import_bytes(bytes.to_vec(), "hostile", &ImportOptions::default()))
 }

@@ -20,7 +20,7 @@ use crate::settings::{LastPlace, Settings};
 use crate::ui::keys::Action;
 use crate::ui::welcome::Welcome;
 use crate::walker::Walker;
-use enfilade::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::path::CameraPath;
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::path::PathBuf;

@@ -6,7 +6,7 @@ use crate::looks::Detail;
 use crate::mode::ViewMode;
 use crate::settings::TUBE_PIXELS;
 use clap::{Parser, ValueEnum};
-use enfilade::terrain::Placement;
+use enfilade_terrain::Placement;
 use std::path::PathBuf;
 
 /// Walk through a building, and see what is not drawn

@@ -2,7 +2,7 @@
 
 use enfilade::file::PvsFile;
 use enfilade::scene::{Role, Scene};
-use enfilade::walkthrough::picture::{hsv, hue};
+use enfilade_measure::walkthrough::picture::{hsv, hue};
 
 /// How objects are coloured. All but the first are plain, whatever the detail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]

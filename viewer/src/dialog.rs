@@ -12,7 +12,7 @@ const LAST: &str = "zenity:";
 
 /// Extensions of what can be opened in this build.
 pub fn kinds() -> impl Iterator<Item = &'static str> {
-    std::iter::once("pvs").chain(enfilade::scene::extensions())
+    std::iter::once("pvs").chain(enfilade_formats::extensions())
 }
 
 /// A dialog that is open.

@@ -2,8 +2,8 @@
 //! and searched from then on.
 
 use crate::building::Building;
-use enfilade::scene::ifc::{Element, Elements, elements};
 use enfilade::{CellId, ObjectId};
+use enfilade_formats::ifc::{Element, Elements, elements};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -74,7 +74,7 @@ pub fn facts(element: &Element) -> Vec<(&'static str, String)> {
 /// Its properties and quantities by set; those of its type last.
 pub fn sheets(element: &Element) -> Vec<Sheet> {
     let own = element.sets.len();
-    let sheet = |(i, set): (usize, &Arc<enfilade::scene::ifc::PropertySet>)| Sheet {
+    let sheet = |(i, set): (usize, &Arc<enfilade_formats::ifc::PropertySet>)| Sheet {
         title: if i < own { set.name.clone() } else { format!("{} (of the type)", set.name) },
         rows: set.properties.iter().map(|p| (p.name.clone(), p.value.to_string())).collect(),
     };

@@ -8,10 +8,10 @@ use crate::start::rooms::Room;
 use crate::start::view::view;
 use crate::walker::Walker;
 use enfilade::geom::Aabb;
-use enfilade::pages::storeys::Storey;
 use enfilade::runtime::{Culler, Scratch};
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};
+use enfilade_measure::pages::storeys::Storey;
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
 /// Faces that are looked at, at most, for one way: some tenths of a second.

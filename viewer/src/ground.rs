@@ -6,7 +6,7 @@ use crate::draw::pipelines::NEAR;
 use enfilade::CellId;
 use enfilade::file::{FileObject, PvsFile};
 use enfilade::runtime::{Camera, Culler, FrameMode, Motion, Rect, Scratch};
-use enfilade::terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Patch, Placement, Things};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Patch, Placement, Things};
 use glam::{DVec3, Vec3};
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,6 +1,7 @@
 //! What things are made of: materials and pictures, as a graphics processor takes them.
 
-use enfilade::scene::{ImportOptions, Material, Picture, Role, Scene, picture};
+use enfilade::scene::{ImportOptions, Material, Picture, Role, Scene};
+use enfilade_formats::picture;
 use image::imageops::{FilterType, resize};
 use image::{ImageReader, RgbaImage};
 use std::io::Cursor;

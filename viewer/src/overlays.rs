@@ -6,8 +6,8 @@ use crate::heat;
 use crate::profile::Profile;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Rect};
-use enfilade::walkthrough::plan::portal_colour;
 use enfilade::{ObjectId, PortalId};
+use enfilade_measure::walkthrough::plan::portal_colour;
 use glam::{DVec2, DVec3, Vec3};
 
 /// Of a line of sight.

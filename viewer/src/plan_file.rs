@@ -2,7 +2,7 @@
 
 use crate::building::Building;
 use crate::doors::swings::Swing;
-use enfilade::pages::storeys::{Plans, Storey};
+use enfilade_measure::pages::storeys::{Plans, Storey};
 use std::fmt::Write;
 
 /// What one class of the library's plans, or of this one, looks like on white paper; of several classes, the later ones decide.

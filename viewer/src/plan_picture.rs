@@ -6,7 +6,7 @@ use crate::plan_file::{INKS, LOOKS, TEXT};
 use crate::ui::paint::Egui;
 use egui::{Color32, Pos2, Rect, Stroke, pos2};
 use enfilade::gpu::Gpu;
-use enfilade::walkthrough::picture::Picture;
+use enfilade_measure::walkthrough::picture::Picture;
 
 /// Width of pictures, pixels.
 const WIDTH: u32 = 2000;

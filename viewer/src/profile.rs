@@ -6,7 +6,7 @@ use crate::draw::marks::Marking;
 use crate::draw::targets::texture;
 use crate::mode::ViewMode;
 use enfilade::ObjectId;
-use enfilade::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::path::CameraPath;
 use glam::DVec3;
 use std::time::Instant;
 use wgpu::{TextureFormat, TextureUsages, TextureView};

@@ -1,6 +1,6 @@
 //! Paths that a person walks: recorded as the library reads them, and played.
 
-use enfilade::walkthrough::path::{CameraPath, MOST_FRAMES, PathFrame};
+use enfilade_measure::walkthrough::path::{CameraPath, MOST_FRAMES, PathFrame};
 
 /// Frames of a path in a second.
 const FRAMES_A_SECOND: f64 = 10.0;

@@ -5,11 +5,12 @@ mod common;
 
 use common::{building, has_device, shipped};
 use enfilade::bake::{BakeOptions, bake};
-use enfilade::generate::{Kind, generate};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::scene::{ImportOptions, import};
+use enfilade::scene::ImportOptions;
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;

@@ -6,9 +6,9 @@ mod common;
 
 use common::{building, has_device, shipped};
 use enfilade::cells::{Locator, PortalKind};
-use enfilade::pages::storeys::{Plans, storeys};
 use enfilade::runtime::Culler;
 use enfilade::scene::Scene;
+use enfilade_measure::pages::storeys::{Plans, storeys};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
 use enfilade_viewer::culling::Oracle;

@@ -7,7 +7,7 @@ use common::{building, has_device, path, shipped};
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
 use enfilade::runtime::{Camera, FrameMode, Rect};
-use enfilade::terrain::{
+use enfilade_terrain::{
     Disk, Ground, GroundError, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make,
 };
 use enfilade_viewer::body::EYE;
@@ -199,7 +199,7 @@ fn the_alarm_sees_ground_that_was_left_out() {
 /// Answers with one tile a frame, from a file.
 struct Slow {
     file: Vec<u8>,
-    header: enfilade::terrain::Header,
+    header: enfilade_terrain::Header,
     asked: VecDeque<u32>,
     is_due: bool,
 }

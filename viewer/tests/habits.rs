@@ -6,7 +6,7 @@ mod common;
 use common::{building, has_device};
 use egui::RawInput;
 use enfilade::runtime::FrameMode;
-use enfilade::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;

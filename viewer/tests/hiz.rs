@@ -5,7 +5,7 @@ mod common;
 
 use common::{building, has_device, path};
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::ByDevice;
 use enfilade_viewer::draw::alarm::Missed;

@@ -5,9 +5,10 @@ mod common;
 
 use common::{baked, building, has_device, path, shipped};
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::scene::{ImportOptions, extensions, import};
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
-use enfilade::walkthrough::tour::tour;
+use enfilade::scene::ImportOptions;
+use enfilade_formats::{extensions, import};
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_measure::walkthrough::tour::tour;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::{Stage, Wish};

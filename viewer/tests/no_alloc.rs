@@ -7,7 +7,7 @@ mod common;
 use allocation_counter::measure;
 use common::{building, path};
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::terrain::{Ground, MakeOptions, Placement, make};
+use enfilade_terrain::{Ground, MakeOptions, Placement, make};
 use enfilade_viewer::culling::{Culling, Oracle};
 use enfilade_viewer::doors::Doors;
 use enfilade_viewer::draw::mesh::{Mesh, Runs};

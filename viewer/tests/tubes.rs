@@ -8,9 +8,10 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, import};
-use enfilade::tubes::{Counts, SIDES, Shape, Tubes, usual_error};
-use enfilade::walkthrough::picture::Picture;
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::picture::Picture;
+use enfilade_tubes::{Counts, SIDES, Shape, Tubes, usual_error};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::{Stage, Wish};
@@ -231,7 +232,7 @@ fn pixels_are_those_of_the_bands() {
         let scene = &building.scene;
         let selection = &stage.pipes.as_ref().unwrap().drawn.selection;
         let mut triangles = Vec::new();
-        let is_within = |band: &enfilade::tubes::Band| band.ends().iter().any(|at| at.fract() > 0.0);
+        let is_within = |band: &enfilade_tubes::Band| band.ends().iter().any(|at| at.fract() > 0.0);
         if angle < 1.0 {
             assert!((0..SIDES.len()).flat_map(|sides| selection.bands(sides)).any(is_within), "from {eye}");
         }

@@ -8,7 +8,7 @@ mod common;
 
 use common::building;
 use common::display::{Display, Ends, can_run, until};
-use enfilade::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::path::CameraPath;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! The command line: parse, one `match`, library calls.
 
-mod cli;
+mod commands;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -20,53 +20,53 @@ enum Command {
     #[command(
         after_help = "Examples:\n  enfilade bake data/buildings/office.glb -o office.pvs\n  enfilade bake villa.glb --unseen 0.1% --ship sampled --view-cells auto --json"
     )]
-    Bake(cli::bake::Args),
+    Bake(commands::bake::Args),
     /// Test a .pvs file against its model, independently of how it was baked.
     #[command(
         after_help = "Examples:\n  enfilade check office.pvs --model data/buildings/office.glb --rays 10M\n  enfilade check level.bsp --json"
     )]
-    Check(cli::check::Args),
+    Check(commands::check::Args),
     /// Walk a camera through a model and say what each culling mode draws.
     #[command(
         after_help = "Examples:\n  enfilade walk office.pvs --model data/buildings/office.glb --mode all\n  enfilade walk office.pvs --model data/buildings/office.glb --random 100 --verify-pixels --frames pictures"
     )]
-    Walk(cli::walk::Args),
+    Walk(commands::walk::Args),
     /// Say what is in a .pvs file.
     #[command(after_help = "Examples:\n  enfilade info office.pvs\n  enfilade info office.pvs --json")]
-    Info(cli::info::Args),
+    Info(commands::info::Args),
     /// Say why a cell sees an object or another cell, or doesn't.
     #[command(
         after_help = "Examples:\n  enfilade why office.pvs cell:3 object:17\n  enfilade why office.pvs 3 cell:4 --model data/buildings/office.glb"
     )]
-    Why(cli::why::Args),
+    Why(commands::why::Args),
     /// Write out cells, portals, objects and rows.
     #[command(after_help = "Examples:\n  enfilade dump office.pvs --rows cells\n  enfilade dump office.pvs --json")]
-    Dump(cli::dump::Args),
+    Dump(commands::dump::Args),
     /// Write the model with a node an object, as .glb, for engines.
     #[command(
         after_help = "Examples:\n  enfilade export office.pvs --model data/buildings/office.glb -o objects.glb\n  enfilade export level.pvs --model level.map -o level.glb --json"
     )]
-    Export(cli::export::Args),
+    Export(commands::export::Args),
     /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
     #[command(
         after_help = "Examples:\n  enfilade vis level.bsp\n  enfilade vis level.prt --rows rows.txt --against other.txt"
     )]
-    Vis(cli::vis::Args),
+    Vis(commands::vis::Args),
     /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
     #[command(
         after_help = "Examples:\n  enfilade report data/buildings/office.glb -o office.html\n  enfilade report level.prt --rows other.txt"
     )]
-    Report(cli::report::Args),
+    Report(commands::report::Args),
     /// Make ground of rasters of heights: tiles that are drawn to within a stated number of pixels.
     #[command(
         after_help = "Examples:\n  enfilade ground north.tif south.tif -o hills.ground\n  enfilade ground hills.asc -o hills.ground --keep-out data/buildings/office.glb --place 120,2,-40,30"
     )]
-    Ground(cli::ground::Args),
+    Ground(commands::ground::Args),
     /// Make a seeded test scene.
     #[command(
         after_help = "Examples:\n  enfilade generate office --rooms 40 -o office.glb --facts\n  enfilade generate ground --size 1025 --spacing 2 -o hills.tif"
     )]
-    Generate(cli::generate::Args),
+    Generate(commands::generate::Args),
 }
 
 /// The arguments; where they can't be understood, one line says why.
@@ -97,8 +97,8 @@ fn main() -> ExitCode {
     };
     let result = args.command.files().check().and_then(|()| args.command.run());
     match result {
-        Ok(cli::Outcome::Done) => ExitCode::SUCCESS,
-        Ok(cli::Outcome::Failed) => ExitCode::from(1),
+        Ok(commands::Outcome::Done) => ExitCode::SUCCESS,
+        Ok(commands::Outcome::Failed) => ExitCode::from(1),
         Err(error) => {
             eprintln!("enfilade: {error}");
             ExitCode::from(2)
@@ -108,7 +108,7 @@ fn main() -> ExitCode {
 
 impl Command {
     /// What it reads and writes.
-    fn files(&self) -> cli::files::Files {
+    fn files(&self) -> commands::files::Files {
         match self {
             Self::Bake(args) => args.files(),
             Self::Check(args) => args.files(),
@@ -124,19 +124,19 @@ impl Command {
         }
     }
 
-    fn run(self) -> Result<cli::Outcome, cli::CliError> {
+    fn run(self) -> Result<commands::Outcome, commands::CliError> {
         match self {
-            Self::Bake(args) => cli::bake::run(args),
-            Self::Check(args) => cli::check::run(args),
-            Self::Walk(args) => cli::walk::run(args),
-            Self::Info(args) => cli::info::run(args),
-            Self::Why(args) => cli::why::run(args),
-            Self::Dump(args) => cli::dump::run(args),
-            Self::Export(args) => cli::export::run(args),
-            Self::Vis(args) => cli::vis::run(args),
-            Self::Report(args) => cli::report::run(args),
-            Self::Ground(args) => cli::ground::run(args),
-            Self::Generate(args) => cli::generate::run(args),
+            Self::Bake(args) => commands::bake::run(args),
+            Self::Check(args) => commands::check::run(args),
+            Self::Walk(args) => commands::walk::run(args),
+            Self::Info(args) => commands::info::run(args),
+            Self::Why(args) => commands::why::run(args),
+            Self::Dump(args) => commands::dump::run(args),
+            Self::Export(args) => commands::export::run(args),
+            Self::Vis(args) => commands::vis::run(args),
+            Self::Report(args) => commands::report::run(args),
+            Self::Ground(args) => commands::ground::run(args),
+            Self::Generate(args) => commands::generate::run(args),
         }
     }
 }
@@ -175,7 +175,7 @@ mod tests {
 
     fn takes_a_path(arg: &clap::Arg) -> bool {
         let kind = arg.get_value_parser().type_id();
-        kind == std::any::TypeId::of::<PathBuf>() || kind == std::any::TypeId::of::<cli::bake::ViewCells>()
+        kind == std::any::TypeId::of::<PathBuf>() || kind == std::any::TypeId::of::<commands::bake::ViewCells>()
     }
 
     /// Every path that a command takes is looked at before the work. A new flag with a path is found here by its type.

@@ -13,9 +13,10 @@
 
 mod plain;
 
-use crate::file::PvsFile;
-use crate::scene::{self, ImportError, ImportOptions, Scene, gltf};
-use crate::tubes::usual_sides;
+use crate::gltf;
+use enfilade::file::PvsFile;
+use enfilade::scene::{ImportError, ImportOptions, Scene};
+use enfilade_tubes::usual_sides;
 use serde_json::json;
 use std::path::Path;
 
@@ -75,7 +76,7 @@ pub fn export(model: &Path, options: &ImportOptions, file: &PvsFile) -> Result<E
         let cut = gltf::cut_file(model, options, check, &extras)?;
         return Ok(Exported { glb: cut.glb, meshes: cut.meshes, notes: cut.notes });
     }
-    let scene = scene::import(model, &ImportOptions { trace: true, ..options.clone() })?;
+    let scene = crate::import(model, &ImportOptions { trace: true, ..options.clone() })?;
     check(&scene)?;
     Ok(plain::cut(&scene.meshed(usual_sides), model.parent(), options, &extras)?)
 }

@@ -2,11 +2,11 @@
 //!
 //! Coordinates are metres in a projected system: east, north, up. `(x, y, z)` turns into `(x, z, -y)`.
 
-use super::builder::short_name;
 use super::lines::{Line, Lines};
-use super::{ImportError, ImportOptions, Place, Role, Scene, SceneBuilder, Source, whole_file};
-use crate::tubes::Shape;
-use crate::types::note::Note;
+use enfilade::scene::builder::short_name;
+use enfilade::scene::{ImportError, ImportOptions, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use enfilade::types::note::Note;
+use enfilade_tubes::Shape;
 use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::Path;

@@ -5,7 +5,7 @@
 //! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression with the feature
 //! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing, KHR_node_visibility and MSFT_lod are read.
 //! Skins and morph targets stand as the file has them. What an animation moves, and what a skin bends, hides nothing; its object has a
-//! [`reach`](super::Object::reach) around all poses. Points, and lines without a radius, are left out with a note. A required extension that
+//! [`reach`](enfilade::scene::Object::reach) around all poses. Points, and lines without a radius, are left out with a note. A required extension that
 //! isn't known is refused by name. What engines don't draw, and coarser levels of detail, are told by names and extras
 //! (docs/undrawn.md).
 //!
@@ -14,7 +14,7 @@
 //!
 //! # Authored rooms and portals
 //!
-//! Nothing here is a guarantee; the split into cells takes them as [`Hints`](super::Hints). Node names are read as Godot 3 does:
+//! Nothing here is a guarantee; the split into cells takes them as [`Hints`](enfilade::scene::Hints). Node names are read as Godot 3 does:
 //!
 //! | name | meaning |
 //! | --- | --- |
@@ -42,7 +42,7 @@
 mod alpha;
 mod authored;
 mod bent;
-pub(crate) mod container;
+pub mod container;
 mod cut;
 mod data;
 mod document;
@@ -56,16 +56,10 @@ mod placement;
 mod primitive;
 mod tubes;
 
-use super::builder::{Facts, short_name};
 use super::helpers::{self, Helpers};
 use super::lines::{Line, Lines};
 use super::lod::{self, Level};
-use super::naming::{ByName, Kind, Naming, Told};
-use super::sidecar::Sidecars;
-use super::sky::Backdrop;
-use super::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, textures, whole_file};
-use crate::geom::Aabb;
-use crate::types::note::{Note, NoteKind};
+use super::textures;
 use alpha::Alpha;
 pub(super) use authored::flat_hull;
 use authored::{Authored, Extras, Named, RoomName};
@@ -73,6 +67,13 @@ use bent::{Joints, Weights};
 pub(crate) use cut::cut_file;
 use data::{Buffers, broken, entry};
 use document::{Document, Instancing, Node, Primitive};
+use enfilade::geom::Aabb;
+use enfilade::scene::builder::{Facts, short_name};
+use enfilade::scene::naming::{ByName, Kind, Naming, Told};
+use enfilade::scene::sidecar::Sidecars;
+use enfilade::scene::sky::Backdrop;
+use enfilade::scene::{ImportError, ImportOptions, Mesh, Role, Scene, SceneBuilder, Source, whole_file};
+use enfilade::types::note::{Note, NoteKind};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use looks::Looks;
 use motion::Motion;
@@ -104,7 +105,7 @@ struct Reading<'a> {
     buffers: Buffers<'a>,
     /// By mesh and primitive, as far as they are drawn.
     parts: Vec<Option<Rc<Vec<Option<Part>>>>>,
-    /// By mesh of the scene ([`Trace::meshes`](super::Trace::meshes)).
+    /// By mesh of the scene ([`Trace::meshes`](enfilade::scene::Trace::meshes)).
     drawn: Vec<Drawn>,
     /// Nodes whose meshes are rooms' surfaces or portals.
     undrawn: Vec<usize>,

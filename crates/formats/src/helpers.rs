@@ -3,8 +3,8 @@
 //! Engines and exporters each have a way to say so. A row of the table is one of them. What a row fits hides nothing and bounds no room, but stays an object:
 //! an engine that draws it after all loses no pixel. A role that was given by hand overrules the table.
 
-use super::naming::words;
-use crate::types::note::Note;
+use enfilade::scene::naming::words;
+use enfilade::types::note::Note;
 use serde_json::Value;
 
 /// Where a row looks, and for what. All texts are in small letters.
@@ -384,7 +384,7 @@ mod tests {
 
     #[test]
     fn the_page_has_the_table() {
-        let page = include_str!("../../docs/undrawn.md");
+        let page = include_str!("../../../docs/undrawn.md");
         assert!(page.contains(&table()), "docs/undrawn.md should have:\n{}", table());
     }
 

@@ -2,21 +2,23 @@
 //!
 //! [`read`] takes in the document; [`import`] makes a scene of it for a building that has no other mesh: every cell space's
 //! surface becomes an object, less the surfaces that transitions lead through. The graph itself is read by
-//! [`crate::cells::read_indoorgml`].
+//! [`read_indoorgml`].
 //!
 //! Understood: cell spaces (extensions of `CellSpace` too) with a solid of polygons, cell space boundaries with a polygon, states
 //! and transitions, and the links between them, in one file. Of several space layers the first that has transitions is taken.
 //! Lengths are metres unless [`ImportOptions::metres_per_unit`] says otherwise, +Z is up and becomes +Y: `(x, y, z)` turns into
 //! `(x, z, -y)`. Document types are refused, and with them every entity but XML's own.
 
+mod cells;
 mod surfaces;
 
-use super::builder::short_name;
-use super::{
+pub use cells::read_indoorgml;
+use enfilade::polygon::Polygon;
+use enfilade::scene::builder::short_name;
+use enfilade::scene::{
     Hints, ImportError, ImportOptions, OpeningHint, OpeningKind, Place, RoomHint, Scene, SceneBuilder, Source, whole_file,
 };
-use crate::polygon::Polygon;
-use crate::types::note::Note;
+use enfilade::types::note::Note;
 use glam::DVec3;
 use roxmltree::{Document, Node};
 use std::collections::{BTreeMap, HashMap};
@@ -79,10 +81,10 @@ pub struct IndoorGml {
 }
 
 impl IndoorGml {
-    /// Grid and reach of everything that compares coordinates, metres: as [`crate::tolerance::Tolerance::coplanar`].
+    /// Grid and reach of everything that compares coordinates, metres: as [`enfilade::tolerance::Tolerance::coplanar`].
     pub(crate) fn coplanar(&self) -> f64 {
         let corners = self.spaces.iter().flat_map(|s| &s.surface).flat_map(|p| p.rings.iter().flatten().copied());
-        crate::tolerance::Tolerance::for_extent(crate::geom::Aabb::of(corners).diagonal()).coplanar
+        enfilade::tolerance::Tolerance::for_extent(enfilade::geom::Aabb::of(corners).diagonal()).coplanar
     }
 }
 
@@ -380,7 +382,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let door = matches!(node.tag_name().name(), "ConnectionBoundary" | "AnchorBoundary");
         let id = short_name(id_of(node).unwrap_or("a boundary"));
         let winding = hull(&polygon);
-        if crate::geom::area(&winding) > CONVEX * crate::geom::area(&polygon.rings[0]) {
+        if enfilade::geom::area(&winding) > CONVEX * enfilade::geom::area(&polygon.rings[0]) {
             self.notes.push(Note::taken(format!("{id}: not convex; its hull is taken")));
         }
         Ok(Some(Boundary { id, door, winding }))
@@ -396,7 +398,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         let polygon = Polygon::new(rings);
         if let Some(polygon) = &polygon {
-            let extent = crate::geom::Aabb::of(polygon.rings[0].iter().copied()).diagonal();
+            let extent = enfilade::geom::Aabb::of(polygon.rings[0].iter().copied()).diagonal();
             let off = polygon.off_plane();
             if off > FLAT * extent {
                 let id = id_of(node).map_or_else(|| line(node).to_string(), |id| format!("{}: ", short_name(id)));
@@ -459,7 +461,7 @@ fn loops(ring: Vec<DVec3>) -> Vec<Vec<DVec3>> {
         found.push(way.into_iter().map(|(p, _)| p).collect());
     }
     found.retain(|ring: &Vec<DVec3>| ring.len() > 2);
-    found.sort_by(|a, b| crate::geom::area(b).total_cmp(&crate::geom::area(a)));
+    found.sort_by(|a, b| enfilade::geom::area(b).total_cmp(&enfilade::geom::area(a)));
     found
 }
 
@@ -471,7 +473,7 @@ fn is_surface(node: &Node<'_, '_>) -> bool {
 fn is_same(a: &Option<Boundary>, b: &Option<Boundary>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => {
-            let near = crate::geom::Aabb::of(b.winding.iter().copied()).inflated(1e-2);
+            let near = enfilade::geom::Aabb::of(b.winding.iter().copied()).inflated(1e-2);
             a.id == b.id || a.winding.iter().all(|&p| near.contains(p))
         }
         (None, None) => true,

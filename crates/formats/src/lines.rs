@@ -1,9 +1,9 @@
 //! Lines with a radius, of whatever format: each becomes a tube.
 
-use super::builder::short_name;
-use super::{ImportError, Place, Role, SceneBuilder};
-use crate::tubes::{Counts, Shape, TubeError, Tubes, usual_error};
-use crate::types::note::{Note, NoteKind};
+use enfilade::scene::builder::short_name;
+use enfilade::scene::{ImportError, Place, Role, SceneBuilder};
+use enfilade::types::note::{Note, NoteKind};
+use enfilade_tubes::{Counts, Shape, TubeError, Tubes, usual_error};
 use glam::DVec3;
 
 /// A line, in the model's own coordinates: metres, +Y up.

@@ -13,16 +13,17 @@
 mod materials;
 pub(super) mod polygon;
 
-use super::builder::{Facts, short_name};
 use super::helpers::{self, Helpers};
 use super::lines::{Line, Lines};
 use super::lod;
-use super::naming::{ByName, Naming};
-use super::sidecar::Sidecars;
-use super::sky::Backdrop;
-use super::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, textures, whole_file};
-use crate::tubes::Shape;
-use crate::types::note::{Note, NoteKind};
+use super::textures;
+use enfilade::scene::builder::{Facts, short_name};
+use enfilade::scene::naming::{ByName, Naming};
+use enfilade::scene::sidecar::Sidecars;
+use enfilade::scene::sky::Backdrop;
+use enfilade::scene::{ImportError, ImportOptions, Mesh, Picture, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use enfilade::types::note::{Note, NoteKind};
+use enfilade_tubes::Shape;
 use glam::DVec3;
 use materials::Material;
 use std::collections::{HashMap, HashSet};
@@ -78,7 +79,7 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
 const NONE: u32 = u32::MAX;
 
 /// What engines know of a material. `Kd` is taken as sRGB, as the programs that write it show it.
-fn look(name: &str, material: Option<&Material>) -> super::Material {
+fn look(name: &str, material: Option<&Material>) -> enfilade::scene::Material {
     let linear = |x: f32| x.clamp(0.0, 1.0).powf(2.2);
     let [r, g, b] = material.and_then(|m| m.diffuse).map_or([0.6; 3], |kd| kd.map(linear));
     let opacity = material.map_or(1.0, Material::opacity).clamp(0.0, 1.0);
@@ -87,7 +88,10 @@ fn look(name: &str, material: Option<&Material>) -> super::Material {
     let is_black = picture.is_some() && [r, g, b] == [0.0; 3];
     let [r, g, b] = if is_black { [1.0; 3] } else { [r, g, b] };
     let name = if name.is_empty() { "none".to_owned() } else { short_name(name) };
-    super::Material { texture: picture.map(Picture::Named), ..super::Material::matt(name, [r, g, b, opacity as f32]) }
+    enfilade::scene::Material {
+        texture: picture.map(Picture::Named),
+        ..enfilade::scene::Material::matt(name, [r, g, b, opacity as f32])
+    }
 }
 
 /// Everything that tells one mesh from another: indices into [`Reader::names`].

@@ -2,8 +2,8 @@
 //! unless [`ImportOptions::z_up`] says otherwise). Colours and normals are left out; points without faces are no model.
 
 use super::obj::polygon;
-use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
-use crate::types::note::Note;
+use enfilade::scene::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use enfilade::types::note::Note;
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};

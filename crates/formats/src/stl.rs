@@ -1,7 +1,7 @@
 //! STL, binary and text: one mesh, whose equal corners are one. It says neither its unit (metres are assumed) nor what is up (+Y is,
 //! unless [`ImportOptions::z_up`] says otherwise), nor how anything looks.
 
-use super::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
+use enfilade::scene::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use glam::DVec3;
 use std::io::Cursor;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Pictures that a model names and that did not come with it. A bake doesn't need them: materials say what is see-through. Who draws the
 //! model does.
 
-use super::builder::short_name;
-use super::sidecar::Sidecars;
-use crate::types::note::Note;
+use enfilade::scene::builder::short_name;
+use enfilade::scene::sidecar::Sidecars;
+use enfilade::types::note::Note;
 use std::collections::HashSet;
 
 /// Names that the note tells.

@@ -1,13 +1,13 @@
-//! Rows of a Quake 1 level: into the visibility lump and out of it. The level itself is read by [`crate::scene::quake`].
+//! Rows of a Quake 1 level: into the visibility lump and out of it. The level itself is read by [`crate::quake`].
 
 mod ambient;
 mod lump;
 
 use super::Level;
-use crate::BitMatrix;
-use crate::scene::quake::layout::VISIBILITY;
-pub use crate::scene::quake::{Bsp, BspError, Fit};
+use crate::quake::layout::VISIBILITY;
+pub use crate::quake::{Bsp, BspError, Fit};
 pub use ambient::SOUNDS;
+use enfilade::BitMatrix;
 use glam::DVec3;
 
 /// Portals of a level, and where they come from.

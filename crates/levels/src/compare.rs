@@ -1,8 +1,8 @@
 //! Rows of somebody else's beside ours: what they keep that is proven hidden, and what they lack that a line proves.
 
 use super::{Level, Line, Vis};
-use crate::BitMatrix;
-use crate::geom::middle;
+use enfilade::BitMatrix;
+use enfilade::geom::middle;
 
 /// Two sets of rows for one level. All pairs are ordered, each cell with itself among them.
 #[derive(Clone, PartialEq, Debug)]

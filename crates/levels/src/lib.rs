@@ -3,7 +3,7 @@
 //! A pair of cells sees each other where a straight line passes a chain of portals from one to the other. Each pair ends up
 //! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
 //!
-//! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`crate::pvs`] decides the rest, and
+//! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`enfilade::pvs`] decides the rest, and
 //! each chain that it believes in becomes a line, too. [`why()`] tells the proof of a pair.
 //!
 //! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
@@ -12,22 +12,25 @@
 #[cfg(feature = "quake")]
 pub mod bsp;
 pub mod compare;
+mod level;
 mod lines;
 mod parts;
 mod proof;
 pub mod prt;
+pub mod quake;
 pub mod rows;
 
-pub use crate::pvs::flow::exact::{Edge, Term};
-pub use crate::types::level::{Level, LevelPortal};
+pub use enfilade::pvs::flow::exact::{Edge, Term};
+pub use enfilade::types::level::LevelPortal;
+pub use level::{FARTHEST, Level, MOST_CLUSTERS};
 pub use proof::{ChainProof, PairProof, why};
 
-use crate::BitMatrix;
-use crate::geom::{Plane, newell};
-use crate::job::{Digest, Job, Stopped};
-use crate::pvs::flow::cells::{Cells, reached};
-use crate::pvs::flow::might_see::MightSee;
-use crate::pvs::flow::net::{Net, NetPortal};
+use enfilade::BitMatrix;
+use enfilade::geom::{Plane, newell};
+use enfilade::job::{Digest, Job, Stopped};
+use enfilade::pvs::flow::cells::{Cells, reached};
+use enfilade::pvs::flow::might_see::MightSee;
+use enfilade::pvs::flow::net::{Net, NetPortal};
 use glam::DVec3;
 use lines::Walker;
 use serde::{Deserialize, Serialize};
@@ -129,7 +132,7 @@ pub enum VisError {
     },
 }
 
-/// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
+/// Digest of everything that the result depends on: what a [journal](enfilade::job::Journal) belongs to.
 pub fn digest(level: &Level, options: &VisOptions) -> Digest {
     let of_numbers = |numbers: &[u64]| {
         let mut hash = Xxh3::new();
@@ -277,17 +280,6 @@ fn flooded(net: &Net, might_see: &MightSee) -> u64 {
     (0..net.cells).map(|i| rows.ones(i).filter(|&j| rows.get(j, i)).count() as u64).sum()
 }
 
-impl Level {
-    /// The winding of a portal, `2 * portal + side`: counter-clockwise seen from the cell that it leads into.
-    fn winding(&self, directed: u32) -> Vec<DVec3> {
-        let mut winding = self.portals[directed as usize / 2].winding.clone();
-        if directed % 2 == 1 {
-            winding.reverse();
-        }
-        winding
-    }
-}
-
 /// That every portal leads to cells that are there.
 fn check(level: &Level) -> Result<(), VisError> {
     let cells = level.cells;
@@ -312,14 +304,14 @@ fn coplanar(level: &Level) -> f64 {
         let plane = plane(winding);
         winding.iter().map(|p| plane.distance(*p).abs()).fold(0.0, f64::max)
     };
-    let bounds = crate::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
+    let bounds = enfilade::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
     let farthest = level.portals.iter().map(|p| off(&p.winding)).fold(0.0, f64::max);
     (COPLANAR * bounds.diagonal()).max((ROUNDED[0] * farthest).min(ROUNDED[1] * level.rounding))
 }
 
 /// The plane of a winding.
 fn plane(winding: &[DVec3]) -> Plane {
-    let middle = crate::geom::middle(winding);
+    let middle = enfilade::geom::middle(winding);
     let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
     Plane::through(middle, newell(&relative).normalize_or_zero())
 }

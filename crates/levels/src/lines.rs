@@ -5,15 +5,15 @@
 //! from there, half of them; the others take any direction.
 
 use super::{Level, Line};
-use crate::BitMatrix;
-use crate::bits;
-use crate::geom::Plane;
-use crate::parallel;
-use crate::pvs::flow::exact::{Answer, ask, passes};
-use crate::pvs::flow::goals::{Prover, Settled};
-use crate::pvs::flow::might_see::MightSee;
-use crate::pvs::flow::net::Net;
-use crate::random::Prng;
+use enfilade::BitMatrix;
+use enfilade::bits;
+use enfilade::geom::Plane;
+use enfilade::parallel;
+use enfilade::pvs::flow::exact::{Answer, ask, passes};
+use enfilade::pvs::flow::goals::{Prover, Settled};
+use enfilade::pvs::flow::might_see::MightSee;
+use enfilade::pvs::flow::net::Net;
+use enfilade::random::Prng;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

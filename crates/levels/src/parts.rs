@@ -2,7 +2,7 @@
 //! can be come to, and not the square of what there is.
 
 use super::{Level, LevelPortal, Line, Vis, VisStats};
-use crate::BitMatrix;
+use enfilade::BitMatrix;
 
 /// Cells that portals join, with those portals; ascending.
 pub(super) struct Part {

@@ -2,12 +2,12 @@
 
 use super::lines::{Walk, Walker};
 use super::{Level, Line, Vis, VisError, VisOptions, check, net};
-use crate::geom::Plane;
-use crate::pvs::flow::exact::{Answer, Term, passes};
-use crate::pvs::flow::goals::{CellGoals, Prover, Settled};
-use crate::pvs::flow::might_see::{MightSee, set};
-use crate::pvs::flow::net::Net;
-use crate::pvs::flow::search::{End, Search};
+use enfilade::geom::Plane;
+use enfilade::pvs::flow::exact::{Answer, Term, passes};
+use enfilade::pvs::flow::goals::{CellGoals, Prover, Settled};
+use enfilade::pvs::flow::might_see::{MightSee, set};
+use enfilade::pvs::flow::net::Net;
+use enfilade::pvs::flow::search::{End, Search};
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -68,7 +68,7 @@ pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Re
 
 /// The line of `vis` that joins two cells, cut to them.
 fn witness(level: &Level, net: &Net, vis: &Vis, a: u32, b: u32) -> Option<Line> {
-    let at = |portal: u32| crate::geom::middle(&level.portals[portal as usize].winding);
+    let at = |portal: u32| enfilade::geom::middle(&level.portals[portal as usize].winding);
     let line = |p: DVec3, portals| Line { cells: [a, b], from: p, to: p, portals };
     if a == b {
         return Some(line(net.out(a as usize).next().map_or(DVec3::ZERO, |p| at(net.ids[p] / 2)), Vec::new()));
@@ -96,8 +96,8 @@ impl Line {
         }
         let hit = |portal: u32| {
             let winding = &level.portals[portal as usize / 2].winding;
-            let middle = crate::geom::middle(winding);
-            let n = crate::geom::newell(&winding.iter().map(|&p| p - middle).collect::<Vec<_>>());
+            let middle = enfilade::geom::middle(winding);
+            let n = enfilade::geom::newell(&winding.iter().map(|&p| p - middle).collect::<Vec<_>>());
             let d = self.to - self.from;
             let t = n.dot(middle - self.from) / n.dot(d);
             if t.is_finite() { self.from + d * t } else { self.from }

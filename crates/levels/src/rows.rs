@@ -1,6 +1,6 @@
 //! Rows as text: a line a cell, `c n: id id id ...`, `c` itself among the ids, ids ascending.
 
-use crate::BitMatrix;
+use enfilade::BitMatrix;
 use std::io::{self, Write};
 
 /// What is wrong, and where.

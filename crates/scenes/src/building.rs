@@ -5,7 +5,7 @@ use super::model::{Material, Model};
 use super::path::CameraPath;
 use super::plan::{Plan, PlanRoom, metres};
 use super::solid::cuboid;
-use crate::scene::Role;
+use enfilade::scene::Role;
 use glam::DVec3;
 
 /// What each generator hands back.

@@ -17,8 +17,8 @@ use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;
 use super::solid::{Solid, cuboid, lathe, loft, turn};
-use crate::random::Prng;
-use crate::scene::Role;
+use enfilade::random::Prng;
+use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 /// Random streams.

@@ -6,8 +6,8 @@
 
 use super::model::{Material, Model, Node};
 use super::solid::Solid;
-use crate::scene::Role;
-use crate::scene::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32, glb, pad, positions_accessor};
+use enfilade::scene::Role;
+use enfilade_formats::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32, glb, pad, positions_accessor};
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 

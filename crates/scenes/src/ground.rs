@@ -7,7 +7,7 @@
 //! and those of one order the same bytes.
 
 use super::GenerateError;
-use crate::parallel;
+use enfilade::parallel;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};

@@ -18,9 +18,9 @@ use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
 use super::plan::{leaf, pane};
 use super::solid::{Solid, cuboid, extrude, lathe, turn};
-use crate::geom::Aabb;
-use crate::random::Prng;
-use crate::scene::Role;
+use enfilade::geom::Aabb;
+use enfilade::random::Prng;
+use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 
 /// A Vicentine foot, metres.

@@ -1,7 +1,7 @@
 //! What a generator fills: meshes, nodes that place them, groups that nodes hang from.
 
 use super::solid::{Solid, turn};
-use crate::scene::Role;
+use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 

@@ -17,9 +17,9 @@ use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
 use super::plan::{Hole, Plan, PlanRoom, Style, metres};
 use super::solid::{Solid, cuboid, extrude};
-use crate::geom::Aabb;
-use crate::random::Prng;
-use crate::scene::Role;
+use enfilade::geom::Aabb;
+use enfilade::random::Prng;
+use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 

@@ -1,7 +1,7 @@
 //! A walk through a building: from room to room through the middle of doors, at eye height.
 
 use super::facts::{Facts, Fill};
-use crate::types::person::EYE_HEIGHT;
+use enfilade::types::person::EYE_HEIGHT;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::VecDeque;

@@ -5,9 +5,9 @@ use super::facts::Facts;
 use super::model::{Material, Model, Pipe};
 use super::path::CameraPath;
 use super::solid::{cuboid, turn};
-use crate::random::Prng;
-use crate::scene::Role;
-use crate::tubes::{Counts, Shape, Tubes, usual_error};
+use enfilade::random::Prng;
+use enfilade::scene::Role;
+use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::DVec3;
 
 /// Random stream of what stands where.

@@ -8,8 +8,8 @@
 use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Placement};
 use super::solid::{Solid, cuboid, perforated};
-use crate::geom::Aabb;
-use crate::scene::Role;
+use enfilade::geom::Aabb;
+use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 

@@ -9,9 +9,9 @@ use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Pipe, Placement};
 use super::path::CameraPath;
 use super::solid::{Solid, cuboid, extrude, lathe, perforated, pipe, turn};
-use crate::geom::Aabb;
-use crate::random::Prng;
-use crate::scene::Role;
+use enfilade::geom::Aabb;
+use enfilade::random::Prng;
+use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 
 /// Where the last pipe of a rack may start, metres across it.

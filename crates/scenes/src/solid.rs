@@ -4,7 +4,7 @@
 //! share whole edges. Sines come from a polynomial here and not from the platform, so that the bytes of a generated file are
 //! the same everywhere.
 
-use crate::geom::Aabb;
+use enfilade::geom::Aabb;
 use glam::{DVec2, DVec3};
 
 /// A closed mesh, metres.

@@ -14,8 +14,8 @@ use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;
 use super::solid::{Solid, lathe, loft, turn};
-use crate::random::Prng;
-use crate::scene::Role;
+use enfilade::random::Prng;
+use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 /// Random stream of places and turns.

@@ -16,7 +16,6 @@
 //! alone.
 
 use enfilade::ObjectId;
-use enfilade::generate::{Kind, generate};
 use enfilade::geom::Aabb;
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::depth::DepthBuffer;
@@ -24,8 +23,10 @@ use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::view::{Frustum, View};
-use enfilade::scene::{ImportOptions, Object, Role, Scene, import};
-use enfilade::walkthrough::path::CameraPath;
+use enfilade::scene::{ImportOptions, Object, Role, Scene};
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use std::collections::HashMap;
 use std::ops::Range;

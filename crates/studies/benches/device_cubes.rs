@@ -4,10 +4,11 @@
 //! First the answers: ids are held against rays, a batch against cubes one by one, sums against ids. Then the times, the least of each eye.
 //! `--test` takes the smallest office alone, `--quick` none above a million triangles.
 
-use enfilade::generate::{Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster, Rays};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene, import};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use enfilade_studies::device_cubes::{CORNERS, EDGE, GpuCubes, GpuScene, NEAR};
 use glam::DVec3;
 use std::path::PathBuf;

@@ -9,8 +9,6 @@
 
 use enfilade::ObjectId;
 use enfilade::bake::{BakeOptions, bake};
-use enfilade::exact::{ExactScene, Judge, MOST_SPLITS};
-use enfilade::generate::Kind;
 use enfilade::job::Job;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
@@ -21,8 +19,10 @@ use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use enfilade::scene::Scene;
-use enfilade::walkthrough::missed::objects_shown;
-use enfilade::walkthrough::raster;
+use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS};
+use enfilade_measure::walkthrough::missed::objects_shown;
+use enfilade_measure::walkthrough::raster;
+use enfilade_scenes::Kind;
 use enfilade_studies::shadow_frusta::{Occluders, ShadowCuller};
 use std::path::PathBuf;
 use std::time::Instant;

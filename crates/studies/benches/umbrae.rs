@@ -12,15 +12,16 @@
 //! seconds over `e`. `--test` takes the sparse city and one region.
 
 use enfilade::ObjectId;
-use enfilade::exact::{ExactScene, Judge, MOST_SPLITS};
-use enfilade::generate::{Kind, generate};
 use enfilade::geom::Aabb;
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::{Frustum, View};
-use enfilade::scene::{ImportOptions, Object, Scene, import};
-use enfilade::walkthrough::path::CameraPath;
+use enfilade::scene::{ImportOptions, Object, Scene};
+use enfilade_formats::import;
+use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS};
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -1,10 +1,11 @@
 //! Visibility cubes by a graphics processor: what rays say in `f64`, but for differences that the stated tolerance explains; every
 //! differing pixel is looked at. Needs an adapter, of software at least: with `CI` set, tests fail without one.
 
-use enfilade::generate::{Kind, generate};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
+use enfilade_formats::import;
+use enfilade_scenes::{Kind, generate};
 use enfilade_studies::device_cubes::{CORNERS, EDGE, GpuCubes, GpuError, GpuScene, NEAR};
 use glam::{DMat3, DVec3};
 use std::path::PathBuf;

@@ -1,10 +1,11 @@
 //! Shadow frusta: scenes whose answer is known, and the exact judge from a point.
 
-use enfilade::exact::{ExactScene, Judge, MOST_SPLITS};
-use enfilade::generate::{Kind, generate};
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::View;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, import};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
+use enfilade_formats::import;
+use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS};
+use enfilade_scenes::{Kind, generate};
 use enfilade_studies::shadow_frusta::{Occluders, ShadowCuller};
 use glam::{DMat3, DVec3};
 use testing::meshes::{Triangle, cuboid, halves, scene, solid, soup};

@@ -9,7 +9,7 @@ use super::error::{GroundError, Part};
 use super::format::{ENTRY, HEADER, Header, Tile, read_table};
 use super::grid::Key;
 use super::select::{GroundScratch, GroundView, Limit, Patch, Selector};
-use crate::runtime::Motion;
+use enfilade::runtime::Motion;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;

@@ -7,15 +7,15 @@ mod format;
 mod grid;
 mod ground;
 mod horizon;
-#[cfg(feature = "bake")]
+#[cfg(feature = "make")]
 mod make;
-#[cfg(feature = "bake")]
+#[cfg(feature = "make")]
 mod measure;
 mod mesh;
 mod metric;
 mod parts;
 mod placement;
-#[cfg(feature = "bake")]
+#[cfg(feature = "make")]
 pub mod raster;
 mod select;
 
@@ -25,9 +25,9 @@ pub use format::{Header, Tile, Width};
 pub use grid::{Grid, Key, MOST_SAMPLES, SIDES, Side};
 pub use ground::{Ground, Loading};
 pub use horizon::{Horizon, Things};
-#[cfg(feature = "bake")]
+#[cfg(feature = "make")]
 pub use make::{Heights, LEAST_TRIANGLES, Made, MakeOptions, make};
-#[cfg(feature = "bake")]
+#[cfg(feature = "make")]
 pub use measure::{Measured, flight, measure};
 pub use mesh::{Sample, drawn, snapped};
 pub use parts::PARTS;

@@ -3,8 +3,8 @@
 use super::grid::Key;
 use super::select::{GroundScratch, GroundView, Limit, Patch};
 use super::{Ground, drawn};
-use crate::random::Prng;
-use crate::runtime::{Camera, Rect};
+use enfilade::random::Prng;
+use enfilade::runtime::{Camera, Rect};
 use glam::{DVec2, DVec3};
 use std::time::Instant;
 

@@ -5,7 +5,7 @@
 //! `p + d u` moves by `d (X·u - x W·u) / W·(p + d u)` on the screen, where `X` and `W` are rows of the camera and `x` is where `p` shows.
 //! The numerator is greatest in a corner of the window; the denominator is least where the tile's box is nearest.
 
-use crate::runtime::{Camera, Rect};
+use enfilade::runtime::{Camera, Rect};
 use glam::{DVec2, DVec3};
 
 /// An axis-aligned box relative to the eye, metres.

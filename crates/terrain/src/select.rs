@@ -8,7 +8,7 @@
 use super::format::{Header, Tile};
 use super::grid::{Key, Side};
 use super::metric::{Box3, Lens, Measure};
-use crate::runtime::{Camera, Rect};
+use enfilade::runtime::{Camera, Rect};
 use glam::DVec3;
 use std::collections::BinaryHeap;
 

@@ -72,8 +72,7 @@ impl Band {
 
     /// Its first ring (0) or its second (1): the middle, metres relative to the tube's origin; unit axes at no angle and at a right one; and
     /// the radius of the outer wall, metres.
-    #[cfg(feature = "bake")]
-    pub(crate) fn ring(&self, tubes: &Tubes, end: usize) -> (Vec3, [Vec3; 2], f32) {
+    pub fn ring(&self, tubes: &Tubes, end: usize) -> (Vec3, [Vec3; 2], f32) {
         let Ring { place, x, y, radius } = Ring::at(tubes, &tubes.tubes[self.tube() as usize], self.0[end]);
         (place, [x, y], radius)
     }

@@ -11,5 +11,4 @@
 //! strategy's graph goes through. A solid that isn't convex is parted by [`convex`](super::convex). No paper: formats.
 
 pub(in crate::cells) mod cells_file;
-pub(in crate::cells) mod indoorgml;
 pub(in crate::cells) mod view_cells;

@@ -2,23 +2,12 @@
 //!
 //! Unit tests have this file as their own, and so has `tests/support`, whose library is another: both name what it uses.
 
-use super::{Aabb, Bounds, Hints, Object, ObjectId, Role, Scene, Source, View};
+use super::{Aabb, Bounds, Object, ObjectId, Role, Scene, View};
 use glam::{DMat3, DQuat, DVec3};
 
 /// An empty scene.
 pub fn empty() -> Scene {
-    Scene {
-        name: String::new(),
-        source: Source::default(),
-        origin: DVec3::ZERO,
-        positions: Vec::new(),
-        triangles: Vec::new(),
-        objects: Vec::new(),
-        tubes: Default::default(),
-        together: Vec::new(),
-        hints: Hints::default(),
-        trace: None,
-    }
+    Scene::default()
 }
 
 /// Adds a mesh as an opaque object.

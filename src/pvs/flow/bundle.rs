@@ -13,7 +13,7 @@ const LANES: usize = 4;
 
 /// A box around a window.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Bounds {
+pub struct Bounds {
     middle: DVec3,
     half: DVec3,
     /// The window is cut off where its nearest point lies at least this far outside of a plane, metres.
@@ -22,7 +22,7 @@ pub(crate) struct Bounds {
 
 /// Where a window lies, as far as its box tells.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Side {
+pub enum Side {
     /// Wholly inside a plane.
     Inside,
     /// Nowhere inside, but for touching.

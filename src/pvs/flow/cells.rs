@@ -10,7 +10,7 @@ use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
 
 /// Pairs of cells, and what is known of them so far. All matrices are cells x cells.
-pub(crate) struct Cells<'a> {
+pub struct Cells<'a> {
     net: &'a Net,
     max_steps: u64,
     /// Pairs of directed portals that are still possible.
@@ -30,7 +30,7 @@ pub(crate) struct Cells<'a> {
 
 /// What the searches of one task found.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
-pub(crate) struct Found<P> {
+pub struct Found<P> {
     /// Cells that may be seen from the task's cell, or are no longer searched for.
     pub settled: Vec<u32>,
     /// For a portal, cells that no line through it reaches.
@@ -168,7 +168,7 @@ impl<'a> Cells<'a> {
 }
 
 /// Cells that lines through some portals might reach, as bits.
-pub(crate) fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterator<Item = usize>) -> Vec<u64> {
+pub fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterator<Item = usize>) -> Vec<u64> {
     let mut cells = vec![0; net.cells.div_ceil(64)];
     for portal in portals {
         set(&mut cells, net.target[portal] as usize);

@@ -62,7 +62,7 @@ pub struct Term {
 
 /// The answer.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) enum Answer {
+pub enum Answer {
     /// No line passes: a sum for each part of the lines.
     Refuted(Vec<Vec<Term>>),
     /// The line through these two points passes. They are in the planes of the first and the last winding, to within rounding.
@@ -72,7 +72,7 @@ pub(crate) enum Answer {
 }
 
 /// Asks whether a line passes convex windings, each counter-clockwise seen from where the line goes. Their order is not asked.
-pub(crate) fn ask(windings: &[Vec<DVec3>]) -> Answer {
+pub fn ask(windings: &[Vec<DVec3>]) -> Answer {
     let Some(chain) = Chain::new(windings) else { return Answer::Open };
     let (mut parts, mut sums) = (vec![Vec::new()], Vec::new());
     for _ in 0..PARTS {
@@ -106,7 +106,7 @@ pub(crate) fn ask(windings: &[Vec<DVec3>]) -> Answer {
 }
 
 /// True where a line passes a winding: it has every edge on the inside, by exact signs.
-pub(crate) fn passes(line: &Edge, winding: &[DVec3]) -> bool {
+pub fn passes(line: &Edge, winding: &[DVec3]) -> bool {
     around(winding).filter(|[a, b]| a != b).all(|e| side(&e, line) > 0.0)
 }
 

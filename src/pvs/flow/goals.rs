@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// The undecided targets of one source.
-pub(crate) trait Goals {
+pub trait Goals {
     /// Directed portals that lead into a cell that still wants something, as bits.
     fn portals(&self) -> &[u64];
 
@@ -42,7 +42,7 @@ pub(crate) trait Goals {
 }
 
 /// Turns a line that passes a chain into a proof.
-pub(crate) trait Prover: Sync {
+pub trait Prover: Sync {
     /// What proves it.
     type Proof: Serialize + DeserializeOwned + Send;
 
@@ -58,7 +58,7 @@ pub(crate) trait Prover: Sync {
 }
 
 /// What came of asking a chain once more.
-pub(crate) enum Settled<P> {
+pub enum Settled<P> {
     /// No line passes.
     Refuted,
     /// The line through these two points passes.
@@ -69,7 +69,7 @@ pub(crate) enum Settled<P> {
 
 /// How often chains were asked once more, and what came of it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Exact {
+pub struct Exact {
     /// Chains.
     pub asked: u64,
     /// Those that no line passes.
@@ -105,7 +105,7 @@ impl Prover for NoProof {
 const DOUBTS: u32 = 8;
 
 /// Cells to be seen or not.
-pub(crate) struct CellGoals<'a, P: Prover> {
+pub struct CellGoals<'a, P: Prover> {
     prover: &'a P,
     wanted: Vec<u64>,
     portals: Vec<u64>,
@@ -286,7 +286,7 @@ impl Boxes {
 
 /// What lines through a chain of portals meet beyond it.
 #[derive(Clone, Copy)]
-pub(crate) struct Inside<'p> {
+pub struct Inside<'p> {
     /// It is inside these.
     pub planes: &'p [Plane],
     /// The first and the last portal of the chain.

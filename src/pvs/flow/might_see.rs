@@ -15,7 +15,7 @@ use std::ops::Range;
 
 /// Bit q of row p is clear only where no line crosses directed portal p and later directed portal q.
 #[derive(Clone)]
-pub(crate) struct MightSee {
+pub struct MightSee {
     rows: BitMatrix,
     /// The same with rows and columns exchanged.
     before: BitMatrix,
@@ -221,7 +221,7 @@ pub(crate) fn from_rows<S: Send>(
 
 /// Sets a bit of a row.
 #[inline]
-pub(crate) fn set(row: &mut [u64], bit: usize) {
+pub fn set(row: &mut [u64], bit: usize) {
     row[bit / 64] |= 1 << (bit % 64);
 }
 

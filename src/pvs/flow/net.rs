@@ -21,7 +21,7 @@ const OPPOSITE: f64 = -1.0 + 1e-6;
 
 /// A portal as [`Net::new`] takes it.
 #[derive(Clone, Copy)]
-pub(crate) struct NetPortal<'a> {
+pub struct NetPortal<'a> {
     /// Behind the plane, in front of it.
     pub cells: [u32; 2],
     /// Normal from `cells[0]` into `cells[1]`.
@@ -48,7 +48,7 @@ struct Outline {
 
 /// Directed portals, numbered in the order of the cells that they lead out of. Coordinates are relative to [`Net::origin`],
 /// the middle of all windings, so that rounding follows the size of the graph and not its distance from zero.
-pub(crate) struct Net {
+pub struct Net {
     /// Subtracted from every position.
     pub origin: DVec3,
     /// Tolerances.

@@ -38,7 +38,7 @@ pub(crate) struct Task {
 
 /// Counters.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
-pub(crate) struct Tally {
+pub struct Tally {
     /// Steps of searches.
     pub steps: u64,
     /// Directed portals whose search ran out of steps.

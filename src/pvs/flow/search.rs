@@ -38,7 +38,7 @@ const FEW: usize = 32;
 
 /// How a search went.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Outcome {
+pub struct Outcome {
     /// Steps taken.
     pub steps: u64,
     /// It ran out of steps: what is still wanted stays undecided.
@@ -47,7 +47,7 @@ pub(crate) struct Outcome {
 
 /// Where a search ended, for those who want to know why.
 #[derive(Clone, PartialEq, Debug)]
-pub(crate) struct End {
+pub struct End {
     /// Directed portals of the chain, from the source on.
     pub chain: Vec<u32>,
     /// Everything that lines through the chain meet beyond it is inside these, and no goal can be reached inside them. Empty:
@@ -101,7 +101,7 @@ impl<G: Goals> pulp::WithSimd for Run<'_, '_, G> {
 }
 
 /// Scratch memory of searches over one net.
-pub(crate) struct Search<'a> {
+pub struct Search<'a> {
     net: &'a Net,
     might_see: &'a MightSee,
     max_steps: u64,

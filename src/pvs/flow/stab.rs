@@ -22,7 +22,7 @@ const TURNS: usize = 4;
 
 /// The answer.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) enum Passage {
+pub enum Passage {
     /// No line passes.
     Refuted,
     /// The line through these two points passes, and the caller has accepted it.

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// How much a comparison with a plane gives way, metres.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct Slack {
+pub struct Slack {
     /// A cut keeps what lies up to this far outside. Swallows the rounding of the cuts before it.
     pub reach: f64,
     /// A window that lies nowhere deeper than this inside is cut off: only lines that touch the plane would be left.
@@ -29,7 +29,7 @@ const LANES: usize = 4;
 /// Corners of a convex polygon that holds every point where a line of the chain can cross the portal. Without corners:
 /// nothing is known, a line may cross anywhere.
 #[derive(Clone, Default, Debug)]
-pub(crate) struct Window {
+pub struct Window {
     /// x of all corners, then y, then z, each `room` long.
     corners: Vec<f64>,
     room: usize,

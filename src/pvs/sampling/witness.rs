@@ -15,10 +15,10 @@ use super::lines::Span;
 use crate::cells::Locator;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene, meets_triangle};
-use crate::tubes::part;
 use crate::types::note::Note;
 use crate::types::proof::Witness;
 use crate::{BitMatrix, CellId, ObjectId};
+use enfilade_tubes::part;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -35,7 +35,7 @@ const ATTEMPTS: u8 = 3;
 const PATIENCE: u8 = 2;
 const GIVE_UP: u8 = 12;
 
-/// Sides of tubes that witnesses must reach: these are within the tube, to its [`error`](crate::tubes::Tube::error). Fewer: grazing lines are no witnesses. More: slower.
+/// Sides of tubes that witnesses must reach: these are within the tube, to its [`error`](enfilade_tubes::Tube::error). Fewer: grazing lines are no witnesses. More: slower.
 const SIDES_OF_WITNESSES: u32 = 16;
 
 /// A clear segment between two cells.

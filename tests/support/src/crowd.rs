@@ -6,7 +6,7 @@ use enfilade::ObjectId;
 use enfilade::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::view::View;
-use enfilade::scene::{Hints, Object, Role, Scene, Source};
+use enfilade::scene::{Object, Role, Scene};
 use glam::{DQuat, DVec3};
 
 #[path = "../../../src/occlusion/scenes/picture.rs"]

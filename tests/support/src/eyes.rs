@@ -1,7 +1,7 @@
 //! Places to look from in generated offices.
 
-use enfilade::generate::Generated;
 use enfilade::scene::Scene;
+use enfilade_scenes::Generated;
 use glam::DVec3;
 use serde_json::Value;
 

@@ -1,7 +1,7 @@
 //! Ground, judged: every sample of a raster against where the selected tiles draw it, and the mesh of what is drawn, edge by edge.
 
 use enfilade::runtime::{Camera, Rect};
-use enfilade::terrain::{Disk, Ground, GroundError, GroundView, Heights, Patch, drawn};
+use enfilade_terrain::{Disk, Ground, GroundError, GroundView, Heights, Patch, drawn};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
 use std::ops::Range;

@@ -1,7 +1,7 @@
 //! Ground, drawn: patches as a depth buffer without roundings, to compare what is drawn with what would be.
 
 use enfilade::runtime::Camera;
-use enfilade::terrain::{Ground, Patch, drawn};
+use enfilade_terrain::{Ground, Patch, drawn};
 use glam::{DVec2, DVec3};
 
 /// What patches look like.

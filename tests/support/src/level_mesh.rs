@@ -5,7 +5,8 @@
 
 use crate::world::World;
 use enfilade::ObjectId;
-use enfilade::scene::{ImportOptions, Scene, obj};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::obj;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::fmt::Write;

@@ -1,7 +1,7 @@
 //! Portal files and reference rows, read for tests and benches only: the strict reader is the library's.
 
 use enfilade::BitMatrix;
-use enfilade::level::{Level, LevelPortal};
+use enfilade_levels::{Level, LevelPortal};
 use glam::DVec3;
 use std::io::Read;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,11 @@
 //! Scenes to cull, indoors and out, and a camera that goes six stretches of the path of each and jumps between them: what benches of culling
 //! share.
 
-use enfilade::generate::{Kind, generate};
 use enfilade::runtime::Camera;
-use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::walkthrough::path::CameraPath;
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_scenes::{Kind, generate};
 use std::path::Path;
 
 /// How many there are.

@@ -9,8 +9,8 @@ use crate::random::Random;
 use crate::world::World;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Culler, Place, Scratch};
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
 use enfilade::{BitMatrix, CellId, ObjectId};
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use glam::DVec3;
 
 /// Tries to find a point of a leaf in its box, for each point that is wanted: leaves that are thin and askew may get fewer.

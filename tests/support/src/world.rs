@@ -1,6 +1,6 @@
 //! The world of a published Quake level (bsp29), read by hand: its tree, its leaves and its faces, without the library's reader.
 //!
-//! What can be looked through is what [`enfilade::level`] takes for open: air and liquids. Solid leaves and sky are not.
+//! What can be looked through is what [`enfilade_levels`] takes for open: air and liquids. Solid leaves and sky are not.
 
 use crate::quake::lumps;
 use enfilade::geom::{Aabb, Plane};
@@ -59,7 +59,7 @@ pub struct Face {
 pub struct World {
     pub vertices: Vec<DVec3>,
     pub faces: Vec<Face>,
-    /// Leaf 0 is solid; leaf `i + 1` is cell `i` of [`enfilade::level`].
+    /// Leaf 0 is solid; leaf `i + 1` is cell `i` of [`enfilade_levels`].
     pub leaves: Vec<Leaf>,
     nodes: Vec<Node>,
     root: Child,

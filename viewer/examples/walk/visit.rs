@@ -1,8 +1,8 @@
 //! Where the camera is at every second: on a way, and half way above the building.
 
 use enfilade::runtime::FrameMode;
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
-use enfilade::walkthrough::picture::Picture;
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;

@@ -39,7 +39,7 @@ fn swing(door: &Door, leaf: &Leaf) -> Option<Swing> {
 
 impl Swing {
     /// Whether a storey's plan cuts its door.
-    pub fn is_on(&self, storey: &enfilade::pages::storeys::Storey) -> bool {
+    pub fn is_on(&self, storey: &enfilade_measure::pages::storeys::Storey) -> bool {
         let [low, high] = self.heights;
         (low..high).contains(&(storey.floor + storey.cut))
     }

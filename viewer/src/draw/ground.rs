@@ -8,7 +8,7 @@ use crate::ground::{Land, Shown};
 use enfilade::file::PvsFile;
 use enfilade::gpu::Gpu;
 use enfilade::runtime::Camera;
-use enfilade::terrain::{Ground, GroundScratch, PARTS, Patch};
+use enfilade_terrain::{Ground, GroundScratch, PARTS, Patch};
 use glam::{DVec2, DVec3, Vec3};
 use wgpu::{BufferUsages, CompareFunction, ShaderStages, TextureFormat};
 

@@ -2,7 +2,7 @@
 
 use super::pipelines::{DEPTH, ITEMS};
 use enfilade::gpu::{Gpu, GpuError};
-use enfilade::walkthrough::picture::Picture;
+use enfilade_measure::walkthrough::picture::Picture;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages, TextureView};
 
 /// Of pictures without a window.

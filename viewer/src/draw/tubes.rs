@@ -13,7 +13,7 @@ use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
-use enfilade::tubes::{Chosen, Runs, SIDES, Selection, Tube, View, usual_sides};
+use enfilade_tubes::{Chosen, Runs, SIDES, Selection, Tube, View, usual_sides};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 use wgpu::{BlendState, BufferUsages, CompareFunction, ShaderStages, TextureFormat};

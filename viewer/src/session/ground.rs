@@ -6,7 +6,7 @@ use crate::draw::lines::{Overlay, Tint};
 use crate::ground::Land;
 use crate::settings::Range;
 use crate::ui::graphs::number;
-use enfilade::terrain::{GroundScratch, Limit, Patch};
+use enfilade_terrain::{GroundScratch, Limit, Patch};
 use glam::{DVec3, Vec3};
 
 /// Pixels that a tile may be wrong: less is finer than a picture, more is seen to change.

@@ -12,8 +12,8 @@ use crate::profile::Profile;
 use crate::ui::profile;
 use crate::walker::Walker;
 use enfilade::runtime::{Camera, FrameMode};
-use enfilade::walkthrough::path::CameraPath;
-use enfilade::walkthrough::tour::tour;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::tour::tour;
 use glam::DVec3;
 
 /// How fast one flies along a line of sight, metres a second; and how long it takes at least and at most, seconds.

@@ -12,8 +12,8 @@ use crate::settings::{closer, faster};
 use crate::ui::escape::{Escape, Panel, escape};
 use crate::ui::keys::Action;
 use crate::walker::Walker;
-use enfilade::walkthrough::path::{CameraPath, PathFrame};
-use enfilade::walkthrough::picture::Picture;
+use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
+use enfilade_measure::walkthrough::picture::Picture;
 use glam::DVec2;
 use std::path::PathBuf;
 

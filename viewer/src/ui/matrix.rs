@@ -2,9 +2,9 @@
 //! click asks why.
 
 use enfilade::file::PvsFile;
-use enfilade::pages::matrix::{UNDECIDED, WITNESSED, matrix};
-use enfilade::pages::storeys::{along_a_walk, storeys};
 use enfilade::{BitMatrix, CellId};
+use enfilade_measure::pages::matrix::{UNDECIDED, WITNESSED, matrix};
+use enfilade_measure::pages::storeys::{along_a_walk, storeys};
 use std::ops::Range;
 
 /// Longest side on the screen, points.

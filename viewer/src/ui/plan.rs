@@ -6,10 +6,10 @@ use crate::units::Units;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::geom::{Plane, clip};
-use enfilade::pages::storeys::{Storey, storeys};
 use enfilade::types::portal::PortalKind;
-use enfilade::walkthrough::picture::{hsv, hue};
-use enfilade::walkthrough::plan::portal_colour;
+use enfilade_measure::pages::storeys::{Storey, storeys};
+use enfilade_measure::walkthrough::picture::{hsv, hue};
+use enfilade_measure::walkthrough::plan::portal_colour;
 use glam::{DVec2, DVec3, Vec4};
 
 /// Its size, points.

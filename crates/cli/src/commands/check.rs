@@ -6,12 +6,13 @@ use super::level::Input;
 use super::{CliError, Outcome, VerboseFlag, at, say};
 use enfilade::CellId;
 use enfilade::file::{PvsFile, replace_file};
-use enfilade::level::rows::read_rows;
 use enfilade::pvs::Guarantee;
-use enfilade::scene::{Scene, import};
-use enfilade::verify::level_lines::{CLEARANCE, LineOptions, LineReport, check_rows};
-use enfilade::verify::rooms::{RoomScore, RoomsFile};
-use enfilade::verify::{
+use enfilade::scene::Scene;
+use enfilade_formats::import;
+use enfilade_levels::rows::read_rows;
+use enfilade_measure::verify::level_lines::{CLEARANCE, LineOptions, LineReport, check_rows};
+use enfilade_measure::verify::rooms::{RoomScore, RoomsFile};
+use enfilade_measure::verify::{
     CheckError, CheckOptions, CheckReport, ExactReport, Leak, LeakKind, Violation, check, check_exact, score_rooms,
 };
 use std::fmt::Write as _;

@@ -3,9 +3,9 @@
 use super::level::Input;
 use super::{CliError, at};
 use enfilade::BitMatrix;
-use enfilade::level::Line;
-use enfilade::level::compare::Against;
-use enfilade::level::rows::read_rows;
+use enfilade_levels::Line;
+use enfilade_levels::compare::Against;
+use enfilade_levels::rows::read_rows;
 use serde_json::{Value, json};
 use std::path::Path;
 

@@ -3,8 +3,8 @@
 use super::files::Files;
 use super::kinds::Kind;
 use super::{CliError, Outcome, at};
-use enfilade::export::{ExportError, export};
 use enfilade::file::{PvsFile, replace_file};
+use enfilade_formats::export::{ExportError, export};
 use serde_json::json;
 use std::path::PathBuf;
 

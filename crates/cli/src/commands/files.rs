@@ -54,13 +54,13 @@ impl Files {
     /// A model is read, and what lies beside it.
     pub fn model(self, path: &Path) -> Self {
         let beside = ["roles.json", "prt"].map(|extension| path.with_extension(extension));
-        self.reads(path, &enfilade::scene::extensions().collect::<Vec<_>>()).reads_too(&beside)
+        self.reads(path, &enfilade_formats::extensions().collect::<Vec<_>>()).reads_too(&beside)
     }
 
     /// A model or a level is read, and what lies beside it.
     pub fn model_or_level(self, path: &Path, more: &[&'static str]) -> Self {
         let levels = ["prt", "bsp"];
-        let models = enfilade::scene::extensions().filter(|extension| !levels.contains(extension));
+        let models = enfilade_formats::extensions().filter(|extension| !levels.contains(extension));
         let all: Vec<&str> = models.chain(levels).chain(more.iter().copied()).collect();
         self.reads(path, &all).reads_too(&["roles.json", "prt"].map(|extension| path.with_extension(extension)))
     }

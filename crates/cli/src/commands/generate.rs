@@ -4,7 +4,7 @@ use super::files::Files;
 use super::kinds::Kind as FileKind;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
-use enfilade::generate::{Ground, Kind, generate, ground, pretty};
+use enfilade_scenes::{Ground, Kind, generate, ground, pretty};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@ use super::files::Files;
 use super::{CliError, Outcome, VerboseFlag, at};
 use enfilade::file::{Container, FileSummary, PvsFile, load_bytes};
 use enfilade::types::guarantee::Guarantee;
-use enfilade::walkthrough::expected::{ExpectedDraw, expected_draw};
+use enfilade_measure::walkthrough::expected::{ExpectedDraw, expected_draw};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 

@@ -3,9 +3,9 @@
 use super::{CliError, at};
 use enfilade::BitMatrix;
 #[cfg(feature = "quake")]
-use enfilade::level::bsp::Bsp;
-use enfilade::level::prt::{Prt, read_prt};
-use enfilade::level::{Level, VisOptions};
+use enfilade_levels::bsp::Bsp;
+use enfilade_levels::prt::{Prt, read_prt};
+use enfilade_levels::{Level, VisOptions};
 use glam::DVec3;
 use std::path::Path;
 

@@ -12,7 +12,7 @@ use super::level::SearchFlags;
 use super::resume::{StateFlags, catch_interrupts};
 use super::scene::SceneFlags;
 use super::{CliError, Outcome, at};
-use enfilade::level::VisOptions;
+use enfilade_levels::VisOptions;
 use files::{name, write};
 use std::path::PathBuf;
 

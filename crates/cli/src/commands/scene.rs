@@ -3,9 +3,10 @@
 use super::{CliError, at, count};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, ObjectSizes, size_objects};
-use enfilade::cells::{CellGraph, SplitOptions, Strategy, read_cells, read_indoorgml};
+use enfilade::cells::{CellGraph, SplitOptions, Strategy, read_cells};
 use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Scene, split_objects};
+use enfilade_formats::indoorgml::read_indoorgml;
 use std::path::{Path, PathBuf};
 
 /// Flags of commands that bake.

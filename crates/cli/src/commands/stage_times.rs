@@ -1,7 +1,7 @@
 //! Time and memory by stage.
 
 use super::bake::peak_rss_mb;
-use enfilade::pages::building::Stage;
+use enfilade_measure::pages::building::Stage;
 use std::time::Instant;
 
 /// What each stage took, in the order in which they were first entered.

@@ -1,9 +1,9 @@
 //! Scenes whose source isn't glTF: positions, texture coordinates, and a material for each that the importer tells.
 
 use super::Exported;
-use crate::scene::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, FLOAT, U32, glb, pad, positions_accessor};
-use crate::scene::gltf::pictures::Pictures;
-use crate::scene::{ImportError, ImportOptions, Look, Material, Object, Picture, Role, Scene, Trace};
+use crate::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, FLOAT, U32, glb, pad, positions_accessor};
+use crate::gltf::pictures::Pictures;
+use enfilade::scene::{ImportError, ImportOptions, Look, Material, Object, Picture, Role, Scene, Trace};
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};

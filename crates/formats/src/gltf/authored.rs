@@ -1,11 +1,11 @@
 //! Rooms, portals and roles that the author wrote into node names and extras. What is understood: [`super`].
 
-use super::super::{Hints, ImportError, OpeningHint, OpeningKind, Role, RoomHint};
 use super::data::broken;
 use super::hull::{convex_hull, is_closed};
 use super::tubes::Tube;
-use crate::geom::Aabb;
-use crate::types::note::Note;
+use enfilade::geom::Aabb;
+use enfilade::scene::{Hints, ImportError, OpeningHint, OpeningKind, Role, RoomHint};
+use enfilade::types::note::Note;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 use serde::Deserialize;
@@ -211,9 +211,9 @@ impl Authored {
                         "{node}: a portal that is not flat (by {off:.3} m either way), flattened"
                     )));
                 }
-                let mesh: f64 = triangles.iter().map(|t| crate::geom::area(t)).sum();
+                let mesh: f64 = triangles.iter().map(|t| enfilade::geom::area(t)).sum();
                 // Drawn on both sides, it has twice the area.
-                if crate::geom::area(&winding) > LOOSE * mesh {
+                if enfilade::geom::area(&winding) > LOOSE * mesh {
                     self.notes.push(Note::taken(format!("{node}: a portal that is not convex; its hull is taken")));
                 }
                 if inside.is_none() && names[0].is_empty() {
@@ -308,7 +308,7 @@ pub(super) fn is_thin(triangles: &[[DVec3; 3]]) -> bool {
 
 /// The convex hull, counter-clockwise, without corners in the middle of a side (Andrew, *Another efficient algorithm for convex
 /// hulls in two dimensions*, 1979).
-pub(in crate::scene) fn flat_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
+pub(crate) fn flat_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
     // Rotation leaves corners on a side a rounding error off it, so on either side of it.
@@ -347,7 +347,7 @@ fn box_surface(b: Aabb) -> Vec<[DVec3; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::{area, newell};
+    use enfilade::geom::{area, newell};
 
     #[test]
     fn names_are_read_as_godot_reads_them() {

@@ -7,8 +7,8 @@ use super::data::{Buffers, broken, entry};
 use super::document::{Document, Primitive, Skin};
 use super::motion::{Motion, corners};
 use super::primitive::Part;
-use crate::geom::Aabb;
-use crate::scene::ImportError;
+use enfilade::geom::Aabb;
+use enfilade::scene::ImportError;
 use glam::{DAffine3, DMat4, DVec3};
 
 /// Morph targets may share their bytes: no more is read than so many times what there is. More: a small file takes long. Less: none is known.

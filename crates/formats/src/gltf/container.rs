@@ -2,16 +2,18 @@
 //!
 //! Based on: Khronos Group, *glTF 2.0 Specification*, 2021, section 4.4.
 
-use super::super::{ImportError, Place};
+use enfilade::scene::{ImportError, Place};
 use serde_json::{Value, json};
 
-/// Component types of accessors.
-pub(crate) const U16: u32 = 5123;
-pub(crate) const U32: u32 = 5125;
+/// A component type of accessors.
+pub const U16: u32 = 5123;
+/// A component type of accessors.
+pub const U32: u32 = 5125;
 pub(crate) const FLOAT: u32 = 5126;
-/// Targets of buffer views.
-pub(crate) const ARRAY_BUFFER: u32 = 34962;
-pub(crate) const ELEMENT_ARRAY_BUFFER: u32 = 34963;
+/// A target of buffer views.
+pub const ARRAY_BUFFER: u32 = 34962;
+/// A target of buffer views.
+pub const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 /// Where the JSON chunk's text starts.
 pub(super) const JSON_START: usize = 20;
@@ -55,7 +57,7 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError
 }
 
 /// The bytes of a `.glb`; `None` where they are more than its header can count (4 GiB).
-pub(crate) fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
+pub fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
     let mut text = document.to_string().into_bytes();
     pad(&mut text, b' ');
     pad(&mut binary, 0);
@@ -73,7 +75,7 @@ pub(crate) fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
 }
 
 /// An accessor of positions that begin at a byte of a view, with their bounds.
-pub(crate) fn positions_accessor(view: usize, offset: usize, positions: &[[f32; 3]]) -> Value {
+pub fn positions_accessor(view: usize, offset: usize, positions: &[[f32; 3]]) -> Value {
     let bound = |pick: fn(f32, f32) -> f32| -> Value {
         (0..3).map(|k| json!(positions.iter().map(|p| p[k]).reduce(pick))).collect()
     };
@@ -84,6 +86,6 @@ pub(crate) fn positions_accessor(view: usize, offset: usize, positions: &[[f32; 
 }
 
 /// Fills up to a multiple of four bytes, as chunks and views are.
-pub(crate) fn pad(bytes: &mut Vec<u8>, with: u8) {
+pub fn pad(bytes: &mut Vec<u8>, with: u8) {
     bytes.resize(bytes.len().next_multiple_of(4), with);
 }

@@ -2,11 +2,11 @@
 //! read, and elements are read where they lie, so that nothing is allocated on a file's word. Compressed views are decoded when first
 //! used, into a bounded multiple of the bytes that are there.
 
-use super::super::sidecar::Sidecars;
-use super::super::{ImportError, Place};
 use super::document::{AccessorEntry, Document, Draco, Filter, SparsePart};
 use super::primitive::Part;
 use super::{draco, meshopt};
+use enfilade::scene::sidecar::Sidecars;
+use enfilade::scene::{ImportError, Place};
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;

@@ -4,8 +4,8 @@
 //! keeps node transforms in `f32`, which moves the walls of a georeferenced building by decimetres, and refuses
 //! KHR_mesh_quantization.
 
-use super::super::{ImportError, Place, whole_file};
 use super::container::{JSON_START, chunks};
+use enfilade::scene::{ImportError, Place, whole_file};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::value::RawValue;

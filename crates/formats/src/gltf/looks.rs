@@ -8,7 +8,7 @@
 use super::data::Buffers;
 use super::draco;
 use super::primitive::Part;
-use crate::scene::{Material, Picture};
+use enfilade::scene::{Material, Picture};
 use glam::{DMat2, DVec2};
 use serde_json::Value;
 use std::collections::HashMap;

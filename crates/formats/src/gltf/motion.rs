@@ -7,8 +7,8 @@
 use super::data::{Buffers, broken};
 use super::document::{Animation, Channel, Document};
 use super::placement::{Placement, transform};
-use crate::geom::Aabb;
-use crate::scene::ImportError;
+use enfilade::geom::Aabb;
+use enfilade::scene::ImportError;
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};

@@ -1,8 +1,8 @@
 //! Pictures that a model names: files beside it, or `data:` uris.
 
-use super::super::ImportOptions;
-use super::super::sidecar::Sidecars;
 use super::data::load;
+use enfilade::scene::ImportOptions;
+use enfilade::scene::sidecar::Sidecars;
 use std::path::Path;
 
 /// Where a model's pictures are looked for.

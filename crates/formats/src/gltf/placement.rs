@@ -2,7 +2,7 @@
 
 use super::data::broken;
 use super::document::Node;
-use crate::scene::ImportError;
+use enfilade::scene::ImportError;
 use glam::{DAffine3, DMat4, DQuat, DVec3, DVec4};
 
 /// Scale, then rotation, then translation.

@@ -1,8 +1,8 @@
 //! Triangles of a mesh primitive, whatever way it lists them.
 
-use super::super::ImportError;
 use super::data::{Accessor, Buffers, broken};
 use super::document::Primitive;
+use enfilade::scene::ImportError;
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -1,11 +1,11 @@
 //! Tubes of a document: lines with a radius, and nodes whose extras say that their mesh is a tube.
 
 use super::super::lines::Line;
-use super::super::{ImportError, Place, Role};
 use super::data::Buffers;
 use super::document::Primitive;
 use super::primitive::vertices;
-use crate::tubes::Shape;
+use enfilade::scene::{ImportError, Place, Role};
+use enfilade_tubes::Shape;
 use glam::{DAffine3, DVec3};
 use serde::Deserialize;
 

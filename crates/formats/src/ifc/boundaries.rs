@@ -3,9 +3,9 @@
 use super::model::{Model, global_id, y_up};
 use super::relations::{Boundary, Relations};
 use super::spaces::Rooms;
-use crate::geom::{self, Aabb, Plane};
-use crate::scene::{OpeningHint, OpeningKind};
-use crate::types::note::Note;
+use enfilade::geom::{self, Aabb, Plane};
+use enfilade::scene::{OpeningHint, OpeningKind};
+use enfilade::types::note::Note;
 use glam::{DMat4, DVec2, DVec3};
 use ifc_lite_core::{AttributeValue, DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;

@@ -4,7 +4,7 @@
 //! whoever draws the model may show what is behind it. A rectangle that is larger than the hole errs towards visible.
 
 use super::geometry::{Geometry, Shape};
-use crate::geom::{Aabb, Plane, clip, middle};
+use enfilade::geom::{Aabb, Plane, clip, middle};
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -1,6 +1,6 @@
 //! What an IFC file says of its elements and spaces beside their shape: [`elements`] reads it on demand, and an import knows nothing of it.
 
-use crate::scene::ImportError;
+use enfilade::scene::ImportError;
 use std::collections::HashMap;
 use std::fmt;
 use std::path::Path;
@@ -19,7 +19,7 @@ pub struct Elements {
 /// An element or a space.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Element {
-    /// Its GlobalId, or `#` and the record's number where it has none. It is the [`node`](crate::scene::Object::node) of its objects, and
+    /// Its GlobalId, or `#` and the record's number where it has none. It is the [`node`](enfilade::scene::Object::node) of its objects, and
     /// the `source` of a space's cell.
     pub global_id: String,
     /// `IfcWallStandardCase`, ...

@@ -15,7 +15,7 @@
 //! the geometry runs on threads of its own that are left behind, not waited for; such a thread ends with its element or with
 //! the process.
 
-use super::{ImportError, ImportOptions, Scene};
+use enfilade::scene::{ImportError, ImportOptions, Scene};
 use std::path::Path;
 
 #[cfg(feature = "ifc")]
@@ -78,7 +78,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
 /// The bytes of an `.ifc`, or of the one in an `.ifczip`.
 #[cfg(feature = "ifc")]
 fn bytes_of(path: &Path) -> Result<Vec<u8>, ImportError> {
-    let bytes = super::whole_file::model(path)?;
+    let bytes = enfilade::scene::whole_file::model(path)?;
     let is_zipped = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ifczip"));
     if is_zipped { zipped::unzipped(&bytes) } else { Ok(bytes) }
 }

@@ -1,7 +1,7 @@
 //! The file as records: the header checked, records found by kind, units and the offset of georeferenced models worked out.
 
-use crate::scene::{ImportError, Place, whole_file};
-use crate::types::note::Note;
+use enfilade::scene::{ImportError, Place, whole_file};
+use enfilade::types::note::Note;
 use glam::DVec3;
 use ifc_lite_core::{
     DecodedEntity, EntityDecoder, EntityIndex, EntityScanner, IfcType, build_entity_index, geometry_flags_by_name,

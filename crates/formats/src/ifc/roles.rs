@@ -1,6 +1,6 @@
 //! What each kind of product is to the split into cells.
 
-use crate::scene::Role;
+use enfilade::scene::Role;
 use ifc_lite_core::IfcType;
 
 /// The role of an element; `None` for products that are no geometry of the building: openings, spaces, annotations, grids,

@@ -3,8 +3,8 @@
 use super::geometry::Geometry;
 use super::model::{Model, enumeration, global_id, text};
 use super::relations::Relations;
-use crate::scene::{RoomHint, StoreyHint};
-use crate::types::note::Note;
+use enfilade::scene::{RoomHint, StoreyHint};
+use enfilade::types::note::Note;
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
 use std::collections::HashMap;

@@ -2,7 +2,7 @@
 
 use super::model::Model;
 use super::relations::Relations;
-use crate::scene::builder::short_name;
+use enfilade::scene::builder::short_name;
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use std::collections::HashMap;
 use std::sync::Arc;

@@ -7,7 +7,7 @@ use super::elements::{Element, ElementType, Elements, Property, PropertySet, Val
 use super::model::{global_id, settle_envelope, text};
 use super::reader::{time_limit, watched};
 use super::roles::role;
-use crate::scene::ImportError;
+use enfilade::scene::ImportError;
 use ifc_lite_core::{
     AttributeValue, DecodedEntity, EntityDecoder, EntityIndex, EntityScanner, IfcType, ProjectUnits, build_entity_index,
     geometry_flags_by_name, ifc_type_from_keyword, resolve_unit_by_ref, set_report_sink,

@@ -3,8 +3,8 @@
 //! All of a product's body must be such; whatever a boolean or an opening cuts, or isn't circular, keeps the reader's triangles.
 
 use super::model::{Model, y_up};
-use crate::tubes::curve::{Arc, Piece, polyline, sharpest};
-use crate::tubes::{Counts, Shape as Round, Tubes, usual_error};
+use enfilade_tubes::curve::{Arc, Piece, polyline, sharpest};
+use enfilade_tubes::{Counts, Shape as Round, Tubes, usual_error};
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::placement::{Axis1Placement, Axis2Placement};

@@ -1,6 +1,6 @@
 //! IFC in a zip archive (`.ifczip`), as buildingSMART has it: one `.ifc` file in it.
 
-use crate::scene::{ImportError, Place};
+use enfilade::scene::{ImportError, Place};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 

@@ -1,10 +1,10 @@
 //! What one sees of a cell space: its surface, less what transitions lead through.
 
 use super::super::gltf::flat_hull;
-use super::super::{Mesh, Role};
 use super::{CellSpace, IndoorGml};
-use crate::geom::{Aabb, middle};
-use crate::polygon::Polygon;
+use enfilade::geom::{Aabb, middle};
+use enfilade::polygon::Polygon;
+use enfilade::scene::{Mesh, Role};
 use glam::{DVec2, DVec3};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};

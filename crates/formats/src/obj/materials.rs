@@ -5,7 +5,7 @@
 //! `Tr` contradict each other `d` counts: some exporters write `Tr 1` for opaque. Maya gives every material model 4, and says by `Tf`
 //! how much it lets through: `Tf 1 1 1` is opaque.
 
-use crate::scene::whole_file::BYTE_ORDER_MARK;
+use enfilade::scene::whole_file::BYTE_ORDER_MARK;
 use std::collections::HashMap;
 
 /// A material of a library.

@@ -3,7 +3,7 @@
 //! Based on: Meisters, *Polygons have ears*, 1975. Done in the plane across the polygon's mean normal (Newell), with exact
 //! orientation tests. Always `n - 2` triangles, whatever the polygon.
 
-use crate::geom::newell;
+use enfilade::geom::newell;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
@@ -12,7 +12,7 @@ const MOST_CORNERS: usize = 2048;
 
 /// How a polygon was cut.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(in crate::scene) enum Shape {
+pub(crate) enum Shape {
     /// Into a fan, as it may be.
     Convex,
     /// Into ears.
@@ -23,7 +23,7 @@ pub(in crate::scene) enum Shape {
 
 /// Appends the triangles of the polygon `corners` (three or more indices into `positions`, all in range) to `out`, as numbers of
 /// corners of the polygon.
-pub(in crate::scene) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[usize; 3]>) -> Shape {
+pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[usize; 3]>) -> Shape {
     let n = corners.len();
     if n == 3 {
         out.push([0, 1, 2]);
@@ -114,7 +114,7 @@ fn clip_ears(points: &[DVec2], out: &mut Vec<[usize; 3]>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::area;
+    use enfilade::geom::area;
 
     fn cut(points: &[(f64, f64)]) -> (Shape, usize, f64) {
         // In a tilted plane, so that the projection matters.

@@ -4,10 +4,10 @@
 //! the tests know have no other values. Slime sounds like water, and the third value stays 0. Textures are known by how their
 //! names begin.
 
-use crate::BitMatrix;
-use crate::scene::quake::layout::FACES;
-use crate::scene::quake::tree::{infos_with, marked_faces};
-use crate::scene::quake::{Bsp, BspError};
+use crate::quake::layout::FACES;
+use crate::quake::tree::{infos_with, marked_faces};
+use crate::quake::{Bsp, BspError};
+use enfilade::BitMatrix;
 use qbsp::data::BspFace;
 
 /// Values of a leaf: water, sky, slime, lava.

@@ -4,10 +4,10 @@
 //! zero is followed by how many there are, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
 
 use super::{Bsp, SOUNDS};
-use crate::BitMatrix;
-use crate::scene::quake::BspError;
-use crate::scene::quake::layout::{HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
-use crate::scene::quake::tree::Tree;
+use crate::quake::BspError;
+use crate::quake::layout::{HEADER, LEAVES, LUMPS, Lump, VISIBILITY};
+use crate::quake::tree::Tree;
+use enfilade::BitMatrix;
 use qbsp::BspFormat;
 use std::collections::HashMap;
 

@@ -4,7 +4,7 @@ use super::fences;
 use super::layout::*;
 use super::portals::{self, Between};
 use super::tree::Tree;
-use crate::types::level::LevelPortal;
+use enfilade::types::level::LevelPortal;
 use qbsp::BspFormat;
 use qbsp::reader::BspParseContext;
 

@@ -2,8 +2,8 @@
 
 use super::Bsp;
 use super::prt::Prt;
-use crate::geom::{middle, newell};
-use crate::types::level::LevelPortal;
+use enfilade::geom::{middle, newell};
+use enfilade::types::level::LevelPortal;
 use glam::DVec3;
 use std::fmt;
 

@@ -1,6 +1,6 @@
 //! How a level lies in its file: the lumps, and what can be wrong with them.
 
-use crate::types::level::MOST_CLUSTERS;
+use crate::MOST_CLUSTERS;
 use qbsp::reader::BspParseContext;
 
 /// Lumps of a Quake 1 level, in the directory's order.

@@ -35,10 +35,10 @@ pub(crate) mod tree;
 mod world;
 
 #[cfg(feature = "quake")]
-use super::whole_file;
-use super::{ImportError, ImportOptions, Scene};
-#[cfg(feature = "quake")]
 pub use bsp::Bsp;
+#[cfg(feature = "quake")]
+use enfilade::scene::whole_file;
+use enfilade::scene::{ImportError, ImportOptions, Scene};
 #[cfg(feature = "quake")]
 pub use fit::Fit;
 #[cfg(feature = "quake")]
@@ -99,7 +99,7 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
 
 #[cfg(feature = "quake")]
 fn malformed(error: BspError) -> ImportError {
-    ImportError::malformed(super::Place::File, error.to_string())
+    ImportError::malformed(enfilade::scene::Place::File, error.to_string())
 }
 
 /// Whether a compiler's portals lie beside a level, so that its solid brushes hide what is behind them, whatever their textures are.

@@ -10,8 +10,8 @@
 //! of this kind, and counted.
 
 use super::tree::{Child, Tree};
-use crate::geom::{Aabb, Plane, clip};
-use crate::types::level::LevelPortal;
+use enfilade::geom::{Aabb, Plane, clip};
+use enfilade::types::level::LevelPortal;
 use glam::DVec3;
 
 /// Space around the level, in its units: the outside of a level that leaks is as open as its inside.

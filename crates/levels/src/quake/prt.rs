@@ -12,8 +12,8 @@
 //! The reader is strict: each count, index and number is checked, nothing is allocated on the word of a header, and the first
 //! fault is reported with its line and the name of the field. It has no limit on points that silently changes anything.
 
-use crate::geom::newell;
-use crate::types::level::{FARTHEST, Level, LevelPortal, MOST_CLUSTERS};
+use crate::{FARTHEST, Level, LevelPortal, MOST_CLUSTERS};
+use enfilade::geom::newell;
 use glam::DVec3;
 use std::fmt;
 use std::str::Lines;
@@ -435,7 +435,7 @@ impl<'t> Fields<'t> {
 
 /// Whether a winding has an area, is flat and convex.
 fn sound(winding: &[DVec3]) -> Result<(), PrtFault> {
-    let middle = crate::geom::middle(winding);
+    let middle = enfilade::geom::middle(winding);
     let around: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
     let normal = newell(&around);
     let reach = around.iter().map(|p| p.length()).fold(0.0, f64::max);

@@ -4,10 +4,10 @@
 //! palette of 256 colours: Quake's own, or, in WAD3, one behind the texels. Of textures whose names begin with `{`, the last colour is a
 //! hole. What makes no sense is left out: no level is refused for how it looks.
 
-use super::super::sidecar::Sidecars;
 use super::layout::Source;
 use super::tree::{texture_entry, texture_name, texture_names, word};
-use crate::scene::{ImportOptions, Picture};
+use enfilade::scene::sidecar::Sidecars;
+use enfilade::scene::{ImportOptions, Picture};
 use qbsp::QUAKE_PALETTE;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What games know of textures by their names.
 
 use super::texels::Textures;
-use crate::scene::Material;
+use enfilade::scene::Material;
 
 /// Textures of faces that games never draw.
 const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];

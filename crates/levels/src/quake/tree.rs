@@ -4,8 +4,8 @@ use super::layout::{
     BspError, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable,
     entry,
 };
-use crate::geom::{Aabb, Plane};
-use crate::types::level::FARTHEST;
+use crate::FARTHEST;
+use enfilade::geom::{Aabb, Plane};
 use glam::DVec3;
 use qbsp::data::nodes::BspLeafContentFlags;
 use qbsp::data::util::UBspValue;

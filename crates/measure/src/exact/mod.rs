@@ -10,7 +10,7 @@
 //! [`Witness`]. It is *undecided* if beams couldn't be split enough, or if rounding would decide. **All others are hidden**,
 //! by this understanding:
 //!
-//! * Opaque triangles hide what is strictly behind them; see-through ones ([`Object::opaque`](crate::types::scene::Object::opaque)) hide
+//! * Opaque triangles hide what is strictly behind them; see-through ones ([`Object::opaque`](enfilade::types::scene::Object::opaque)) hide
 //!   nothing. Both sides of a triangle are seen. Of triangles in one place each is visible.
 //! * A triangle that is seen edge-on hides nothing. It is undecided unless it is hidden.
 //! * An opening that rounding of `f64` can't tell from none (about 1e-13 radians) may be taken for closed. Wider ones are kept open:
@@ -23,9 +23,9 @@ mod clip;
 mod frame;
 mod tree;
 
-use crate::ObjectId;
-use crate::types::scene::Scene;
 use beam::Beams;
+use enfilade::ObjectId;
+use enfilade::types::scene::Scene;
 use frame::Frame;
 use glam::{DMat3, DVec3};
 use tree::Tree;

@@ -1,8 +1,8 @@
 //! The hierarchy that the judge walks: two children a node, boxes as tight as `f32` has them.
 
-use crate::bvh;
-use crate::geom::Aabb;
-use crate::types::scene::Scene;
+use enfilade::bvh;
+use enfilade::geom::Aabb;
+use enfilade::types::scene::Scene;
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
 

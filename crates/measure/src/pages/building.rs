@@ -13,12 +13,12 @@ use super::splits::Splits;
 use super::storeys::{Plans, Storey, along_a_walk, is_named, on, storeys};
 use super::tubes::TubesFound;
 use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
-use crate::file::{CONFIDENCE, PvsFile, PvsSummary};
-use crate::scene::Scene;
-use crate::types::expected::ExpectedDraw;
-use crate::types::guarantee::Guarantee;
-use crate::types::portal::{PortalCost, PortalKind};
-use crate::{BitMatrix, CellId};
+use enfilade::file::{CONFIDENCE, PvsFile, PvsSummary};
+use enfilade::scene::Scene;
+use enfilade::types::expected::ExpectedDraw;
+use enfilade::types::guarantee::Guarantee;
+use enfilade::types::portal::{PortalCost, PortalKind};
+use enfilade::{BitMatrix, CellId};
 use serde::Serialize;
 use std::fmt::Write;
 

@@ -2,9 +2,9 @@
 
 use super::html::{escape, percent, thousands};
 use super::storeys::{Storey, is_named, on};
-use crate::CellId;
-use crate::file::PvsFile;
-use crate::types::portal::{PortalCost, PortalKind};
+use enfilade::CellId;
+use enfilade::file::PvsFile;
+use enfilade::types::portal::{PortalCost, PortalKind};
 use std::cmp::Reverse;
 use std::fmt::Write;
 

@@ -4,7 +4,7 @@
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{duration, escape, page, thousands};
-use crate::terrain::{Limit, Measured};
+use enfilade_terrain::{Limit, Measured};
 use std::fmt::Write;
 
 /// A flight, and what was found along it.

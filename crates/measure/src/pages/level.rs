@@ -5,7 +5,7 @@
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{Remark, duration, escape, number, page, percent, thousands};
 use super::matrix::figure;
-use crate::BitMatrix;
+use enfilade::BitMatrix;
 use std::fmt::Write;
 
 /// What times are.

@@ -1,7 +1,7 @@
 //! Both sides of a visibility matrix as a picture: witnessed, undecided, hidden.
 
 use super::html::png_address;
-use crate::BitMatrix;
+use enfilade::BitMatrix;
 
 /// Pixels a side, at most.
 const LARGEST: usize = 640;

@@ -1,11 +1,11 @@
 //! Storeys of a baked building, and the plan of each as SVG: walls as the model has them, cells in tints, portals by kind.
 
 use super::html::escape;
-use crate::file::{FilePortal, PvsFile};
-use crate::geom::{Aabb, Plane, clip};
-use crate::scene::{Role, Scene};
-use crate::types::portal::PortalKind;
-use crate::{CellId, PortalId};
+use enfilade::file::{FilePortal, PvsFile};
+use enfilade::geom::{Aabb, Plane, clip};
+use enfilade::scene::{Role, Scene};
+use enfilade::types::portal::PortalKind;
+use enfilade::{CellId, PortalId};
 use glam::{DVec2, DVec3, Vec4};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;

@@ -4,10 +4,10 @@
 //! importers ask for.
 
 use super::tube_weights::weight_error;
-use crate::random::Prng;
-use crate::scene::Scene;
-use crate::scene::rays::closest_on_triangle;
-use crate::tubes::{Band, Runs, SIDES, Selection, Tube, Tubes, View, Wall, part};
+use enfilade::random::Prng;
+use enfilade::scene::Scene;
+use enfilade::scene::rays::closest_on_triangle;
+use enfilade_tubes::{Band, Runs, SIDES, Selection, Tube, Tubes, View, Wall, part};
 use glam::DVec3;
 use serde::Serialize;
 use std::f64::consts::TAU;
@@ -196,8 +196,8 @@ fn pixel(view: &TubeView, p: DVec3) -> Option<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tubes::curve::{Arc, Piece};
-    use crate::tubes::{Counts, Shape};
+    use enfilade_tubes::curve::{Arc, Piece};
+    use enfilade_tubes::{Counts, Shape};
 
     /// Points are on the torus, and on the cylinder before it.
     #[test]

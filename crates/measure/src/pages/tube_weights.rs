@@ -4,7 +4,7 @@
 //! corners, so the width that counts is that of their outline.
 
 use super::tube_errors::TubeView;
-use crate::tubes::{Band, Tubes};
+use enfilade_tubes::{Band, Tubes};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
@@ -65,7 +65,7 @@ pub(super) fn weight_error(tubes: &Tubes, view: &TubeView, band: &Band, (place, 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tubes::{Counts, Runs, SIDES, Selection, Shape, View, Wall};
+    use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, View, Wall};
 
     /// Of a straight pipe, across the view, all is drawn; a pixel of 4 mm has a pipe of 1 mm a quarter.
     #[test]

@@ -3,7 +3,7 @@
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{duration, thousands};
 pub use super::tube_errors::{TubeErrors, TubeView, measure};
-use crate::scene::TubeCount;
+use enfilade::scene::TubeCount;
 use serde::Serialize;
 use std::fmt::Write;
 

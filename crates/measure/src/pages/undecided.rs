@@ -1,7 +1,7 @@
 //! What a bake left undecided: how much of it, of which kind, and where it is worst. Files without both bounds have none.
 
-use crate::file::{Bounds, Gap, PvsFile};
-use crate::{BitMatrix, CellId, ObjectId};
+use enfilade::file::{Bounds, Gap, PvsFile};
+use enfilade::{BitMatrix, CellId, ObjectId};
 use std::collections::BTreeSet;
 
 /// Cell-object pairs of some cells.

@@ -1,10 +1,10 @@
 //! Cells and portals of a file, for the check alone: points in cells, and segments followed from cell to cell.
 
 use super::trace::Tree;
-use crate::CellId;
-use crate::file::PvsFile;
-use crate::geom::{Aabb, Plane, clip};
-use crate::random::Prng;
+use enfilade::CellId;
+use enfilade::file::PvsFile;
+use enfilade::geom::{Aabb, Plane, clip};
+use enfilade::random::Prng;
 use glam::{DVec3, Vec4};
 use std::collections::BTreeMap;
 

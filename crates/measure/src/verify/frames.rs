@@ -2,11 +2,11 @@
 
 use super::sample::Sampler;
 use super::scales;
-use crate::file::PvsFile;
-use crate::parallel;
-use crate::random::Prng;
-use crate::scene::Scene;
 use crate::walkthrough::path::{CameraPath, PathFrame};
+use enfilade::file::PvsFile;
+use enfilade::parallel;
+use enfilade::random::Prng;
+use enfilade::scene::Scene;
 
 /// A path of `count` random cameras: anywhere in a cell, near its portals on either side, near its walls, outside; looking anywhere, at
 /// portals, at objects. Fewer where cells have no inside. The same arguments give the same path.

@@ -12,11 +12,11 @@
 //! cell; and from a cell towards a portal through which, by its row, it sees nothing: there a wrong row shows first.
 
 use super::{EXAMPLES, each_once};
-use crate::BitMatrix;
-use crate::geom::{area, middle, newell};
-use crate::level::Level;
-use crate::parallel;
-use crate::random::Prng;
+use enfilade::BitMatrix;
+use enfilade::geom::{area, middle, newell};
+use enfilade::parallel;
+use enfilade::random::Prng;
+use enfilade_levels::Level;
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;

@@ -6,10 +6,10 @@
 //! cells' own volumes are exact. Rooms under the open sky are the outside's, and aren't scored.
 
 use super::cells::Cells;
-use crate::CellId;
-use crate::file::PvsFile;
-use crate::geom::Aabb;
-use crate::parallel;
+use enfilade::CellId;
+use enfilade::file::PvsFile;
+use enfilade::geom::Aabb;
+use enfilade::parallel;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

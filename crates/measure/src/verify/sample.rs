@@ -2,10 +2,10 @@
 
 use super::cells::Cells;
 use super::trace::Tracer;
-use crate::CellId;
-use crate::random::Prng;
-use crate::scene::Scene;
-use crate::types::person::EYE_HEIGHT;
+use enfilade::CellId;
+use enfilade::random::Prng;
+use enfilade::scene::Scene;
+use enfilade::types::person::EYE_HEIGHT;
 use glam::DVec3;
 
 /// See [`AT_PORTAL`].

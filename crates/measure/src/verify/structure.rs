@@ -5,10 +5,10 @@
 
 use super::cells::{Cells, Piece, faces};
 use super::tight::rim;
-use crate::file::PvsFile;
-use crate::geom::{Plane, clip, middle, newell};
-use crate::parallel;
-use crate::{CellId, PortalId};
+use enfilade::file::PvsFile;
+use enfilade::geom::{Plane, clip, middle, newell};
+use enfilade::parallel;
+use enfilade::{CellId, PortalId};
 use glam::DVec3;
 use serde::Serialize;
 

@@ -6,7 +6,7 @@
 //! share an edge that the line turns about, the descent can stop short; what it gives is then a line through all of them all the
 //! same.
 
-use crate::geom::Plane;
+use enfilade::geom::Plane;
 use glam::DVec3;
 
 /// A string is tight when no point moves by more than this share of its length (metres, for one shorter than a metre).
@@ -64,7 +64,7 @@ pub(super) fn polish(points: &mut [DVec3], through: &[(&[DVec3], Plane)], is_ope
 
 /// The half-spaces that a polygon's edges bound within its plane, normals pointing out.
 pub(super) fn rim(polygon: &[DVec3], plane: &Plane) -> Vec<Plane> {
-    let middle = crate::geom::middle(polygon);
+    let middle = enfilade::geom::middle(polygon);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     edges
         .filter_map(|(&a, &b)| {
@@ -139,7 +139,7 @@ mod tests {
         let holes = [hole(1.0, 0.0, 0.0), hole(2.0, 4.0, 0.0), hole(3.0, 4.0, 0.5), hole(6.0, 0.0, 0.0)];
         let through: Vec<_> = holes.iter().map(|(w, p)| (w.as_slice(), *p)).collect();
         let mut points = vec![v(0.0, 0.0, 0.0)];
-        points.extend(holes.iter().map(|h| crate::geom::middle(&h.0)));
+        points.extend(holes.iter().map(|h| enfilade::geom::middle(&h.0)));
         tighten(&mut points, &through);
         // In the plane z = 0: from (0, 0) over (1, 1) to (2, 3), on to (3, 3) and back down to (6, 1).
         let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();

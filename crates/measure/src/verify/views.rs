@@ -4,11 +4,11 @@ use super::cells::Cells;
 use super::sample::{Sampler, direction};
 use super::trace::Tracer;
 use super::{Fractions, scales};
-use crate::file::PvsFile;
-use crate::parallel;
-use crate::random::Prng;
-use crate::scene::Scene;
-use crate::{BitMatrix, CellId, ObjectId};
+use enfilade::file::PvsFile;
+use enfilade::parallel;
+use enfilade::random::Prng;
+use enfilade::scene::Scene;
+use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use std::collections::BTreeMap;
 

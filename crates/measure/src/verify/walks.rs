@@ -8,11 +8,11 @@
 use super::cells::Cells;
 use super::sample::direction;
 use super::trace::{Tracer, crosses};
-use crate::CellId;
-use crate::geom::Aabb;
-use crate::parallel;
-use crate::random::Prng;
-use crate::scene::Scene;
+use enfilade::CellId;
+use enfilade::geom::Aabb;
+use enfilade::parallel;
+use enfilade::random::Prng;
+use enfilade::scene::Scene;
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;

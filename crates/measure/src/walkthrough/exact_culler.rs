@@ -2,11 +2,11 @@
 
 use super::raster::View;
 use super::timed_culler::{Times, draw_rest};
-use crate::ObjectId;
 use crate::exact::{ExactScene, Judge, MOST_SPLITS};
-use crate::occlusion::depth::DepthBuffer;
-use crate::runtime::{FrameStats, VisibleSet};
-use crate::types::scene::Scene;
+use enfilade::ObjectId;
+use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::runtime::{FrameStats, VisibleSet};
+use enfilade::types::scene::Scene;
 use glam::Vec3;
 use std::time::Instant;
 

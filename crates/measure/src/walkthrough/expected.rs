@@ -1,9 +1,9 @@
 //! How much each mode is expected to draw, from a baked file alone: a tour through every cell is culled, and nothing is drawn.
 
 use super::tour::tour;
-use crate::file::PvsFile;
-use crate::runtime::{Culler, Mode, Scratch};
-pub use crate::types::expected::ExpectedDraw;
+use enfilade::file::PvsFile;
+use enfilade::runtime::{Culler, Mode, Scratch};
+pub use enfilade::types::expected::ExpectedDraw;
 
 /// Width over height of the screen.
 const ASPECT: f64 = 16.0 / 9.0;

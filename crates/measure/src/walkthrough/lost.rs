@@ -5,9 +5,9 @@
 
 use super::missed::stands_on_a_surface;
 use super::raster::View;
-use crate::ObjectId;
 use crate::exact::{ExactScene, Judge, MOST_SPLITS};
-use crate::scene::rays::RayScene;
+use enfilade::ObjectId;
+use enfilade::scene::rays::RayScene;
 use glam::{DVec3, Vec3};
 
 /// Judges frames.

@@ -14,12 +14,12 @@
 //! stands on a surface, to rounding, looks through it or not: what is behind such a surface isn't missed.
 
 use super::raster::{IdBuffer, View};
-use crate::ObjectId;
-use crate::file::PvsFile;
-use crate::parallel;
-use crate::scene::Scene;
-use crate::scene::rays::{Hit, RayScene};
-use crate::tolerance::single_precision;
+use enfilade::ObjectId;
+use enfilade::file::PvsFile;
+use enfilade::parallel;
+use enfilade::scene::Scene;
+use enfilade::scene::rays::{Hit, RayScene};
+use enfilade::tolerance::single_precision;
 use glam::{DVec2, DVec3};
 
 /// How far from the middle of a pixel the rays that settle it are, in pixels.
@@ -159,8 +159,8 @@ pub fn objects_shown(scene: &Scene, full: &IdBuffer) -> Vec<ObjectId> {
 mod tests {
     use super::super::raster::draw;
     use super::*;
-    use crate::runtime::Camera;
-    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+    use enfilade::runtime::Camera;
+    use enfilade::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
     /// A square of 4 m, facing +z, at a given z.
     fn square(z: f64) -> Mesh {

@@ -1,6 +1,6 @@
 //! How a walk's frames are culled.
 
-use crate::runtime::{FrameMode, Mode};
+use enfilade::runtime::{FrameMode, Mode};
 use std::fmt;
 use std::str::FromStr;
 

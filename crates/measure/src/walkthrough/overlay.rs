@@ -5,10 +5,10 @@ use super::picture::{CHARACTER, Picture};
 use super::plan::{PlanView, portal_colour};
 use super::raster::{View, draw};
 use super::shade::{MAGENTA, shade};
-use crate::file::PvsFile;
-use crate::runtime::{FrameMode, Rect, VisibleSet};
-use crate::scene::Scene;
-use crate::{CellId, ObjectId};
+use enfilade::file::PvsFile;
+use enfilade::runtime::{FrameMode, Rect, VisibleSet};
+use enfilade::scene::Scene;
+use enfilade::{CellId, ObjectId};
 use glam::DVec2;
 
 /// Everything that a frame's picture shows.

@@ -5,7 +5,7 @@
 //!  "frames": [{"eye": [0, 1.6, 0], "target": [1, 1.6, 0]}]}
 //! ```
 
-use crate::runtime::Camera;
+use enfilade::runtime::Camera;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Plans: the cells of a file cut at a height, seen from above, with the portals between them.
 
 use super::picture::{CHARACTER, Colour, Picture, hsv, hue};
-use crate::file::PvsFile;
-use crate::types::portal::PortalKind;
-use crate::{CellId, geom};
+use enfilade::file::PvsFile;
+use enfilade::types::portal::PortalKind;
+use enfilade::{CellId, geom};
 use glam::{DVec2, DVec3, Vec4};
 
 const PAPER: Colour = [250, 249, 246];

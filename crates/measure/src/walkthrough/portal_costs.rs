@@ -1,10 +1,10 @@
 //! What each portal costs: how much less is drawn if it is shut.
 
 use super::tour::tour;
-use crate::PortalId;
-use crate::file::PvsFile;
-use crate::runtime::{Culler, Mode, Scratch};
-pub use crate::types::portal::PortalCost;
+use enfilade::PortalId;
+use enfilade::file::PvsFile;
+use enfilade::runtime::{Culler, Mode, Scratch};
+pub use enfilade::types::portal::PortalCost;
 
 /// Width over height of the screen.
 const ASPECT: f64 = 16.0 / 9.0;

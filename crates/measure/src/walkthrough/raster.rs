@@ -10,11 +10,11 @@
 //!
 //! Bands of rows are drawn independently, each in triangle order: the same ids on any number of threads.
 
-use crate::ObjectId;
-use crate::geom::Aabb;
-use crate::parallel;
-use crate::runtime::Camera;
-use crate::scene::Scene;
+use enfilade::ObjectId;
+use enfilade::geom::Aabb;
+use enfilade::parallel;
+use enfilade::runtime::Camera;
+use enfilade::scene::Scene;
 use glam::{DVec2, DVec3};
 
 /// Rows of pixels that one task draws.
@@ -302,7 +302,7 @@ impl Rows<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+    use enfilade::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
     struct Random(u64);
 

@@ -2,8 +2,8 @@
 
 use super::picture::{Colour, Picture, hsv, hue, mix};
 use super::raster::{IdBuffer, View};
-use crate::parallel;
-use crate::scene::{Role, Scene};
+use enfilade::parallel;
+use enfilade::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 
 /// So have normals with a smaller cosine than this (32 degrees).

@@ -2,8 +2,8 @@
 
 use super::path::{CameraPath, PathFrame};
 use super::tour::even_tour;
-use crate::file::PvsFile;
-use crate::runtime::Camera;
+use enfilade::file::PvsFile;
+use enfilade::runtime::Camera;
 use glam::DVec3;
 
 /// Two frames of a path that are farther apart than this, metres, are a jump: nobody walks from one to the other. More: a straight way from one

@@ -1,11 +1,11 @@
 //! What culling a walk's frames takes.
 
 use super::raster::View;
-use crate::ObjectId;
-use crate::occlusion::depth::DepthBuffer;
-use crate::occlusion::hierarchy::Hierarchy;
-use crate::occlusion::oracle::OcclusionOracle;
-use crate::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, VisibleSet};
+use enfilade::ObjectId;
+use enfilade::occlusion::depth::DepthBuffer;
+use enfilade::occlusion::hierarchy::Hierarchy;
+use enfilade::occlusion::oracle::OcclusionOracle;
+use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, VisibleSet};
 use std::time::Instant;
 
 /// What a frame took, microseconds.

@@ -7,11 +7,11 @@
 //! the clearance are chinks, and left out. A file of one open cell has no way: there the eye jumps from object to object.
 
 use super::path::{CameraPath, PathFrame};
-use crate::file::{FileObject, PvsFile};
-use crate::geom::{Aabb, Plane, clip};
-use crate::random::mixed;
-use crate::types::person::{EYE_HEIGHT, by_extent, hall, metric};
-use crate::types::portal::PortalKind;
+use enfilade::file::{FileObject, PvsFile};
+use enfilade::geom::{Aabb, Plane, clip};
+use enfilade::random::mixed;
+use enfilade::types::person::{EYE_HEIGHT, by_extent, hall, metric};
+use enfilade::types::portal::PortalKind;
 use glam::{DVec2, DVec3};
 use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
@@ -388,7 +388,7 @@ fn stand_in(winding: &[glam::Vec3], metre: f64) -> DVec3 {
     let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3() / metre).collect();
     let bounds = Aabb::of(corners.iter().copied());
     let height = bounds.max.y - bounds.min.y;
-    crate::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
+    enfilade::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
 }
 
 /// By cell: portals of a spanning tree and the cells that they lead to. Kruskal's algorithm, windows last.

@@ -3,8 +3,8 @@
 
 use super::super::model::Material;
 use super::super::solid::{Solid, cuboid, extrude, lathe, loft, perforated, pipe, turn};
-use crate::geom::Aabb;
-use crate::scene::Role;
+use enfilade::geom::Aabb;
+use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 
 /// From the middle of an elbow's bend to the middle of its pipe, in radii of the pipe: a long-radius elbow's (ASME B16.9).

@@ -4,8 +4,8 @@
 //! the least volume.
 
 use crate::study::imported;
-use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::{Bounds, Fit, Hull};
+use enfilade_scenes::Kind;
 use glam::DVec3;
 use std::time::Instant;
 

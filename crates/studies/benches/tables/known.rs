@@ -3,9 +3,9 @@
 
 use crate::levels::{IN_CITIES, detailed};
 use crate::study::{Start, Study, chc, chc_plus, frames};
-use enfilade::generate::Kind;
 use enfilade::occlusion::chc::Reduction;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
+use enfilade_scenes::Kind;
 
 /// Frames of a stretch, and runs.
 const AMONG_TEAPOTS: [usize; 2] = [10, 3];

@@ -5,7 +5,6 @@ use crate::platform;
 use crate::study::{Cost, Start, Study, chc, chc_plus, frames};
 use crate::trees::LEAST_TRIANGLES;
 use enfilade::CellId;
-use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::Fit;
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
@@ -15,6 +14,7 @@ use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::runtime::{Auto, FrameMode, Mode};
 use enfilade::scene::{Object, Scene};
+use enfilade_scenes::Kind;
 use glam::DVec3;
 use std::time::Instant;
 

@@ -4,15 +4,15 @@
 
 use crate::study::{SIZE, imported};
 use enfilade::ObjectId;
-use enfilade::generate::Kind;
 use enfilade::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::oracle::{OcclusionOracle, QueryId};
 use enfilade::occlusion::view::View;
 use enfilade::scene::Scene;
-use enfilade::walkthrough::missed::objects_shown;
-use enfilade::walkthrough::raster;
+use enfilade_measure::walkthrough::missed::objects_shown;
+use enfilade_measure::walkthrough::raster;
+use enfilade_scenes::Kind;
 use std::time::Instant;
 
 /// The study's, and more.

@@ -4,10 +4,10 @@
 use crate::platform;
 use crate::study::{Study, chc, frames};
 use crate::trees::LEAST_TRIANGLES;
-use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::Fit;
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade_scenes::Kind;
 use std::cell::Cell;
 
 /// Frames of a stretch, and runs.

@@ -1,17 +1,18 @@
 //! A scene, a camera that goes six stretches of its path and jumps between them, and what culled frames cost.
 
 use enfilade::ObjectId;
-use enfilade::generate::{Kind, generate};
 use enfilade::occlusion::chc::{Chc, Reduction};
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::view::Frustum;
-use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::walkthrough::missed::objects_shown;
-use enfilade::walkthrough::path::CameraPath;
-use enfilade::walkthrough::raster::{View, draw};
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_measure::walkthrough::missed::objects_shown;
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::raster::{View, draw};
+use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use std::cell::RefCell;
 use std::path::PathBuf;

@@ -2,11 +2,11 @@
 
 use crate::platform;
 use crate::study::{Cost, Study, chc, frames};
-use enfilade::generate::Kind;
 use enfilade::occlusion::bounds::Fit;
 use enfilade::occlusion::chc::Reduction;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade_scenes::Kind;
 use std::time::Instant;
 
 /// Frames of a stretch, and runs.

@@ -3,7 +3,7 @@
 use super::holes::height;
 use super::order::{ends, tiles_from_corner};
 use super::picture::{CORNERS, Footprint};
-use crate::terrain::{Ground, GroundView, Key, Patch, Sample, drawn};
+use crate::{Ground, GroundView, Key, Patch, Sample, drawn};
 use glam::{DVec2, DVec3};
 
 /// True where the eye is over the raster, and what is drawn is below it by more than the near plane can cut.

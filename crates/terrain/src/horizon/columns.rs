@@ -3,7 +3,7 @@
 use super::holes::{BLOCK, MOST, MOST_BLOCKS, NOWHERE, has_voids, height, tops_of_holes};
 use super::line::{Line, Seam};
 use super::picture::{COLUMNS, FACES, Face, Footprint, Part, ROUNDING, direction, sides};
-use crate::terrain::{Ground, GroundView, Patch};
+use crate::{Ground, GroundView, Patch};
 use glam::DVec3;
 
 /// The line of a row of blocks: not on the tile's border, where samples move, and even, since odd samples beside a border do, too.
@@ -173,7 +173,7 @@ fn least(slopes: &[f32]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terrain::{SIDES, drawn};
+    use crate::{SIDES, drawn};
     use std::collections::HashSet;
 
     /// What raises the horizon is drawn, whatever neighbours are coarser, and what lies between voids and heights is within a block.

@@ -1,6 +1,6 @@
 //! Samples of a tile, in blocks, and where they have no height.
 
-use crate::terrain::{Ground, Header, Key, Tile, Width};
+use crate::{Ground, Header, Key, Tile, Width};
 
 /// Tiles with voids that are looked at a frame, at most. Where there are more, coarser ones are.
 const MOST_HOLES: usize = 256;

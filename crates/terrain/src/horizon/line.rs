@@ -95,8 +95,8 @@ impl Seam {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::terrain::horizon::holes::NOWHERE;
-    use crate::terrain::horizon::picture::COLUMNS;
+    use crate::horizon::holes::NOWHERE;
+    use crate::horizon::picture::COLUMNS;
 
     /// Columns that a line covers get its lowest slope there, whichever way it leans and wherever it has a notch.
     #[test]

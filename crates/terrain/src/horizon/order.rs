@@ -1,6 +1,6 @@
 //! The order of tiles from near to far.
 
-use crate::terrain::{Header, Key};
+use crate::{Header, Key};
 use glam::{DVec2, DVec3};
 
 /// Where the eye is in the plan, in tiles of the finest level from the raster's first corner.

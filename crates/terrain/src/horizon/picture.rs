@@ -1,6 +1,6 @@
 //! Four upright pictures around the eye, and where something in the plan is on them.
 
-use crate::terrain::{GroundView, Header, Key, Tile};
+use crate::{GroundView, Header, Key, Tile};
 use glam::{DVec2, DVec3};
 
 /// Columns of a picture, of which four are around the eye. More: finer tops of hills, and more time.

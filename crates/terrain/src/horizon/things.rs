@@ -2,7 +2,7 @@
 
 use super::order::{ends, tiles_from_corner};
 use super::picture::{Footprint, ROUNDING};
-use crate::terrain::{Ground, Header, Key};
+use crate::{Ground, Header, Key};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 

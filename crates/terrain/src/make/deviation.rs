@@ -4,8 +4,8 @@
 //! neighbour is coarser, the triangles along that side are others, and cross finest ones; there it is exact at the samples, too.
 
 use super::band::Band;
-use crate::terrain::grid::{Grid, Key};
-use crate::terrain::mesh;
+use crate::grid::{Grid, Key};
+use crate::mesh;
 use std::ops::Range;
 
 /// All four neighbours are coarser.

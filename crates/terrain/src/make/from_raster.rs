@@ -1,7 +1,7 @@
 //! Rasters from files.
 
 use super::heights::Heights;
-use crate::terrain::raster::Raster;
+use crate::raster::Raster;
 use std::ops::Range;
 
 impl Heights for Raster {

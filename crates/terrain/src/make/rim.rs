@@ -7,8 +7,8 @@
 
 use super::band::Band;
 use super::deviation::each_sample;
-use crate::terrain::grid::{Grid, Key};
-use crate::terrain::mesh;
+use crate::grid::{Grid, Key};
+use crate::mesh;
 use std::ops::Range;
 
 /// A part of a tile, sample by sample.

@@ -1,6 +1,6 @@
 //! The header and the table as bytes.
 
-use crate::terrain::format::{ENTRY, HEADER, Header, MAGIC, Tile, VERSION};
+use crate::format::{ENTRY, HEADER, Header, MAGIC, Tile, VERSION};
 use xxhash_rust::xxh3::xxh3_64;
 
 impl Header {

@@ -2,29 +2,30 @@
 
 use super::super::scene::RAYS;
 use super::{Args, command, name, write};
-use crate::cli::bake::{ViewCells, peak_rss_mb, progress_bar};
-use crate::cli::resume::{Kept, Of};
-use crate::cli::stage_times::{Clock, Stages};
-use crate::cli::why::Teller;
-use crate::cli::{CliError, Outcome, at};
+use crate::commands::bake::{ViewCells, peak_rss_mb, progress_bar};
+use crate::commands::resume::{Kept, Of};
+use crate::commands::stage_times::{Clock, Stages};
+use crate::commands::why::Teller;
+use crate::commands::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, bake, digest, find_cells};
 use enfilade::cells::CellGraph;
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::pages::building::{BuildingReport, Stage};
-use enfilade::pages::curves::{Curve, CurvePoint, Views, held_out};
-use enfilade::pages::html::Remark;
-use enfilade::pages::splits::Splits;
-use enfilade::pages::tubes::{TubeView, TubesFound, measure};
-use enfilade::pages::undecided::{Pairs, closed_and_open, hardest};
 use enfilade::proof::{Asker, Goal};
 use enfilade::pvs::sampling::{Strategy, sample_alone};
 use enfilade::pvs::{self, PvsOptions};
-use enfilade::scene::{ImportOptions, Scene, import};
-use enfilade::walkthrough::expected::expected_draw;
-use enfilade::walkthrough::portal_costs::{PortalCost, portal_costs};
-use enfilade::walkthrough::tour::tour;
+use enfilade::scene::{ImportOptions, Scene};
+use enfilade_formats::import;
+use enfilade_measure::pages::building::{BuildingReport, Stage};
+use enfilade_measure::pages::curves::{Curve, CurvePoint, Views, held_out};
+use enfilade_measure::pages::html::Remark;
+use enfilade_measure::pages::splits::Splits;
+use enfilade_measure::pages::tubes::{TubeView, TubesFound, measure};
+use enfilade_measure::pages::undecided::{Pairs, closed_and_open, hardest};
+use enfilade_measure::walkthrough::expected::expected_draw;
+use enfilade_measure::walkthrough::portal_costs::{PortalCost, portal_costs};
+use enfilade_measure::walkthrough::tour::tour;
 use glam::Vec3;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -119,10 +120,10 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 /// What was written, and the same in numbers.
 fn tell(args: &Args, report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, String)]) -> Result<(), CliError> {
     if args.json {
-        crate::cli::answer(&numbers(report, page, files)?)?;
+        crate::commands::answer(&numbers(report, page, files)?)?;
     }
     let written: Vec<String> = files.iter().map(|(path, _)| format!("{} written", path.display())).collect();
-    crate::cli::prose(&written.join("\n"), args.json)
+    crate::commands::prose(&written.join("\n"), args.json)
 }
 
 /// Those of the page's bake.
@@ -247,7 +248,7 @@ fn files(page: &BuildingReport<'_>, output: &Path, table: &Path) -> Vec<(PathBuf
 fn numbers(report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, String)]) -> Result<String, CliError> {
     let mut paths = files.iter().map(|(path, _)| path.to_string_lossy());
     let [closed_cells, open_cells_apart] = closed_and_open(page.file).map(PairsLine::from);
-    crate::cli::json(&ReportLine {
+    crate::commands::json(&ReportLine {
         bake: report,
         closed_cells,
         open_cells_apart,

@@ -1,6 +1,6 @@
 //! Names and files of a report.
 
-use crate::cli::{CliError, at};
+use crate::commands::{CliError, at};
 use enfilade::file::replace_file;
 use std::path::Path;
 

@@ -1,9 +1,9 @@
 //! `enfilade report` of a ground.
 
 use super::files::{name, write};
-use crate::cli::{CliError, Outcome, answer, at, json};
-use enfilade::pages::ground::{Flight, GroundReport};
-use enfilade::terrain::{Ground, Limit, Measured, flight, measure};
+use crate::commands::{CliError, Outcome, answer, at, json};
+use enfilade_measure::pages::ground::{Flight, GroundReport};
+use enfilade_terrain::{Ground, Limit, Measured, flight, measure};
 use serde_json::json;
 use std::path::Path;
 

@@ -1,17 +1,17 @@
 //! `enfilade report` of a level.
 
 use super::{Args, command, name, write};
-use crate::cli::bake::{peak_rss_mb, progress_bar};
-use crate::cli::compare::{counts, other_rows, prose, told};
-use crate::cli::level::Input;
-use crate::cli::resume::{Kept, Of};
-use crate::cli::vis::Totals;
-use crate::cli::{CliError, Outcome, at};
+use crate::commands::bake::{peak_rss_mb, progress_bar};
+use crate::commands::compare::{counts, other_rows, prose, told};
+use crate::commands::level::Input;
+use crate::commands::resume::{Kept, Of};
+use crate::commands::vis::Totals;
+use crate::commands::{CliError, Outcome, at};
 use enfilade::job::Job;
-use enfilade::level::compare::against;
-use enfilade::level::{Bounds, Level, PairProof, Vis, VisError, VisOptions, digest, vis, why};
-use enfilade::pages::html::Remark;
-use enfilade::pages::level::{LevelReport, LinesAlone, Moment, Other};
+use enfilade_levels::compare::against;
+use enfilade_levels::{Bounds, Level, PairProof, Vis, VisError, VisOptions, digest, vis, why};
+use enfilade_measure::pages::html::Remark;
+use enfilade_measure::pages::level::{LevelReport, LinesAlone, Moment, Other};
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::Mutex;
@@ -80,7 +80,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 5. The same in numbers.
     if args.json {
-        let mut json = crate::cli::vis::report(&input, &Totals::of(&result));
+        let mut json = crate::commands::vis::report(&input, &Totals::of(&result));
         json["bounds"] = moments.iter().map(moment).collect();
         json["lines_alone"] =
             lines_alone.iter().map(|l| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower })).collect();
@@ -91,12 +91,12 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         json["table"] = table.to_string_lossy().into();
         json["peak_rss_mb"] = peak.into();
         json["seconds"] = begin.elapsed().as_secs_f64().into();
-        crate::cli::answer(&format!("{json:#}"))?;
+        crate::commands::answer(&format!("{json:#}"))?;
     }
     if let (Some(path), Some(a)) = (&args.rows, &beside) {
-        crate::cli::prose(&prose(a, path), args.json)?;
+        crate::commands::prose(&prose(a, path), args.json)?;
     }
-    crate::cli::prose(&format!("{} and {} written", output.display(), table.display()), args.json)?;
+    crate::commands::prose(&format!("{} and {} written", output.display(), table.display()), args.json)?;
     Ok(Outcome::Done)
 }
 

@@ -2,12 +2,14 @@
 
 use super::super::bake::size;
 use super::{Args, Doors, at, print_json};
-use crate::cli::{CliError, Outcome};
+use crate::commands::{CliError, Outcome};
 use enfilade::file::PvsFile;
 use enfilade::runtime::Culler;
-use enfilade::walkthrough::loading::{LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading};
-use enfilade::walkthrough::path::CameraPath;
-use enfilade::walkthrough::stroll::Stroll;
+use enfilade_measure::walkthrough::loading::{
+    LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading,
+};
+use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::stroll::Stroll;
 use serde_json::json;
 
 /// Width of a frame over its height.
@@ -86,7 +88,7 @@ pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
         if args.json {
             print_json(&json!({ "loading": summary, "budget": budget, "bytes_all": all }))?;
         } else {
-            crate::cli::answer(&prose(&summary, budget, all))?;
+            crate::commands::answer(&prose(&summary, budget, all))?;
         }
     }
     Ok(Outcome::Done)

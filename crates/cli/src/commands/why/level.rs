@@ -6,7 +6,7 @@ use super::super::vis::chain;
 use super::super::{CliError, Outcome, answer, at, say};
 use super::{Args, TOLD};
 use enfilade::job::Job;
-use enfilade::level::{PairProof, Term, VisOptions, vis, why};
+use enfilade_levels::{PairProof, Term, VisOptions, vis, why};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 

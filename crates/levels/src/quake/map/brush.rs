@@ -1,8 +1,8 @@
 //! Brushes: convex polyhedra that a map gives by planes, with a face for each.
 
 use super::super::portals::square;
-use crate::geom::{Aabb, Plane, area, clip};
-use crate::types::level::FARTHEST;
+use crate::FARTHEST;
+use enfilade::geom::{Aabb, Plane, area, clip};
 use glam::DVec3;
 use quake_map::{Alignment, Surface};
 
@@ -125,7 +125,7 @@ pub(super) mod tests {
             (6, DVec3::new(1., 2., 3.), DVec3::new(5., 7., 9.))
         );
         for side in &brush.sides {
-            let normal = crate::geom::newell(&side.face).normalize();
+            let normal = enfilade::geom::newell(&side.face).normalize();
             assert!(normal.distance(side.plane.n) < 1e-12 && side.plane.distance(DVec3::new(3., 4., 5.)) < 0.0);
             assert_eq!(side.texture, "brick");
         }

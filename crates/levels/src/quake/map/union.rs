@@ -4,8 +4,8 @@
 //! by the planes of each other brush, and what is inside all of them is dropped.
 
 use super::brush::{Brush, ON};
-use crate::geom::{Plane, area, clip};
-use crate::parallel;
+use enfilade::geom::{Plane, area, clip};
+use enfilade::parallel;
 use glam::DVec3;
 
 /// Most parts that a face falls into. More: a hostile file of overlapping brushes takes hours. Fewer: a floor under a forest of pillars

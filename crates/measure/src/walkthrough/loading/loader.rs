@@ -1,6 +1,6 @@
 //! What loads objects in a simulation: one after the other, at so many bytes a second, each a while after it was asked for.
 
-use crate::ObjectId;
+use enfilade::ObjectId;
 use std::collections::VecDeque;
 
 /// See the [module](self). Times are in seconds.

@@ -4,10 +4,10 @@ mod loader;
 mod on_demand;
 
 use super::stroll::Stroll;
-use crate::ObjectId;
-use crate::file::PvsFile;
-use crate::runtime::prefetch::{Prefetcher, Step};
-use crate::runtime::{Camera, Culler, Mode, Motion, Scratch};
+use enfilade::ObjectId;
+use enfilade::file::PvsFile;
+use enfilade::runtime::prefetch::{Prefetcher, Step};
+use enfilade::runtime::{Camera, Culler, Mode, Motion, Scratch};
 use loader::Loader;
 use on_demand::OnDemand;
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub const TRIANGLE_BYTES: u64 = 96;
 /// How objects are loaded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Method {
-    /// By [`crate::runtime::prefetch`].
+    /// By [`enfilade::runtime::prefetch`].
     Rows,
     /// When a frame sees them; what was seen longest ago leaves.
     OnDemand,

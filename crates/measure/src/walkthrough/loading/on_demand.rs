@@ -1,7 +1,7 @@
 //! The plain way, to compare with: what a frame sees is loaded then, and what was seen longest ago leaves.
 
-use crate::ObjectId;
-use crate::runtime::prefetch::Step;
+use enfilade::ObjectId;
+use enfilade::runtime::prefetch::Step;
 use std::collections::BTreeSet;
 
 /// See the [module](self).

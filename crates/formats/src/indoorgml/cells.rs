@@ -1,19 +1,19 @@
 //! IndoorGML as a ready graph: cell spaces become cells, transitions portals.
 //!
-//! A cell space's solid is split into convex pieces along its own planes ([`crate::cells::convex`]). What two solids both hold is
+//! A cell space's solid is split into convex pieces along its own planes ([`enfilade::cells::convex`]). What two solids both hold is
 //! given to one of them, mostly the smaller, as a cabinet drawn inside a hall, and told in the notes. A transition's portal is
 //! the door that the file draws for it (its cell space boundary), and where it draws none, whatever surface the two solids share.
 //! One that has neither leads through nothing, and is told in the notes.
 
-use crate::CellId;
-use crate::cells::complex::polygon::convex_hull;
-use crate::cells::convex::{Convex, convex_pieces, joined};
-use crate::cells::{Cell, CellGraph, GivenError, Piece, Portal, PortalKind, PortalState, Strategy};
-use crate::geom::{Aabb, Plane, area, clip, middle, newell};
-use crate::parallel;
-use crate::scene::indoorgml::{Boundary, IndoorGml, Transition, read};
-use crate::scene::{ImportError, Place, Scene};
-use crate::types::note::Note;
+use super::{Boundary, IndoorGml, Transition, read};
+use enfilade::CellId;
+use enfilade::cells::complex::polygon::convex_hull;
+use enfilade::cells::convex::{Convex, convex_pieces, joined};
+use enfilade::cells::{Cell, CellGraph, GivenError, Piece, Portal, PortalKind, PortalState, Strategy};
+use enfilade::geom::{Aabb, Plane, area, clip, middle, newell};
+use enfilade::parallel;
+use enfilade::scene::{ImportError, Place, Scene};
+use enfilade::types::note::Note;
 use glam::DVec3;
 
 /// Two solids' drawings of one surface lie at most this far apart, in coplanar tolerances, and face each other to this cosine.

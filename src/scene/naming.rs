@@ -4,7 +4,7 @@
 //! a word says that the mesh is a larger part (`wall with door`). Words end where letters do, and where a capital follows a small
 //! letter: `SM_FrontDoor.001` has the words sm, front and door.
 
-use super::{ImportError, Place, whole_file};
+use crate::scene::{ImportError, Place, whole_file};
 use crate::types::note::Note;
 use crate::types::scene::Role;
 use serde::Deserialize;
@@ -13,13 +13,18 @@ use std::path::{Path, PathBuf};
 /// What a name makes of a mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Kind {
+pub enum Kind {
     /// Nothing, whatever its words say.
     Unknown,
+    /// Walls, floors, roofs.
     Structure,
+    /// What stands in a room.
     Furnishing,
+    /// Stairs and ramps.
     Stair,
+    /// A door's leaf or frame.
     Door,
+    /// A window.
     Window,
     /// Of any role, and lets light through.
     Glass,
@@ -51,8 +56,10 @@ impl Kind {
 
 /// What a name makes of a mesh, and whether a rules file says so.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Told {
+pub struct Told {
+    /// What it is.
     pub kind: Kind,
+    /// Whether a roles file says so, and not its name.
     pub by_hand: bool,
 }
 
@@ -73,7 +80,7 @@ struct RulesFile {
 
 /// Meshes that names made doors and windows of.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ByName {
+pub struct ByName {
     doors: usize,
     windows: usize,
 }
@@ -99,7 +106,7 @@ impl ByName {
 
 /// What names say in one model.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Naming {
+pub struct Naming {
     rules: Vec<Rule>,
 }
 
@@ -192,7 +199,7 @@ fn by_words(name: &str) -> Option<Kind> {
 }
 
 /// The words of a name, in small letters.
-pub(super) fn words(name: &str) -> Vec<String> {
+pub fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_small = false;
     for c in name.chars() {

@@ -245,7 +245,7 @@ fn main() {
     check_simulator();
     let times = std::env::var("ENFILADE_TIMES").map_or(50, |n| n.parse().expect("ENFILADE_TIMES is a number"));
     let trace = std::env::var_os("ENFILADE_TRACE").map(PathBuf::from).unwrap_or_else(|| {
-        let of_project = || Path::new(env!("CARGO_MANIFEST_DIR")).join("data/buildings/office.glb");
+        let of_project = || Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("data/buildings/office.glb");
         let model = std::env::var_os("ENFILADE_MODEL").map_or_else(of_project, PathBuf::from);
         let rays = std::env::var("ENFILADE_RAYS").unwrap_or_else(|_| "20M".into());
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("workers");
