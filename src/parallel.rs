@@ -1,6 +1,6 @@
 //! Loops on all threads where the builder is there, and on one where it isn't: a game has threads of its own.
 //!
-//! The compiler makes a copy of rayon's generic code for each loop body. So this file has one loop of rayon's, [`each`], which calls its
+//! The compiler makes a copy of rayon's generic code for each loop body. So this file has one loop of rayon's, `each`, which calls its
 //! body through a pointer. The other loops use it to work on blocks of their items, and keep results in the order of the items.
 
 use std::ops::Range;

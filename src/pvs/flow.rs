@@ -9,7 +9,7 @@
 //! 2. `cells`: for each undecided pair of cells, a search for a chain of portals that a line may pass, from the side where
 //!    that is cheaper: a pair hidden from one side is hidden. `search` narrows the source and the last portal of a chain, and
 //!    floods inside its planes; `stab` asks the whole chain before it is believed. A caller may take the line that `stab`
-//!    finds for a proof (`goals::Prover`): [`enfilade_levels`] does, a bake has its own. It may also have what `stab` leaves open
+//!    finds for a proof (`goals::Prover`): `enfilade-levels` does, a bake has its own. It may also have what `stab` leaves open
 //!    asked once more, of the windings and without rounding: `exact`.
 //! 3. `objects`: the same search for the boxes of objects in the cells that are left.
 //!

@@ -659,6 +659,7 @@ impl<'b> Session<'b> {
         self.lay_lengths_over(overlay);
     }
 
+    #[expect(clippy::too_many_lines, reason = "to be panels that return commands")]
     fn panels(&mut self, mut input: egui::RawInput) -> egui::PlatformOutput {
         if input.screen_rect.is_none() {
             let [width, height] = self.size.map(|s| s as f32 / self.preferences.text as f32);

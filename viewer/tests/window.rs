@@ -20,6 +20,7 @@ fn viewer(display: &Display, home: &Path, args: &[&str]) -> Ends {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "one window, opened once, pressed key by key")]
 fn a_window_opens_keys_are_pressed_and_pixels_change() {
     if !can_run("a_window_opens_keys_are_pressed_and_pixels_change") {
         return;

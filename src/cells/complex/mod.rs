@@ -25,7 +25,7 @@ pub(super) mod coverage;
 pub(super) mod faces;
 pub(super) mod facets;
 pub(super) mod limits;
-pub mod polygon;
+pub(super) mod polygon;
 pub(super) mod snap;
 pub(super) mod tiling;
 

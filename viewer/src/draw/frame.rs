@@ -383,6 +383,7 @@ impl<'b> Stage<'b> {
     /// # Errors
     ///
     /// The device has failed.
+    #[expect(clippy::too_many_lines, reason = "to be a list of passes, a file each")]
     pub fn frame(
         &mut self,
         mut wish: Wish<'_>,

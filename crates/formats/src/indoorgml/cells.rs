@@ -7,8 +7,8 @@
 
 use super::{Boundary, IndoorGml, Transition, read};
 use enfilade::CellId;
-use enfilade::cells::complex::polygon::convex_hull;
 use enfilade::cells::convex::{Convex, convex_pieces, joined};
+use enfilade::cells::convex_hull;
 use enfilade::cells::{Cell, CellGraph, GivenError, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane, area, clip, middle, newell};
 use enfilade::parallel;
