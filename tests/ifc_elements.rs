@@ -1,7 +1,9 @@
 //! What IFC files say of their elements: against lines of real files read by hand, and against a file of which every word is known.
 #![cfg(feature = "ifc")]
 
-use enfilade_formats::ifc::{Element, Elements, Value, elements, elements_of_bytes};
+use enfilade_formats::elements;
+use enfilade_formats::elements::{Element, Elements, Value};
+use enfilade_formats::ifc::elements_of_bytes;
 use std::fmt::Write;
 use testing::data::data;
 use testing::random::Random;

@@ -2,7 +2,8 @@
 
 use enfilade::BitMatrix;
 use enfilade::geom::newell;
-use enfilade_levels::prt::{Dialect, MOST_CLUSTERS, MOST_ISOLATED, PrtFault, read_prt};
+use enfilade_levels::MOST_CLUSTERS;
+use enfilade_levels::prt::{Dialect, MOST_ISOLATED, PrtFault, read_prt};
 use enfilade_levels::rows::{RowsFault, read_rows, write_rows};
 use glam::DVec3;
 use proptest::prelude::*;

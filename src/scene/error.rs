@@ -31,12 +31,12 @@ pub enum ImportError {
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// No importer for this extension.
-    #[error(
-        "no importer for \".{extension}\"; give .glb, .gltf, .obj, .ply, .stl, .ifc, .ifczip, .gml, .geojson, .bsp or .map"
-    )]
+    #[error("no importer for \".{extension}\"; give {known}")]
     UnknownFormat {
         /// As found, in lower case.
         extension: String,
+        /// Those that there are.
+        known: String,
     },
     /// This binary was built without the format.
     #[error("this binary reads no {format}; build it with `--features {feature}`")]

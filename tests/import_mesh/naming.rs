@@ -168,6 +168,6 @@ fn a_model_whose_z_is_up_stands_where_its_author_says_so() {
     let ifc = folder.join("a.ifc");
     cli::refused(
         &cli::run(&[Path::new("bake"), &ifc, Path::new("--up"), Path::new("z")]),
-        &["a.ifc: --up is for OBJ, glTF, PLY and STL"],
+        &["a.ifc: --up is for glTF, OBJ, PLY, STL"],
     );
 }

@@ -8,13 +8,10 @@ use enfilade::file::PvsFile;
 use enfilade::job::{Digest, Job, Journal, JournalError};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::import;
+use enfilade_formats::{FORMATS, all_extensions, import};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-/// Extensions of models, in the order in which they are looked for beside a `.pvs` file.
-const MODELS: [&str; 8] = ["glb", "gltf", "obj", "ifc", "gml", "geojson", "bsp", "map"];
 
 /// Sides of the meshes that stand for tubes where these aren't drawn: within the tube, so they hide no more than it does. More: memory.
 const SIDES_WITHIN: u32 = 6;
@@ -181,12 +178,34 @@ fn journal(path: &Path, digest: Digest) -> Option<Journal> {
     }
 }
 
-/// The model of a `.pvs` file that has its name.
+/// The model of a `.pvs` file that has its name, of any format.
 fn beside(file: &Path) -> Result<PathBuf, String> {
-    let found = MODELS.map(|extension| file.with_extension(extension)).into_iter().find(|path| path.exists());
-    found.ok_or_else(|| format!("{}: no model of that name beside it ({}); give --model", file.display(), MODELS.join(", ")))
+    let extensions = FORMATS.iter().flat_map(|format| format.extensions);
+    let found = extensions.map(|extension| file.with_extension(extension)).find(|path| path.exists());
+    let missing = || format!("{}: no model of that name beside it ({}); give --model", file.display(), all_extensions());
+    found.ok_or_else(missing)
 }
 
 fn at(path: &Path, error: impl std::fmt::Display) -> String {
     format!("{}: {error}", path.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_of_any_format_is_found_beside_its_file() {
+        let folder = std::env::temp_dir().join(format!("enfilade_beside_{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("house.pvs");
+        assert!(beside(&file).unwrap_err().contains("no model of that name beside it (.glb, "));
+        for extension in ["glb", "gltf", "obj", "ply", "stl", "ifc", "ifczip", "gml", "geojson", "bsp", "map"] {
+            let model = file.with_extension(extension);
+            std::fs::write(&model, "a model").unwrap();
+            assert_eq!(beside(&file).unwrap(), model);
+            std::fs::remove_file(&model).unwrap();
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
 }

@@ -3,7 +3,8 @@
 
 use crate::building::Building;
 use enfilade::{CellId, ObjectId};
-use enfilade_formats::ifc::{Element, Elements, elements};
+use enfilade_formats::elements;
+use enfilade_formats::elements::{Element, Elements};
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
@@ -25,10 +26,9 @@ pub struct Sheet {
 }
 
 impl Author {
-    /// Of a model; other formats than IFC say nothing of elements.
+    /// Of a model.
     pub fn of(model: &Path) -> Self {
-        let is_ifc = model.extension().is_some_and(|e| e.eq_ignore_ascii_case("ifc"));
-        Self { model: is_ifc.then(|| model.to_owned()), read: Arc::default() }
+        Self { model: Some(model.to_owned()), read: Arc::default() }
     }
 
     /// Its elements; the first call reads them. What can't be read is told in the terminal, once, and is nothing.
@@ -74,7 +74,7 @@ pub fn facts(element: &Element) -> Vec<(&'static str, String)> {
 /// Its properties and quantities by set; those of its type last.
 pub fn sheets(element: &Element) -> Vec<Sheet> {
     let own = element.sets.len();
-    let sheet = |(i, set): (usize, &Arc<enfilade_formats::ifc::PropertySet>)| Sheet {
+    let sheet = |(i, set): (usize, &Arc<enfilade_formats::elements::PropertySet>)| Sheet {
         title: if i < own { set.name.clone() } else { format!("{} (of the type)", set.name) },
         rows: set.properties.iter().map(|p| (p.name.clone(), p.value.to_string())).collect(),
     };

@@ -3,10 +3,12 @@
 //! A module a format; every importer hands its meshes to [`enfilade::scene::SceneBuilder`], which checks numbers, splits meshes above the object
 //! limit into clusters, picks the origin and orders triangles by object. [`mod@export`] writes a model with a node per object.
 
+pub mod elements;
 pub mod export;
 pub mod geojson;
 pub mod gltf;
 mod helpers;
+#[cfg(feature = "ifc")]
 pub mod ifc;
 pub mod indoorgml;
 mod lines;
@@ -14,55 +16,51 @@ mod lod;
 pub mod obj;
 pub mod ply;
 pub mod stl;
+mod table;
 mod textures;
 
+pub use table::{FORMATS, Format, all_extensions, extensions, format_of};
+
+use elements::Elements;
 use enfilade::scene::{ImportError, ImportOptions, Picture, Scene, up};
-use enfilade_levels::quake;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Reads a scene; the format is taken from the extension (`.glb`, `.gltf`, `.obj`, `.ply`, `.stl`, `.ifc`, `.ifczip`, `.gml`, `.geojson`, `.bsp`, `.map`).
+/// Reads a scene; the file's extension says which of [`FORMATS`] it is.
+///
+/// # Errors
+///
+/// If no format has the extension, this build lacks the format's feature, or its importer fails.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    match extension.as_str() {
-        "glb" | "gltf" => gltf::import(path, options).map(with_note),
-        "obj" => obj::import(path, options).map(with_note),
-        "ply" => ply::import(path, options).map(with_note),
-        "stl" => stl::import(path, options).map(with_note),
-        "ifc" | "ifczip" => ifc::import(path, options),
-        "gml" => indoorgml::import(path, options),
-        "geojson" => geojson::import(path, options),
-        "bsp" => quake::import(path, options),
-        "map" => quake::import_map(path, options),
-        _ => Err(ImportError::UnknownFormat { extension }),
-    }
-}
-
-/// Of a format that doesn't say what is up.
-fn with_note(mut scene: Scene) -> Scene {
-    if scene.source.up == "+Y" {
+    let format = known(path)?;
+    let mut scene = format.read.ok_or_else(|| missing(format))?(path, options)?;
+    if format.is_up_open && scene.source.up == "+Y" {
         scene.source.notes.extend(up::note(&scene));
     }
-    scene
+    Ok(scene)
 }
 
-/// The extensions that [`import`] reads in this build, in small letters.
-pub fn extensions() -> impl Iterator<Item = &'static str> {
-    let (ifc, quake) = (cfg!(feature = "ifc"), cfg!(feature = "quake"));
-    let all = [
-        ("glb", true),
-        ("gltf", true),
-        ("obj", true),
-        ("ply", true),
-        ("stl", true),
-        ("ifc", ifc),
-        ("ifczip", ifc),
-        ("gml", true),
-        ("geojson", true),
-        ("bsp", quake),
-        ("map", quake),
-    ];
-    all.into_iter().filter(|(_, is_read)| *is_read).map(|(extension, _)| extension)
+/// Reads what a model says of its elements beside their shape: names, types, properties. Formats but IFC say nothing.
+///
+/// # Errors
+///
+/// As of [`import`].
+pub fn elements(path: &Path) -> Result<Elements, ImportError> {
+    let format = known(path)?;
+    match format.read_elements {
+        Some(read) => read(path),
+        None if format.is_built() => Ok(Elements::default()),
+        None => Err(missing(format)),
+    }
+}
+
+fn known(path: &Path) -> Result<&'static Format, ImportError> {
+    let extension = || path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+    format_of(path).ok_or_else(|| ImportError::UnknownFormat { extension: extension(), known: all_extensions() })
+}
+
+fn missing(format: &'static Format) -> ImportError {
+    ImportError::MissingFeature { format: format.name, feature: format.feature.unwrap_or_default() }
 }
 
 /// The file of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. The error is one line.

@@ -17,6 +17,7 @@ mod lines;
 mod parts;
 mod proof;
 pub mod prt;
+#[cfg(feature = "quake")]
 pub mod quake;
 pub mod rows;
 

@@ -1,4 +1,460 @@
-//! Portal files (`.prt`), as level compilers write them for their vis. They are read where levels are: [`crate::quake`].
+//! Portal files (`.prt`), as level compilers write them for their vis: what joins which cluster, and which leaf lies in which.
+//!
+//! Three dialects of one idea, in text, a record a line:
+//!
+//! ```text
+//! PRT1      clusters, portals; then the portals. Every leaf is a cluster.
+//! PRT2      leaves, clusters, portals; the portals; then for each cluster its leaves, ended by -1.
+//! PRT1-AM   clusters, portals, leaves; the portals; then for each leaf its cluster.
+//! portal    points a b (x y z) (x y z) ...      counter-clockwise seen from b
+//! ```
+//!
+//! The reader is strict: each count, index and number is checked, nothing is allocated on the word of a header, and the first
+//! fault is reported with its line and the name of the field. It has no limit on points that silently changes anything.
 
-pub use crate::quake::prt::{Dialect, FLATNESS, MOST_ISOLATED, MOST_POINTS, Prt, PrtError, PrtFault, read_prt};
-pub use crate::{FARTHEST, MOST_CLUSTERS};
+use crate::{FARTHEST, Level, LevelPortal, MOST_CLUSTERS};
+use enfilade::geom::newell;
+use glam::DVec3;
+use std::fmt;
+use std::str::Lines;
+
+/// A winding with less of its circumscribed square's area than this has none: its normal is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// Corners may lie this far off their portal's plane, and outside each other's edges, in the level's units. Tools that round to
+/// three decimals stay below a tenth of it; compilers that write full doubles are at 1e-12. Larger: what passes "through" a
+/// portal is no longer one question. Smaller: rounded files are refused.
+pub const FLATNESS: f64 = 0.01;
+/// Most corners of a portal.
+pub const MOST_POINTS: usize = 1024;
+/// Clusters that no portal leads to, at most; a level has a few of them, a false header any number.
+pub const MOST_ISOLATED: u64 = 1024;
+
+/// Which grammar a file follows.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Dialect {
+    /// `PRT1`: leaves are clusters (Quake's own tools; Quake 2's call them clusters).
+    Prt1,
+    /// `PRT2`: leaves listed by cluster.
+    Prt2,
+    /// `PRT1-AM`: a cluster for each leaf.
+    Prt1Am,
+}
+
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Prt1 => "PRT1",
+            Self::Prt2 => "PRT2",
+            Self::Prt1Am => "PRT1-AM",
+        })
+    }
+}
+
+/// A portal file.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Prt {
+    /// Its grammar.
+    pub dialect: Dialect,
+    /// Clusters and portals; a cluster is a cell.
+    pub level: Level,
+    /// The cluster that each leaf lies in.
+    pub leaves: Vec<u32>,
+}
+
+/// Characters that editors put at the beginning or the end of a text.
+const UNSEEN: [(char, &str); 3] = [('\u{feff}', "a byte-order mark"), ('\u{1a}', "Ctrl-Z"), ('\0', "a zero byte")];
+
+/// What is wrong, and where.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[error("line {line}, {field}: {fault}")]
+pub struct PrtError {
+    /// Line of the file, from 1; one past the last where something is missing at the end.
+    pub line: usize,
+    /// Which field: `magic`, `clusters`, `points`, `first cluster`, `point 3 y`, ...
+    pub field: String,
+    /// What is wrong with it.
+    pub fault: PrtFault,
+}
+
+/// What can be wrong with a portal file.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PrtFault {
+    /// Bytes that are not UTF-8.
+    #[error("not text")]
+    NotText,
+    /// A character that some editors leave behind and nobody sees.
+    #[error("U+{:04X} ({name}) is no part of a portal file; save it as plain text without that", u32::from(*.character))]
+    Unseen {
+        /// The character.
+        character: char,
+        /// Its name.
+        name: &'static str,
+    },
+    /// Neither of the three magics.
+    #[error("'{0}' begins no portal file; PRT1, PRT2 and PRT1-AM are read")]
+    NotPrt(String),
+    /// A dialect that is not read.
+    #[error("a {0} portal file is not read; PRT1, PRT2 and PRT1-AM are")]
+    Dialect(&'static str),
+    /// Nothing where something is due.
+    #[error("missing")]
+    Missing,
+    /// Not what is due.
+    #[error("'{0}' where {1} is due")]
+    Unexpected(String, &'static str),
+    /// A whole number beyond what it may be.
+    #[error("{value} is not in {least}..={most}")]
+    OutOfRange {
+        /// The number.
+        value: i64,
+        /// Least allowed.
+        least: u64,
+        /// Greatest allowed.
+        most: u64,
+    },
+    /// A coordinate that is infinite, no number, or absurdly far.
+    #[error("'{0}' is not within {FARTHEST:e} of the origin")]
+    Coordinate(String),
+    /// A portal that joins a cluster with itself.
+    #[error("cluster {0} on both sides")]
+    SameCluster(u32),
+    /// A winding without area.
+    #[error("all points lie on a line")]
+    NoArea,
+    /// A winding whose points are off its plane.
+    #[error("a point is {0} off the plane, more than {FLATNESS}")]
+    NotPlanar(f64),
+    /// A winding that turns the wrong way, or twice around.
+    #[error("not convex: a point is {0} outside an edge, more than {FLATNESS}")]
+    NotConvex(f64),
+    /// More than the grammar has.
+    #[error("'{0}' follows the end")]
+    Trailing(String),
+    /// More clusters than the portals can account for.
+    #[error("{clusters} are promised, but portals lead to {named} only")]
+    Isolated {
+        /// In the header.
+        clusters: u64,
+        /// Named by portals.
+        named: u64,
+    },
+    /// A leaf that is in two clusters, or twice in one.
+    #[error("leaf {0} is listed before")]
+    LeafTwice(u32),
+    /// Clusters' lists don't hold every leaf.
+    #[error("{promised} are promised, {found} are listed")]
+    Leaves {
+        /// In the header.
+        promised: u64,
+        /// In the lists.
+        found: u64,
+    },
+}
+
+/// Reads a portal file.
+///
+/// # Errors
+///
+/// The first fault, with its line and field.
+pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
+    let text = std::str::from_utf8(bytes).map_err(|e| {
+        let line = 1 + bytes[..e.valid_up_to()].iter().filter(|&&b| b == b'\n').count();
+        PrtError { line, field: "text".into(), fault: PrtFault::NotText }
+    })?;
+    for (character, name) in UNSEEN {
+        if let Some(at) = text.find(character) {
+            let line = 1 + text[..at].bytes().filter(|&b| b == b'\n').count();
+            return Err(PrtError { line, field: "text".into(), fault: PrtFault::Unseen { character, name } });
+        }
+    }
+    let mut reader = Reader { lines: text.lines(), line: 0, decimals: 0 };
+
+    // 1. The grammar, and how much of everything is promised.
+    let dialect = reader.magic()?;
+    let before = if dialect == Dialect::Prt2 { Some(reader.count("leaves", u64::from(u32::MAX))?) } else { None };
+    let clusters = reader.count("clusters", MOST_CLUSTERS)?;
+    let portal_count = reader.count("portals", u64::from(u32::MAX / 2))?;
+    let leaf_count = match (dialect, before) {
+        (_, Some(leaves)) => leaves,
+        // Where there are no clusters there is none for a leaf to lie in.
+        (Dialect::Prt1Am, None) => reader.count("leaves", if clusters > 0 { u64::from(u32::MAX) } else { 0 })?,
+        (_, None) => clusters,
+    };
+    if dialect == Dialect::Prt1 {
+        reader.refuse_quake3()?;
+    }
+
+    // 2. Portals, and who is named by them.
+    let clusters_line = if dialect == Dialect::Prt2 { 3 } else { 2 };
+    let mut portals = Vec::new();
+    for _ in 0..portal_count {
+        portals.push(reader.portal(clusters)?);
+    }
+    let mut named: Vec<u32> = portals.iter().flat_map(|p: &LevelPortal| p.cells).collect();
+    named.sort_unstable();
+    named.dedup();
+    let named = named.len() as u64;
+    if clusters > named + MOST_ISOLATED {
+        let fault = PrtFault::Isolated { clusters, named };
+        return Err(PrtError { line: clusters_line, field: "clusters".into(), fault });
+    }
+
+    // 3. Which leaf is where.
+    let leaves = match dialect {
+        Dialect::Prt1 => (0..clusters as u32).collect(),
+        Dialect::Prt2 => reader.leaves_by_cluster(clusters, leaf_count)?,
+        Dialect::Prt1Am => reader.cluster_by_leaf(clusters, leaf_count)?,
+    };
+    reader.end()?;
+    let rounding = reader.rounding();
+    Ok(Prt { dialect, level: Level { cells: clusters as usize, portals, rounding }, leaves })
+}
+
+/// Lines, without blank ones.
+struct Reader<'t> {
+    lines: Lines<'t>,
+    /// Of the line read last; one past the last at the end.
+    line: usize,
+    /// Most decimals of a coordinate.
+    decimals: usize,
+}
+
+impl<'t> Reader<'t> {
+    fn next(&mut self) -> Option<Fields<'t>> {
+        loop {
+            self.line += 1;
+            let text = self.lines.next()?;
+            if !text.trim().is_empty() {
+                return Some(Fields { line: self.line, rest: text });
+            }
+        }
+    }
+
+    fn due(&mut self, field: &str) -> Result<Fields<'t>, PrtError> {
+        self.next().ok_or_else(|| PrtError { line: self.line, field: field.into(), fault: PrtFault::Missing })
+    }
+
+    fn magic(&mut self) -> Result<Dialect, PrtError> {
+        let mut fields = self.due("magic")?;
+        let dialect = match fields.next() {
+            Some("PRT1") => Dialect::Prt1,
+            Some("PRT2") => Dialect::Prt2,
+            Some("PRT1-AM") => Dialect::Prt1Am,
+            // Half-Life's tools begin with the number of leaves.
+            Some(n) if n.parse::<u32>().is_ok() => {
+                return Err(fields.error("magic", PrtFault::Dialect("Half-Life")));
+            }
+            other => {
+                let begin: String = other.unwrap_or_default().chars().take(16).collect();
+                return Err(fields.error("magic", PrtFault::NotPrt(begin)));
+            }
+        };
+        fields.end("magic")?;
+        Ok(dialect)
+    }
+
+    /// A line with one count.
+    fn count(&mut self, field: &str, most: u64) -> Result<u64, PrtError> {
+        let mut fields = self.due(field)?;
+        let count = fields.whole(field, 0, most)?;
+        fields.end(field)?;
+        Ok(count)
+    }
+
+    /// Quake 3's begin alike, but count solid faces, too: a line with one number where a portal is due.
+    fn refuse_quake3(&mut self) -> Result<(), PrtError> {
+        let mut ahead = Reader { lines: self.lines.clone(), line: self.line, decimals: 0 };
+        let Some(mut fields) = ahead.next() else { return Ok(()) };
+        let alone = fields.next().is_some_and(|f| f.parse::<u32>().is_ok()) && fields.next().is_none();
+        if alone { Err(fields.error("faces", PrtFault::Dialect("Quake 3"))) } else { Ok(()) }
+    }
+
+    fn portal(&mut self, clusters: u64) -> Result<LevelPortal, PrtError> {
+        let mut fields = self.due("portal")?;
+        let points = fields.whole("points", 3, MOST_POINTS as u64)?;
+        let most = clusters.saturating_sub(1);
+        let a = fields.whole("first cluster", 0, most)? as u32;
+        let b = fields.whole("second cluster", 0, most)? as u32;
+        if a == b {
+            return Err(fields.error("second cluster", PrtFault::SameCluster(a)));
+        }
+        let mut winding = Vec::new();
+        for k in 1..=points {
+            winding.push(fields.point(k, &mut self.decimals)?);
+        }
+        fields.end("after the last point")?;
+        sound(&winding).map_err(|fault| fields.error("winding", fault))?;
+        Ok(LevelPortal { cells: [a, b], winding })
+    }
+
+    /// A line a cluster, its leaves ended by -1.
+    fn leaves_by_cluster(&mut self, clusters: u64, leaves: u64) -> Result<Vec<u32>, PrtError> {
+        let mut listed = Vec::new();
+        for cluster in 0..clusters as u32 {
+            let field = format!("leaves of cluster {cluster}");
+            let mut fields = self.due(&field)?;
+            while !fields.ends_with_minus_one() {
+                listed.push((fields.whole(&field, 0, leaves.saturating_sub(1))? as u32, cluster, self.line));
+            }
+            fields.end(&field)?;
+        }
+        // Each once, so in order they are 0, 1, 2, ...
+        listed.sort_unstable();
+        if let Some(twice) = listed.windows(2).find(|w| w[0].0 == w[1].0) {
+            let (leaf, cluster, line) = twice[1];
+            return Err(PrtError { line, field: format!("leaves of cluster {cluster}"), fault: PrtFault::LeafTwice(leaf) });
+        }
+        let found = listed.len() as u64;
+        if found != leaves {
+            return Err(PrtError { line: 2, field: "leaves".into(), fault: PrtFault::Leaves { promised: leaves, found } });
+        }
+        Ok(listed.into_iter().map(|(_, cluster, _)| cluster).collect())
+    }
+
+    /// A line a leaf.
+    fn cluster_by_leaf(&mut self, clusters: u64, leaves: u64) -> Result<Vec<u32>, PrtError> {
+        let mut list = Vec::new();
+        for leaf in 0..leaves {
+            let field = format!("cluster of leaf {leaf}");
+            let mut fields = self.due(&field)?;
+            list.push(fields.whole(&field, 0, clusters.saturating_sub(1))? as u32);
+            fields.end(&field)?;
+        }
+        Ok(list)
+    }
+
+    /// Half of the last place of all coordinates; 0 where they have so many that they are not rounded.
+    fn rounding(&self) -> f64 {
+        if self.decimals > MOST_DECIMALS { 0.0 } else { 0.5 * 10f64.powi(-(self.decimals as i32)) }
+    }
+
+    fn end(&mut self) -> Result<(), PrtError> {
+        match self.next() {
+            Some(mut fields) => fields.end("end of file"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Coordinates with more decimals than this are those of doubles, as they are.
+const MOST_DECIMALS: usize = 9;
+
+/// Decimals of a number; more than any has where it has an exponent.
+fn decimals_of(text: &str) -> usize {
+    match text.split_once('.') {
+        _ if text.contains(['e', 'E']) => MOST_DECIMALS + 1,
+        Some((_, decimals)) => decimals.len(),
+        None => 0,
+    }
+}
+
+/// The fields of a line: what stands between blanks, brackets on their own.
+struct Fields<'t> {
+    line: usize,
+    rest: &'t str,
+}
+
+impl<'t> Fields<'t> {
+    fn next(&mut self) -> Option<&'t str> {
+        let text = self.rest.trim_start();
+        let end = match text.chars().next()? {
+            '(' | ')' => 1,
+            _ => text.find(|c: char| c.is_whitespace() || c == '(' || c == ')').unwrap_or(text.len()),
+        };
+        let (field, rest) = text.split_at(end);
+        self.rest = rest;
+        Some(field)
+    }
+
+    fn error(&self, field: &str, fault: PrtFault) -> PrtError {
+        PrtError { line: self.line, field: field.into(), fault }
+    }
+
+    fn due(&mut self, field: &str) -> Result<&'t str, PrtError> {
+        self.next().ok_or_else(|| self.error(field, PrtFault::Missing))
+    }
+
+    fn unexpected(&self, field: &str, found: &str, due: &'static str) -> PrtError {
+        self.error(field, PrtFault::Unexpected(found.chars().take(32).collect(), due))
+    }
+
+    fn whole(&mut self, field: &str, least: u64, most: u64) -> Result<u64, PrtError> {
+        let text = self.due(field)?;
+        let value: i64 = text.parse().map_err(|_| self.unexpected(field, text, "a whole number"))?;
+        match u64::try_from(value) {
+            Ok(n) if (least..=most).contains(&n) => Ok(n),
+            _ => Err(self.error(field, PrtFault::OutOfRange { value, least, most })),
+        }
+    }
+
+    /// True, and read, where -1 comes next.
+    fn ends_with_minus_one(&mut self) -> bool {
+        let before = self.rest;
+        let found = self.next() == Some("-1");
+        if !found {
+            self.rest = before;
+        }
+        found
+    }
+
+    /// `(x y z)`.
+    fn point(&mut self, number: u64, decimals: &mut usize) -> Result<DVec3, PrtError> {
+        let name = format!("point {number}");
+        self.bracket(&name, "(", "'('")?;
+        let mut p = [0.0; 3];
+        for (value, axis) in p.iter_mut().zip(["x", "y", "z"]) {
+            let field = format!("{name} {axis}");
+            let text = self.due(&field)?;
+            let number: f64 = text.parse().map_err(|_| self.unexpected(&field, text, "a number"))?;
+            if !(-FARTHEST..=FARTHEST).contains(&number) {
+                return Err(self.error(&field, PrtFault::Coordinate(text.chars().take(32).collect())));
+            }
+            *value = number;
+            *decimals = (*decimals).max(decimals_of(text));
+        }
+        self.bracket(&name, ")", "')'")?;
+        Ok(DVec3::from_array(p))
+    }
+
+    fn bracket(&mut self, field: &str, bracket: &str, due: &'static str) -> Result<(), PrtError> {
+        match self.due(field)? {
+            found if found == bracket => Ok(()),
+            found => Err(self.unexpected(field, found, due)),
+        }
+    }
+
+    fn end(&mut self, field: &str) -> Result<(), PrtError> {
+        match self.next() {
+            Some(more) => Err(self.error(field, PrtFault::Trailing(more.chars().take(32).collect()))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether a winding has an area, is flat and convex.
+fn sound(winding: &[DVec3]) -> Result<(), PrtFault> {
+    let middle = enfilade::geom::middle(winding);
+    let around: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
+    let normal = newell(&around);
+    let reach = around.iter().map(|p| p.length()).fold(0.0, f64::max);
+    // Below this, the normal is nothing but rounding.
+    if normal.length() <= reach * reach * ROUNDING {
+        return Err(PrtFault::NoArea);
+    }
+    let normal = normal.normalize();
+    let off = around.iter().map(|p| normal.dot(*p).abs()).fold(0.0, f64::max);
+    if off > FLATNESS {
+        return Err(PrtFault::NotPlanar(off));
+    }
+    // Every point is on the inner side of every edge: convex, and once around.
+    for (&a, &b) in around.iter().zip(around.iter().cycle().skip(1)) {
+        let Some(inwards) = normal.cross(b - a).try_normalize() else { continue };
+        let outside = around.iter().map(|p| inwards.dot(a - *p)).fold(0.0, f64::max);
+        if outside > FLATNESS {
+            return Err(PrtFault::NotConvex(outside));
+        }
+    }
+    Ok(())
+}

@@ -21,7 +21,7 @@ use std::time::Instant;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The scene: .glb, .gltf, .obj, .ifc, .bsp (a Quake level), .map (its source), .geojson (lines with a radius), or .gml (IndoorGML), whose cell spaces are the cells
+    #[arg(help = format!("The scene: {}. Cell spaces of a .gml are its cells", enfilade_formats::all_extensions()))]
     input: PathBuf,
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]

@@ -24,7 +24,7 @@ const VIEWS: u32 = 1000;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// A building (.glb, .gltf, .obj, .ifc, .gml, .geojson), a level (.prt, .bsp) or a ground (.ground)
+    /// A building (any model that bake reads), a level (.prt, .bsp) or a ground (.ground)
     #[arg(value_name = "INPUT|LEVEL.prt|LEVEL.bsp|X.ground")]
     input: PathBuf,
     /// The page; tables go beside it, as .csv [default: the input's name with .report.html]

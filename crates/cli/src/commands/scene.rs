@@ -56,9 +56,6 @@ pub enum UpFlag {
     Z,
 }
 
-/// Formats that don't say what is up.
-const SILENT: [&str; 5] = ["glb", "gltf", "obj", "ply", "stl"];
-
 /// What pipes are.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum TubesFlag {
@@ -85,9 +82,10 @@ const FEW: u64 = 1_000;
 impl SceneFlags {
     /// Refuses numbers out of range, and another axis than a format's own.
     pub fn check(&self, input: &Path) -> Result<(), CliError> {
-        let extension = input.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
-        if self.up.is_some() && !extension.as_deref().is_some_and(|e| SILENT.contains(&e)) {
-            return Err(at(input, "--up is for OBJ, glTF, PLY and STL; this format says itself what is up"));
+        if self.up.is_some() && !enfilade_formats::format_of(input).is_some_and(|format| format.is_up_open) {
+            let open = enfilade_formats::FORMATS.iter().filter(|format| format.is_up_open).map(|format| format.name);
+            let open = open.collect::<Vec<_>>().join(", ");
+            return Err(at(input, format!("--up is for {open}; this format says itself what is up")));
         }
         if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");

@@ -3,10 +3,10 @@
 //! What is kept grows with the file and no faster: sets and types are shared, long texts are cut, and [`Reader::left`] ends what a hostile
 //! file repeats.
 
-use super::elements::{Element, ElementType, Elements, Property, PropertySet, Value};
 use super::model::{global_id, settle_envelope, text};
 use super::reader::{time_limit, watched};
 use super::roles::role;
+use crate::elements::{Element, ElementType, Elements, Property, PropertySet, Value};
 use enfilade::scene::ImportError;
 use ifc_lite_core::{
     AttributeValue, DecodedEntity, EntityDecoder, EntityIndex, EntityScanner, IfcType, ProjectUnits, build_entity_index,

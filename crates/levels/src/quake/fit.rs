@@ -1,7 +1,7 @@
 //! Whether a portal file is of a level: its leaves are counted, and its portals looked up in the tree.
 
 use super::Bsp;
-use super::prt::Prt;
+use crate::prt::Prt;
 use enfilade::geom::{middle, newell};
 use enfilade::types::level::LevelPortal;
 use glam::DVec3;

@@ -8,103 +8,66 @@
 //! What can be looked through: air and liquids (with or without translucent water in the game, nothing is missing); not what is
 //! solid, and not sky, behind which games draw nothing.
 
-#[cfg(feature = "quake")]
 mod bsp;
-#[cfg(feature = "quake")]
 mod entities;
-#[cfg(feature = "quake")]
 mod faces;
-#[cfg(feature = "quake")]
 mod fences;
-#[cfg(feature = "quake")]
 mod fit;
-#[cfg(feature = "quake")]
 pub(crate) mod layout;
-#[cfg(feature = "quake")]
 mod map;
-#[cfg(feature = "quake")]
 mod portals;
-pub(crate) mod prt;
-#[cfg(feature = "quake")]
 mod texels;
-#[cfg(feature = "quake")]
 mod textures;
-#[cfg(feature = "quake")]
 pub(crate) mod tree;
-#[cfg(feature = "quake")]
 mod world;
 
-#[cfg(feature = "quake")]
 pub use bsp::Bsp;
-#[cfg(feature = "quake")]
 use enfilade::scene::whole_file;
 use enfilade::scene::{ImportError, ImportOptions, Scene};
-#[cfg(feature = "quake")]
 pub use fit::Fit;
-#[cfg(feature = "quake")]
 pub use layout::BspError;
 use std::path::Path;
 
 /// Reads a level: the faces of the world and of what moves, and the leaves as cells. A unit is 1/32 m unless the options say
 /// otherwise; +Z up becomes +Y up: `(x, y, z)` turns into `(x, z, -y)`.
 ///
-/// Fails on files that can't be read, aren't such levels, or are damaged; without the cargo feature `quake`, always.
+/// Fails on files that can't be read, aren't such levels, or are damaged.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    #[cfg(feature = "quake")]
-    {
-        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let bsp = Bsp::read(whole_file::model(path)?).map_err(malformed)?;
-        let walls = bsp.fences_on_walls().map_err(malformed)?;
-        if !walls.is_empty() && !are_compiled(path, &bsp) {
-            return Err(malformed(BspError::Fences(walls.len())));
-        }
-        world::scene(&bsp, &name, Some(path), options, &walls)
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let bsp = Bsp::read(whole_file::model(path)?).map_err(malformed)?;
+    let walls = bsp.fences_on_walls().map_err(malformed)?;
+    if !walls.is_empty() && !are_compiled(path, &bsp) {
+        return Err(malformed(BspError::Fences(walls.len())));
     }
-    #[cfg(not(feature = "quake"))]
-    {
-        let _ = (path, options);
-        Err(ImportError::MissingFeature { format: ".bsp", feature: "quake" })
-    }
+    world::scene(&bsp, &name, Some(path), options, &walls)
 }
 
 /// Reads a map, as editors write it: its brushes, and leaves of a tree over them as cells. Units and axes as of [`import`].
 ///
-/// Fails on files that can't be read, aren't maps, are damaged, or leak; without the cargo feature `quake`, always.
+/// Fails on files that can't be read, aren't maps, are damaged, or leak.
 pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
-    #[cfg(feature = "quake")]
-    {
-        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        map::scene(&whole_file::model(path)?, &name, Some(path), options)
-    }
-    #[cfg(not(feature = "quake"))]
-    {
-        let _ = (path, options);
-        Err(ImportError::MissingFeature { format: ".map", feature: "quake" })
-    }
+    let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    map::scene(&whole_file::model(path)?, &name, Some(path), options)
 }
 
 /// As [`import_map`], of a map in memory.
-#[cfg(feature = "quake")]
 pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     map::scene(bytes, name, None, options)
 }
 
 /// As [`import`], of a level in memory.
-#[cfg(feature = "quake")]
 pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let bsp = Bsp::read(bytes).map_err(malformed)?;
     bsp.fences_on_walls().and_then(|walls| fences::refuse(&walls)).map_err(malformed)?;
     world::scene(&bsp, name, None, options, &[])
 }
 
-#[cfg(feature = "quake")]
 fn malformed(error: BspError) -> ImportError {
     ImportError::malformed(enfilade::scene::Place::File, error.to_string())
 }
 
 /// Whether a compiler's portals lie beside a level, so that its solid brushes hide what is behind them, whatever their textures are.
-#[cfg(feature = "quake")]
 fn are_compiled(path: &Path, bsp: &Bsp) -> bool {
-    let portals = whole_file::read(&path.with_extension("prt")).ok().and_then(|bytes| prt::read_prt(&bytes).ok());
+    let portals = whole_file::read(&path.with_extension("prt")).ok().and_then(|bytes| crate::prt::read_prt(&bytes).ok());
     portals.is_some_and(|prt| bsp.fit(&prt).is_taken())
 }

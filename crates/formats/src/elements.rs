@@ -1,9 +1,7 @@
-//! What an IFC file says of its elements and spaces beside their shape: [`elements`] reads it on demand, and an import knows nothing of it.
+//! What a model says of its elements and spaces beside their shape: [`crate::elements()`] reads it on demand, and an import knows nothing of it.
 
-use enfilade::scene::ImportError;
 use std::collections::HashMap;
 use std::fmt;
-use std::path::Path;
 use std::sync::Arc;
 
 /// The elements and spaces of a file.
@@ -107,7 +105,7 @@ impl fmt::Display for Value {
 impl Elements {
     /// Puts together what was read. Of several elements with one GlobalId, the first is found by it.
     #[cfg(feature = "ifc")]
-    pub(super) fn new(all: Vec<Element>, notes: Vec<String>) -> Self {
+    pub(crate) fn new(all: Vec<Element>, notes: Vec<String>) -> Self {
         let mut by_id = HashMap::with_capacity(all.len());
         for (i, element) in all.iter().enumerate() {
             by_id.entry(element.global_id.clone()).or_insert(i);
@@ -130,22 +128,6 @@ impl Element {
     /// Its property sets and quantities, then those of its type. What both tell, the element's own overrides.
     pub fn all_sets(&self) -> impl Iterator<Item = &Arc<PropertySet>> {
         self.sets.iter().chain(self.kind.iter().flat_map(|kind| &kind.sets))
-    }
-}
-
-/// Reads what an IFC file says of its elements and spaces. It takes about as long as reading the file's records, and no geometry is made.
-///
-/// Fails on files that can't be read, aren't IFC, are cut off, or take too long; without the cargo feature `ifc`, always. References that
-/// lead nowhere are passed over and counted in [`Elements::notes`].
-pub fn elements(path: &Path) -> Result<Elements, ImportError> {
-    #[cfg(feature = "ifc")]
-    {
-        super::told::elements_of_bytes(super::bytes_of(path)?)
-    }
-    #[cfg(not(feature = "ifc"))]
-    {
-        let _ = path;
-        Err(ImportError::MissingFeature { format: "IFC", feature: "ifc" })
     }
 }
 
