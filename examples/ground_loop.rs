@@ -18,7 +18,7 @@ mod renderer;
 use canvas::{ASPECT, SIZE};
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, Motion, Rect, VisibleSet};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameMode, Motion, Rect, VisibleSet};
 use enfilade_measure::walkthrough::tour::tour;
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Limit, Placement};
 use glam::{DVec3, Vec3};
@@ -38,7 +38,7 @@ pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, 
     let mut ground = Ground::open(ground, CACHE).map_err(|e| format!("{}: {e}", ground.display()))?;
     let file = PvsFile::load(pvs).map_err(|e| format!("{}: {e}", pvs.display()))?;
     let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler, AutoOptions::default());
+    let mut frames = FrameCuller::new(&culler);
     let mut renderer = Renderer::new(&ground)?;
     let place = Placement { at: DVec3::Y * f64::from(ground.tiles()[0].high), degrees: 0.0 };
     let (path, mut windows, mut motion) = (tour(&file, 0), Vec::new(), Motion::default());

@@ -17,7 +17,7 @@ mod renderer;
 
 use canvas::ASPECT;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode};
+use enfilade::runtime::{Culler, FrameCuller, FrameMode};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::tour::tour;
 use renderer::Renderer;
@@ -31,7 +31,7 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
         return Err(format!("{}: not the model that {} was baked for", model.display(), pvs.display()));
     }
     let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler, AutoOptions::default());
+    let mut frames = FrameCuller::new(&culler);
     let mut renderer = Renderer::new(&scene)?;
     let (path, all, mut ids) = (tour(&file, 0), scene.triangles.len() as u32, Vec::new());
     let (mut drawn, mut most) = (0, 0);

@@ -11,7 +11,7 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode, Mode, Motion, Place, Scratch};
+use enfilade::runtime::{Camera, Culler, FrameCuller, FrameMode, Mode, Motion, Place, Scratch};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
 use enfilade_tubes as tubes;
 use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, Tubes};
@@ -131,19 +131,13 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
 fn culling_with_an_oracle_allocates_nothing_after_the_first_frame_of_each_method() {
     let (scene, file) = boxes::flat().0.finish();
     let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler, AutoOptions::default());
+    let mut frames = FrameCuller::new(&culler);
     let mut buffer = DepthBuffer::new(&scene, 160, 90);
-    let mut number = 0;
     let mut frame = |turn: u32, mode: FrameMode| {
         let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
         let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
         let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
-        number += 1;
-        let chosen = frames.choose(&culler, number, &camera, mode);
-        let visible = frames.cull(&culler, &camera, 0.05, chosen, Some(&mut buffer));
-        let (objects, triangles) = (visible.objects.len(), visible.stats.triangles);
-        frames.learn(number, 1.0, triangles);
-        objects
+        frames.cull(&culler, &camera, 0.05, mode, Some(&mut buffer)).objects.len()
     };
     for mode in FrameMode::ALL {
         frame(0, mode);

@@ -3,7 +3,7 @@
 use enfilade::BitMatrix;
 use enfilade::cells::PortalKind;
 use enfilade::file::{FileCell, FileViewCell, PvsFile};
-use enfilade::runtime::{Camera, Culler, Mode, Rect, Scratch};
+use enfilade::runtime::{Camera, Culler, FrameCuller, FrameMode, Mode, Rect, Scratch};
 use enfilade::scene::{Role, Scene};
 use enfilade::{CellId, ObjectId};
 use enfilade_measure::walkthrough::mode::WalkMode;
@@ -629,4 +629,30 @@ fn frames_in_a_view_cell_draw_its_row() {
         assert!(draws_chair(&file, 0.2, mode), "{mode:?} beyond it");
     }
     assert!(draws_chair(&file, 0.0, Mode::Portals), "portals ask no row");
+}
+
+/// Indoors, portals and rows leave little to ask about; outdoors, and where nobody knows where the eye is, much.
+#[test]
+fn auto_asks_in_open_cells_only() {
+    let (_, file) = flat().0.finish();
+    let culler = Culler::new(&file);
+    let mut frames = FrameCuller::new(&culler);
+    let mut chosen = |eye: DVec3, mode| {
+        let eye = eye - file.origin;
+        frames.choose(&culler, &Camera::look_at(eye, eye + DVec3::X, 1.2, 1.6), mode)
+    };
+    let mut scratch = Scratch::for_culler(&culler);
+    let mut counts = [0, 0];
+    for (x, z) in (0..400).map(|i| (f64::from(i % 20) - 4.0, f64::from(i / 20) - 4.0)) {
+        let eye = p(x + 0.31, 1.6, z + 0.17);
+        let home = culler.cell_of((eye - file.origin).as_vec3(), &mut scratch);
+        let is_closed = home.is_some_and(|cell| cell != OUTSIDE);
+        counts[usize::from(is_closed)] += 1;
+        assert_eq!(chosen(eye, FrameMode::Auto), if is_closed { FrameMode::Both } else { FrameMode::Chc }, "{eye}");
+    }
+    assert!(counts.iter().all(|&count| count > 20), "{counts:?}: this tests nothing");
+    assert_eq!(chosen(p(500.0, 1.6, 500.0), FrameMode::Auto), FrameMode::Chc);
+    for mode in FrameMode::ALL.into_iter().filter(|&mode| mode != FrameMode::Auto) {
+        assert_eq!(chosen(p(500.0, 1.6, 500.0), mode), mode);
+    }
 }

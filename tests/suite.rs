@@ -26,6 +26,7 @@ mod cli_why;
 mod clusters;
 mod coarsen;
 mod cubes;
+mod docs;
 mod exact;
 mod export;
 mod extremes;

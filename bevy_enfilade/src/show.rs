@@ -10,7 +10,7 @@ use bevy_ecs::query::{Changed, Or};
 use bevy_ecs::system::{Local, Query, Res};
 use bevy_math::Mat4;
 use bevy_transform::components::GlobalTransform;
-use enfilade::runtime::{self, AutoOptions, FrameCuller, FrameMode, Place, Scratch};
+use enfilade::runtime::{self, FrameCuller, FrameMode, Place, Scratch};
 
 /// What decides.
 type Cameras<'w, 's> =
@@ -80,7 +80,7 @@ impl Known {
             objects: 0,
             seen: Vec::new(),
             scratch: Scratch::for_culler(culler),
-            frames: FrameCuller::new(culler, AutoOptions::default()),
+            frames: FrameCuller::new(culler),
         });
         let questions = questions(building, cameras, &mut answers.scratch);
         if !is_changed && questions == answers.questions {

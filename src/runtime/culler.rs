@@ -84,6 +84,8 @@ pub struct Culler {
     /// Those of `cell_objects`, in that order.
     pub(super) placed: Boxes,
     triangles: Vec<u32>,
+    /// Which cells are open: outdoors, or without a roof.
+    open_cells: Vec<bool>,
     pub(super) object_rows: Option<BitMatrix>,
     pub(super) cell_rows: Option<BitMatrix>,
     /// `None` where no view cell has a row.
@@ -127,6 +129,7 @@ impl Culler {
                 .collect(),
             boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),
             triangles: file.objects.iter().map(|o| o.triangles).collect(),
+            open_cells: file.cells.iter().map(|c| c.open).collect(),
             object_rows: file.object_rows.clone(),
             cell_rows: file.cell_rows.clone(),
             views: file.views.rows.clone().map(|rows| {
@@ -136,6 +139,11 @@ impl Culler {
             }),
             cell_rows_prune: file.guarantee == Guarantee::Conservative,
         }
+    }
+
+    /// Whether a cell is open: outdoors, or without a roof.
+    pub fn is_open_cell(&self, cell: CellId) -> bool {
+        self.open_cells[cell.index()]
     }
 
     /// What is too small to be drawn from now on, in all modes but [`Mode::None`](super::Mode::None), in mirrors, too; nothing is unless told

@@ -1,9 +1,7 @@
 //! A frame from beginning to end: one camera's culling in any mode, with occlusion queries and `auto`.
 //!
-//! In: a [`Culler`], a camera, a mode, and an oracle where there is one. Out: the objects to draw. A loop is
-//! [`choose`](FrameCuller::choose), [`cull`](FrameCuller::cull), draw, and for `auto` [`learn`](FrameCuller::learn).
+//! In: a [`Culler`], a camera, a mode, and an oracle where there is one. Out: the objects to draw.
 
-use super::auto::Auto;
 use super::online::OnlineCuller;
 use super::{Camera, Culler, Mode, Scratch, VisibleSet};
 use crate::occlusion::hierarchy::Hierarchy;
@@ -28,7 +26,7 @@ pub enum FrameMode {
     Chc,
     /// [`Mode::Both`], and CHC++ for what that leaves.
     ChcPlus,
-    /// The mode that costs the least, cell by cell.
+    /// [`Mode::Both`] in a closed cell; CHC in an open one, where portals and rows hide little.
     Auto,
 }
 
@@ -96,51 +94,18 @@ impl FromStr for FrameMode {
     }
 }
 
-/// What `auto` does for a renderer.
-#[derive(Clone, PartialEq, Debug)]
-pub struct AutoOptions {
-    /// Modes that it chooses from, at least one, without [`FrameMode::Auto`]. It starts with one that asks, if there is one.
-    pub modes: Vec<FrameMode>,
-    /// First frames that are culled by [`FrameMode::Both`] and teach nothing: drivers compile in them. More: gains come later. Fewer: a slow
-    /// first frame is blamed on its mode.
-    pub warm_up: u64,
-    /// What a frame costs beside its triangles, in triangles: pixels, mostly. Larger: modes that draw more are tried more often. Smaller:
-    /// modes that are as good stay untried.
-    pub fixed_cost: u64,
-}
-
-impl Default for AutoOptions {
-    fn default() -> Self {
-        let modes = FrameMode::ALL.into_iter().filter(|&mode| mode != FrameMode::Auto).collect();
-        Self { modes, warm_up: 0, fixed_cost: 0 }
-    }
-}
-
 /// Culls one camera's frames, in any mode, one after the other. The culler is given each time, always the same; its doors may move.
 #[derive(Clone, Debug)]
 pub struct FrameCuller {
     scratch: Scratch,
-    options: AutoOptions,
     /// Made by the first mode that needs it.
     online: Option<OnlineCuller>,
-    auto: Auto,
-    /// The mode of the last frame.
-    last: Option<FrameMode>,
-    /// The frame whose cost `auto` waits for.
-    judged: Option<u64>,
 }
 
 impl FrameCuller {
-    /// For one camera; cameras may share a culler. `options` matter to [`FrameMode::Auto`] only.
-    pub fn new(culler: &Culler, options: AutoOptions) -> Self {
-        let scratch = Scratch::for_culler(culler);
-        let auto = Auto::new(culler.cell_count(), &options.modes);
-        Self { scratch, options, online: None, auto, last: None, judged: None }
-    }
-
-    /// What `auto` counts as [`AutoOptions::fixed_cost`] from now on.
-    pub fn set_fixed_cost(&mut self, triangles: u64) {
-        self.options.fixed_cost = triangles;
+    /// For one camera; cameras may share a culler.
+    pub fn new(culler: &Culler) -> Self {
+        Self { scratch: Scratch::for_culler(culler), online: None }
     }
 
     /// Makes room for occlusion queries now; the first frame with queries does it otherwise.
@@ -157,30 +122,21 @@ impl FrameCuller {
     /// As if no frame had been culled yet.
     pub fn restart(&mut self, culler: &Culler) {
         let tree = self.online.take().map(OnlineCuller::into_tree);
-        *self = Self::new(culler, self.options.clone());
         self.online = tree.map(|tree| OnlineCuller::with_tree(culler, tree));
     }
 
-    /// Begins a frame: gives the mode to cull it by, which is never [`FrameMode::Auto`]. Frames are numbered by the caller, from 1, ascending.
-    ///
-    /// While `auto` waits for the cost of an earlier frame ([`Self::learn`]), the mode stays.
-    pub fn choose(&mut self, culler: &Culler, frame: u64, camera: &Camera, mode: FrameMode) -> FrameMode {
-        let chosen = match (mode, self.judged, self.last) {
-            (FrameMode::Auto, Some(_), Some(last)) => last,
-            (FrameMode::Auto, ..) if frame <= self.options.warm_up => FrameMode::Both,
-            (FrameMode::Auto, ..) => {
-                let home = culler.cell_of(camera.eye, &mut self.scratch);
-                let (scratch, fixed) = (&mut self.scratch, self.options.fixed_cost);
-                self.judged = Some(frame);
-                self.auto.choose(home, |mode| culler.cull(camera, mode, scratch).stats.triangles + fixed)
-            }
-            (mode, ..) => mode,
-        };
-        self.last = Some(chosen);
-        chosen
+    /// The mode that a frame is culled by, which is never [`FrameMode::Auto`]: asking what portals and rows leave pays where they leave much.
+    pub fn choose(&mut self, culler: &Culler, camera: &Camera, mode: FrameMode) -> FrameMode {
+        match mode {
+            FrameMode::Auto => match culler.cell_of(camera.eye, &mut self.scratch) {
+                Some(cell) if !culler.is_open_cell(cell) => FrameMode::Both,
+                _ => FrameMode::Chc,
+            },
+            mode => mode,
+        }
     }
 
-    /// Culls the frame by a mode from [`Self::choose`], with a near plane at `near` metres, above 0.
+    /// Culls a frame, with a near plane at `near` metres, above 0.
     ///
     /// With an `oracle`, modes with queries begin its frame and draw into it; what it drew is what they return. Without one they return what
     /// portals and rows leave: a renderer whose device answers its own queries goes on from there. Allocates nothing after the first frame of
@@ -193,6 +149,7 @@ impl FrameCuller {
         mode: FrameMode,
         oracle: Option<&mut dyn OcclusionOracle>,
     ) -> VisibleSet<'_> {
+        let mode = self.choose(culler, camera, mode);
         match (mode.without_queries(), oracle) {
             (None, Some(mut oracle)) => {
                 let online = self.online.get_or_insert_with(|| OnlineCuller::new(culler));
@@ -201,15 +158,6 @@ impl FrameCuller {
                 online.cull(culler, (camera, &view), mode, &mut oracle)
             }
             (plain, _) => culler.cull(camera, plain.unwrap_or(Mode::Both), &mut self.scratch),
-        }
-    }
-
-    /// What a frame cost, in any unit that all frames have, 0 or more, and the triangles that it drew. Costs may come some frames late;
-    /// those of frames that `auto` does not wait for are ignored.
-    pub fn learn(&mut self, frame: u64, cost: f64, triangles: u64) {
-        if self.judged == Some(frame) {
-            self.auto.learn(cost, triangles + self.options.fixed_cost);
-            self.judged = None;
         }
     }
 }

@@ -27,7 +27,6 @@
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 
 mod around;
-mod auto;
 mod boxes;
 mod cull;
 mod culler;
@@ -47,9 +46,8 @@ mod sets;
 mod small;
 
 pub use around::Place;
-pub use auto::Auto;
 pub use culler::Culler;
-pub use frame_culler::{AutoOptions, FrameCuller, FrameMode};
+pub use frame_culler::{FrameCuller, FrameMode};
 pub use frustum::{Camera, NotPerspective, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
 pub use mode::Mode;

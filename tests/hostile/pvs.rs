@@ -4,7 +4,7 @@ use super::mutants::{Report, Run, change, run, settle, table};
 use super::wanted;
 use crate::targets::TARGETS;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{AutoOptions, Camera, Culler, FrameCuller, FrameMode};
+use enfilade::runtime::{Camera, Culler, FrameCuller, FrameMode};
 use enfilade_measure::walkthrough::expected::expected_draw;
 use enfilade_measure::walkthrough::tour::tour;
 use glam::DVec3;
@@ -120,7 +120,7 @@ fn files_without_cells_objects_or_portals_are_refused_or_borne() {
         let read = PvsFile::read(&file.write());
         assert_eq!(read.is_ok(), cells > 0 && objects > 0, "{cells} cells, {objects} objects: {:?}", read.err());
         let culler = Culler::new(&file);
-        let mut frames = FrameCuller::new(&culler, AutoOptions::default());
+        let mut frames = FrameCuller::new(&culler);
         let camera = Camera::look_at(DVec3::ZERO, DVec3::X, 1.0, 1.5);
         for mode in [FrameMode::None, FrameMode::Frustum, FrameMode::Portals, FrameMode::Pvs, FrameMode::Both] {
             assert!(frames.cull(&culler, &camera, 0.05, mode, None).objects.len() <= objects);

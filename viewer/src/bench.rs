@@ -116,8 +116,7 @@ fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: ViewMode, alarm: bool) -
             walk.draw(wish(false))?;
             walk.stage.settle().map_err(|e| e.to_string())?;
             let ms = start.elapsed().as_secs_f64() * 1e3;
-            let (drawn, number) = (walk.stage.drawn(), walk.stage.frame);
-            walk.stage.culling.frames.learn(number, ms, drawn.triangles);
+            let drawn = walk.stage.drawn();
             if !timed {
                 continue;
             }

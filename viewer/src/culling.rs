@@ -7,16 +7,9 @@ use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::runtime::{AutoOptions, Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats, MinPixels};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats, MinPixels};
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
-
-/// So many pixels cost about as much as a triangle, as far as `auto` looks ahead: on a software driver, where pixels are what frames
-/// cost, and there only roughly. Fewer: what draws more triangles is tried more often. More: it isn't, where it would be as good.
-const PIXELS: u64 = 10;
-
-/// Frames that drivers compile in, which say nothing about what frames cost.
-const WARM_UP: u64 = 3;
 
 /// Who answers occlusion queries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,10 +45,6 @@ pub const MODES: [FrameMode; 7] = [
     FrameMode::Chc,
     FrameMode::Auto,
 ];
-
-/// What `auto` chooses from.
-const AUTO: [FrameMode; 6] =
-    [FrameMode::None, FrameMode::Frustum, FrameMode::Portals, FrameMode::Pvs, FrameMode::Both, FrameMode::ChcPlus];
 
 /// What the device decides of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -179,9 +168,8 @@ pub struct Culling<'b> {
 impl<'b> Culling<'b> {
     /// For pictures of `size` pixels.
     pub fn new(building: &'b Building, oracle: Oracle, size: [u32; 2]) -> Self {
-        let options = AutoOptions { modes: AUTO.to_vec(), warm_up: WARM_UP, fixed_cost: pixels_as_triangles(size) };
         let culler = Culler::new(&building.file);
-        let mut frames = FrameCuller::new(&culler, options);
+        let mut frames = FrameCuller::new(&culler);
         let scene = &*building.scene;
         if scene.tubes.tubes.is_empty() {
             frames.prepare_queries_with(&culler, Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene));
@@ -207,7 +195,6 @@ impl<'b> Culling<'b> {
     pub fn resize(&mut self, size: [u32; 2]) {
         self.size = size;
         self.depth = None;
-        self.frames.set_fixed_cost(pixels_as_triangles(size));
         self.set_min_pixels(self.min_pixels);
     }
 
@@ -221,8 +208,11 @@ impl<'b> Culling<'b> {
     pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: impl Into<ViewMode>) -> &Decision {
         let start = Instant::now();
         let mode = mode.into();
-        // 1. How.
-        let method = self.frames.choose(&self.culler, frame, camera, mode.of_library());
+        // 1. How. Answers of a device come a frame late, and then asking costs more than it saves.
+        let method = match (mode.of_library(), self.oracle) {
+            (FrameMode::Auto, Oracle::Device) => FrameMode::Both,
+            (mode, _) => self.frames.choose(&self.culler, camera, mode),
+        };
         // 2. What.
         let asks = match mode {
             ViewMode::Hiz => Asks::Pyramid,
@@ -267,11 +257,6 @@ impl<'b> Culling<'b> {
 fn refill<T: Copy>(list: &mut Vec<T>, items: &[T]) {
     list.clear();
     list.extend_from_slice(items);
-}
-
-/// What the pixels of a frame cost, in triangles.
-fn pixels_as_triangles([width, height]: [u32; 2]) -> u64 {
-    u64::from(width) * u64::from(height) / PIXELS
 }
 
 fn depth(building: &Building, [width, height]: [u32; 2]) -> DepthBuffer<'_> {

@@ -143,7 +143,6 @@ impl<'w, 'b> Walk<'w, 'b> {
         self.draw(Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors })?;
         self.stage.settle().map_err(|e| e.to_string())?;
         let number = self.stage.frame;
-        self.stage.culling.frames.learn(number, 1.0, self.stage.triangles());
         Ok(self.stage.heard.missed.clone().filter(|missed| missed.frame == number))
     }
 

@@ -110,9 +110,8 @@ impl<'b> Profile<'b> {
         stage.frame(wish(false), &self.picture.1, None).map_err(|e| e.to_string())?;
         stage.settle().map_err(|e| e.to_string())?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        let (number, triangles) = (stage.frame, stage.triangles());
+        let triangles = stage.triangles();
         let cull_ms = stage.culling.last.as_ref().map_or(0.0, |last| last.ms);
-        stage.culling.frames.learn(number, ms, triangles);
         // 2. Once more, with all that is to be known of it.
         stage.set_marking(Marking::Counted)?;
         stage.frame(wish(true), &self.picture.1, None).map_err(|e| e.to_string())?;

@@ -457,11 +457,6 @@ impl<'b> Session<'b> {
         self.lay_over();
         let output = self.panels(input);
         self.picture(picture, camera, true)?;
-        // Where the device has no clock, whole frames are what is known.
-        if !self.stage.has_clock() {
-            let (frame, triangles) = (self.stage.frame, self.stage.triangles());
-            self.stage.culling.frames.learn(frame, seconds * 1e3, triangles);
-        }
         self.frame_ms = seconds * 1e3;
         if let Some(last) = &self.stage.culling.last {
             let (objects, queries) = (last.stats.objects as f64, last.stats.queries as f64);

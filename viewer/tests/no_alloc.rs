@@ -37,7 +37,6 @@ fn a_frame_that_is_decided_and_listed_allocates_nothing_once_warm() {
                 runs.set(&mesh, &decision.objects, &is_ghost, Some(camera.eye));
                 doors.seen(decision, &mut cells, &mut seen);
                 drawn += runs.solid.len() + culling.late.conditional.len();
-                culling.frames.learn(number, 1.0, drawn as u64);
             }
             drawn
         };

@@ -29,7 +29,6 @@ use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
 use enfilade::{CellId, ObjectId};
 use glam::DVec3;
-use std::time::Instant;
 use wgpu::{BufferUsages, LoadOp, Operations, StoreOp, TextureFormat, TextureView};
 
 /// Where nothing is.
@@ -147,8 +146,8 @@ pub struct Stage<'b> {
     /// Whether caps are those of what is drawn now.
     is_capped: bool,
     all: Vec<ObjectId>,
-    /// The processor's milliseconds of the frame that the device is timed for, and its triangles.
-    timing: Option<(u64, f64, u64)>,
+    /// The frame that the device is timed for.
+    timing: Option<u64>,
 }
 
 impl<'b> Stage<'b> {
@@ -390,7 +389,6 @@ impl<'b> Stage<'b> {
         picture: &TextureView,
         painter: Option<&mut dyn Painter>,
     ) -> Result<(), GpuError> {
-        let start = Instant::now();
         self.frame += 1;
         let gpu = &self.gpu;
         gpu.check()?;
@@ -627,7 +625,7 @@ impl<'b> Stage<'b> {
         }
         if let (Some(timer), Some(slot)) = (&self.timer, timing) {
             timer.ask(slot);
-            self.timing = Some((self.frame, start.elapsed().as_secs_f64() * 1e3, self.triangles()));
+            self.timing = Some(self.frame);
         }
         if !wish.alarm {
             self.heard.missed = None;
@@ -650,11 +648,6 @@ impl<'b> Stage<'b> {
         idle.map_err(|e| self.gpu.fail(&e.to_string()))?;
         self.hear();
         self.gpu.check()
-    }
-
-    /// Whether the device times its work.
-    pub fn has_clock(&self) -> bool {
-        self.timer.is_some()
     }
 
     /// Triangles of the last frame, as far as is known.
@@ -680,9 +673,7 @@ impl<'b> Stage<'b> {
         let Some(timer) = &mut self.timer else { return };
         timer.heard(|frame, ms| {
             self.heard.device_ms = Some(ms);
-            if let Some((_, cpu, triangles)) = self.timing.take_if(|timing| timing.0 == frame) {
-                self.culling.frames.learn(frame, cpu + ms, triangles);
-            }
+            self.timing.take_if(|timed| *timed == frame);
         });
     }
 }

@@ -5,7 +5,7 @@ use enfilade::ObjectId;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
 use enfilade::occlusion::oracle::OcclusionOracle;
-use enfilade::runtime::{AutoOptions, Culler, FrameCuller, FrameMode, VisibleSet};
+use enfilade::runtime::{Culler, FrameCuller, FrameMode, VisibleSet};
 use std::time::Instant;
 
 /// What a frame took, microseconds.
@@ -21,19 +21,16 @@ pub(super) struct Times {
 pub(super) struct TimedCuller {
     mode: FrameMode,
     frames: FrameCuller,
-    frame: u64,
-    /// What the last frame took, and its triangles.
-    last: Option<(f64, u64)>,
 }
 
 impl TimedCuller {
     /// `tree`: of the culler's objects, for modes with queries.
     pub fn new(mode: FrameMode, culler: &Culler, tree: impl FnOnce() -> Hierarchy) -> Self {
-        let mut frames = FrameCuller::new(culler, AutoOptions::default());
+        let mut frames = FrameCuller::new(culler);
         if mode.has_queries() {
             frames.prepare_queries_with(culler, tree());
         }
-        Self { mode, frames, frame: 0, last: None }
+        Self { mode, frames }
     }
 
     /// Culls a frame, and draws what is left into the oracle, if there is one; modes with queries need it. Says how the frame was culled,
@@ -47,11 +44,7 @@ impl TimedCuller {
         let start = Instant::now();
         let us = || start.elapsed().as_nanos() as f64 / 1e3;
         let (camera, near) = (&view.camera, nearer(view).near);
-        if let Some((took, triangles)) = self.last.take() {
-            self.frames.learn(self.frame, took, triangles);
-        }
-        self.frame += 1;
-        let mode = self.frames.choose(culler, self.frame, camera, self.mode);
+        let mode = self.frames.choose(culler, camera, self.mode);
         let visible = self.frames.cull(culler, camera, near, mode, oracle.as_deref_mut().map(|oracle| oracle as _));
         let cull = us();
         let with_oracle = oracle.is_some();
@@ -59,7 +52,6 @@ impl TimedCuller {
             draw_rest(oracle, view, visible.objects);
         }
         let took = us();
-        self.last = Some((took, visible.stats.triangles));
         (visible, mode, Times { cull, frame: with_oracle.then_some(took) })
     }
 }

@@ -4,19 +4,13 @@
 use crate::platform;
 use crate::study::{Cost, Start, Study, chc, chc_plus, frames};
 use crate::trees::LEAST_TRIANGLES;
-use enfilade::CellId;
 use enfilade::occlusion::bounds::Fit;
-use enfilade::occlusion::chc::{Chc, Reduction};
-use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
-use enfilade::occlusion::frustum::FrustumCuller;
+use enfilade::occlusion::chc::Reduction;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
-use enfilade::occlusion::oracle::OcclusionOracle;
-use enfilade::runtime::{Auto, FrameMode, Mode};
 use enfilade::scene::{Object, Scene};
 use enfilade_scenes::Kind;
 use glam::DVec3;
-use std::time::Instant;
 
 /// Frames of a stretch, and runs.
 pub const IN_CITIES: [usize; 2] = [30, 5];
@@ -47,13 +41,12 @@ fn scene(study: &Study) {
     let options = HierarchyOptions { least_triangles: LEAST_TRIANGLES, ..HierarchyOptions::default() };
     let coarse = Hierarchy::build(study.scene, &options);
     let parts = tree.clone().with_parts(study.scene);
-    let automatic: [(&str, Start<'_>); 6] = [
+    let automatic: [(&str, Start<'_>); 5] = [
         ("CHC", chc(&tree, Reduction::None)),
         ("CHC, with parts", chc(&parts, Reduction::None)),
         ("CHC, leaves of 2,000 triangles", chc(&coarse, Reduction::None)),
         ("CHC++", chc_plus(&tree)),
         ("CHC++, with parts", chc_plus(&parts)),
-        ("auto", auto(study, &tree)),
     ];
     let (names, starts): (Vec<&str>, Vec<Start<'_>>) = automatic.into_iter().unzip();
     let methods: Vec<Start<'_>> = C1_TO_C7.iter().map(|&levels| chosen(&graph, levels)).chain(starts).collect();
@@ -85,30 +78,6 @@ fn chosen(graph: &Hierarchy, levels: u32) -> Start<'_> {
     Box::new(move || {
         let mut culler = LevelCuller::new(LevelOptions::new(levels));
         Box::new(move |frustum, buffer| (culler.cull(graph, frustum, buffer).to_vec(), culler.stats().queries))
-    })
-}
-
-/// By what frames cost: the frustum, CHC or CHC++.
-fn auto<'c>(study: &'c Study, tree: &'c Hierarchy) -> Start<'c> {
-    Box::new(move || {
-        let mut auto = Auto::new(1, &[FrameMode::Frustum, FrameMode::Chc, FrameMode::ChcPlus]);
-        let mut frustum_culler = FrustumCuller::default();
-        let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
-        Box::new(move |frustum, buffer| {
-            let start = Instant::now();
-            let count = |_: Mode| study.triangles(frustum_culler.cull(tree, frustum)) as u64;
-            let done = match auto.choose(Some(CellId(0)), count) {
-                FrameMode::Chc => (chc.cull(tree, frustum, buffer).to_vec(), chc.stats().queries),
-                FrameMode::ChcPlus => (plus.cull(tree, frustum, buffer).to_vec(), plus.stats().queries),
-                _ => {
-                    let objects = frustum_culler.cull(tree, frustum).to_vec();
-                    objects.iter().for_each(|&o| buffer.draw(o));
-                    (objects, 0)
-                }
-            };
-            auto.learn(start.elapsed().as_secs_f64(), study.triangles(&done.0) as u64);
-            done
-        })
     })
 }
 
