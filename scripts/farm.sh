@@ -31,8 +31,8 @@ SECONDS=0
 
 if command -v parallel >/dev/null; then
   # One model, two workers. {#} counts from 1.
-  work="$enfilade bake $model -o $out/parallel.pvs --rays $rays --threads 1 --with $out/parallel"
-  seq 2 | parallel -j2 "$work --worker \$(({#} - 1))/2" 2>"$out/parallel.txt" || { cat "$out/parallel.txt" && failed=1; }
+  work="$enfilade bake $model -o $out/parallel.pvs --rays $rays --threads 1"
+  seq 2 | parallel -j2 "$work --with \$(({#} - 1))/2:$out/parallel" 2>"$out/parallel.txt" || { cat "$out/parallel.txt" && failed=1; }
   same "GNU parallel, one model, two workers" "$out/parallel.pvs"
   # Many models: a job each.
   mkdir "$out/models"
@@ -79,7 +79,7 @@ for node in n1 n2; do
 done
 cat >"$slurm/worker.sh" <<JOB
 #!/bin/sh
-exec "$enfilade" bake "$model" -o "\$1.pvs" --rays $rays --threads 1 --with "\$1" --worker "\$SLURM_ARRAY_TASK_ID/2"
+exec "$enfilade" bake "$model" -o "\$1.pvs" --rays $rays --threads 1 --with "\$SLURM_ARRAY_TASK_ID/2:\$1"
 JOB
 chmod +x "$slurm/worker.sh"
 

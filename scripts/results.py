@@ -88,7 +88,7 @@ class Baked:
 
     def bake(self, name, path):
         if name not in self.bakes:
-            out, spent = run(ENFILADE, "bake", path, "--rays", "5M", "--keep-bounds", "--fresh", "--json", "-o", self.file(name))
+            out, spent = run(ENFILADE, "bake", path, "--rays", "5M", "--rows", "both", "--fresh", "--json", "-o", self.file(name))
             self.bakes[name] = (last_json(out), spent)
         return self.bakes[name]
 
@@ -163,7 +163,7 @@ def gap(baked):
                      "" if closed is None else f"{closed:.3f}", "" if unseen is None else f"{100 * unseen:.3f} %", pvs["contradictions"]])
     return ["Pairs of a cell and an object after five million rays. *Gap*: undecided pairs over those not hidden. *Closed cells*: the same, of cells "
             "that are indoors. *Unseen*: bound on the mean solid angle that sampling has not seen, with 95 % confidence.", "",
-            "    enfilade bake MODEL --rays 5M --keep-bounds --json -o FILE.pvs", "",
+            "    enfilade bake MODEL --rays 5M --rows both --json -o FILE.pvs", "",
             *table(["model", "cells", "objects", "witnessed", "undecided", "hidden", "gap", "closed cells", "unseen", "contradictions"], rows)]
 
 
@@ -200,7 +200,7 @@ def sizes(baked):
         run(ENFILADE, "bake", path, "--rays", "0", "--fresh", "--json", "-o", plain)
         rows.append([name, f"{path.stat().st_size:,}", f"{plain.stat().st_size:,}", f"{baked.file(name).stat().st_size:,}",
                      f"{pvs.get('row_bytes', 0):,}", f"{pvs.get('bits_per_pair') or 0:.3f}", f"{pvs.get('entropy_bits_per_pair') or 0:.3f}"])
-    return ["Bytes. *File* has conservative rows without rays, *with bounds* what `--keep-bounds` adds. Bits a pair stand beside the entropy of a pair "
+    return ["Bytes. *File* has conservative rows without rays, *with bounds* what `--rows both` adds. Bits a pair stand beside the entropy of a pair "
             "that knows its row's density alone.", "",
             *table(["model", "model's own", "file", "with bounds", "rows", "bits a pair", "entropy"], rows)]
 
@@ -280,7 +280,7 @@ def main():
         subprocess.run(["cargo", "build", "--release", "-p", "enfilade-cli", "-p", "enfilade-viewer", "--features", "enfilade-cli/full"], cwd=ROOT,
                        check=True)
     run(ENFILADE, "generate", "office", "--rooms", "80", "--furnished", "--facts", "-o", OUT / "furnished.glb")
-    run(ENFILADE, "generate", "city", "--dense", "--facts", "-o", OUT / "city.glb")
+    run(ENFILADE, "generate", "city", "--facts", "-o", OUT / "city.glb")
     baked, only = Baked(), {name for name in given.only.split(",") if name}
     start = time.monotonic()
     for name, title, answer in QUESTIONS:

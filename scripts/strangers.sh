@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fetches models that docs/results.md measures from GitHub, each at its commit, into a folder: `bash scripts/strangers.sh FOLDER [TABLE...]`. Without a
+# Fetches models of strangers from GitHub, each at its commit, into a folder: `bash scripts/strangers.sh FOLDER [TABLE...]`. Without a
 # table (52, 58, data) it takes all of scripts/strangers.tsv, some 260 MB. What is there already is passed over. A glTF or OBJ has a folder of its own,
 # with the buffers, pictures and materials that it names. Then: `bash scripts/gauntlet.sh FOLDER`. Needs curl and python3; FROM names a mirror.
 set -euo pipefail

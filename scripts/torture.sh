@@ -23,7 +23,7 @@ for model in "${models[@]}"; do
   ./target/release/enfilade bake "$model" -o "$out.pvs" --json >"$out.bake.json"
   ./target/release/enfilade check "$out.pvs" --model "$model" --rays "$rays" --json >"$out.check.json" || failed=1
   ./target/release/enfilade walk "$out.pvs" --model "$model" --mode all --verify-pixels --every "$every" --json >"$out.walk.jsonl" || failed=1
-  ./target/release/enfilade walk "$out.pvs" --model "$model" --mode all --verify-pixels --random "$random" --size 160x90 --json \
+  ./target/release/enfilade walk "$out.pvs" --model "$model" --mode all --verify-pixels --path "random:$random" --size 160x90 --json \
     >"$out.random.jsonl" || failed=1
   path=${model%.*}.path.json
   if [ -e "$path" ]; then

@@ -104,7 +104,7 @@ pub enum WhyError {
         objects: usize,
     },
     /// The file keeps one side only, and the answer isn't on it.
-    #[error("has one side of the truth only, and the pair {}; bake it with --keep-bounds", one_side(*guarantee))]
+    #[error("has one side of the truth only, and the pair {}; bake it with --rows both", one_side(*guarantee))]
     OneSide {
         /// Which side the rows are on.
         guarantee: Guarantee,

@@ -209,7 +209,7 @@ fn a_nameless_mesh_that_closes_the_doorway_is_told_of() {
         (v(3.9, 0.0, 2.0), v(0.4, 2.1, 0.9)),
     ] {
         let note = told_of(at, size).unwrap_or_else(|| panic!("{at} {size}"));
-        assert!(note.contains("\"Cube.012\" stands in a doorway") && note.contains("--roles"), "{note}");
+        assert!(note.contains("\"Cube.012\" stands in a doorway") && note.contains("MODEL.roles.json"), "{note}");
     }
     // Beside the wall; a table; half of the doorway; a cupboard against the outer wall.
     for (at, size) in [

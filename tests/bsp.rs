@@ -327,8 +327,9 @@ fn rows_of(theirs: &BspData, leaves: usize) -> BitMatrix {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_keep_everything_but_their_rows() {
-    let Some(folder) = data("real_levels_keep_everything_but_their_rows") else { return };
+    let folder = data();
     for name in LEVELS {
         let (bytes, level, theirs) = real(&folder, name);
         let rows = level.rows().unwrap().unwrap();
@@ -349,8 +350,9 @@ fn real_levels_keep_everything_but_their_rows() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_sound_as_another_tool_has_it() {
-    let Some(folder) = data("real_levels_sound_as_another_tool_has_it") else { return };
+    let folder = data();
     let mut heard = [0; 4];
     for name in LEVELS {
         let (_, level, _) = real(&folder, name);
@@ -364,8 +366,9 @@ fn real_levels_sound_as_another_tool_has_it() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_portals_lie_between_their_leaves() {
-    let Some(folder) = data("real_levels_portals_lie_between_their_leaves") else { return };
+    let folder = data();
     for name in LEVELS {
         let (_, level, theirs) = real(&folder, name);
         let derived = level.level().unwrap();
@@ -389,8 +392,9 @@ fn real_levels_portals_lie_between_their_leaves() {
 
 /// Random segments: wherever one gets from an open leaf into another, there is a portal between the two.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_are_sealed() {
-    let Some(folder) = data("real_levels_are_sealed") else { return };
+    let folder = data();
     for name in LEVELS {
         let (_, level, theirs) = real(&folder, name);
         let derived = level.level().unwrap().level;

@@ -118,7 +118,7 @@ fn a_house_is_split_as_finely_on_a_wide_ground() {
     let [of_near, of_wide] = [&near, &wide].map(|scene| by_walls(scene, None));
     // With the smallest occluder, in metres.
     assert_eq!(of_wide.notes[0], of_near.notes[0]);
-    assert!(of_wide.notes[0].contains(" m (--smallest-occluder)"), "{}", of_wide.notes[0]);
+    assert!(of_wide.notes[0].contains(" m (--cells bsp:METRES)"), "{}", of_wide.notes[0]);
     let closed = |graph: &CellGraph| graph.cells.iter().filter(|c| !c.open).count();
     assert!(closed(&of_wide) > 50 && closed(&of_near) > 50, "{} {}", closed(&of_wide), closed(&of_near));
     assert!(closed(&of_wide) * 10 >= closed(&of_near) * 9, "{} {}", closed(&of_wide), closed(&of_near));

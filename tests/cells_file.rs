@@ -1,4 +1,4 @@
-//! Cells that come back: what `dump --json` writes goes into `bake --cells-file`, and edited by hand it is checked.
+//! Cells that come back: what `dump --json` writes goes into `bake --cells FILE`, and edited by hand it is checked.
 
 use crate::cli::{folder, refused, run};
 use serde_json::{Value, json};
@@ -44,7 +44,7 @@ fn what_is_dumped_bakes_to_the_same_cells_and_portals() {
     assert!(cells["cells"].as_array().unwrap().len() > 6 && cells["portals"].as_array().unwrap().len() > 6);
     let (given, again) = (file.with_extension("json"), file.with_extension("again.pvs"));
     std::fs::write(&given, cells.to_string()).unwrap();
-    bake(&model, &again, &[Path::new("--cells-file"), &given]);
+    bake(&model, &again, &[Path::new("--cells"), &given]);
     assert_eq!(dump(&again), cells);
 }
 
@@ -54,14 +54,9 @@ fn what_is_dumped_bakes_to_the_same_cells_and_portals() {
 #[test]
 fn what_is_dumped_bakes_to_the_same_rows() {
     let mut models = vec![Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("data/buildings/villa_rotonda.glb")];
-    if let Some(data) = data("cells files of real models") {
-        models.push(data.join("indoorgml-apache/201.gml"));
-        if cfg!(feature = "ifc") {
-            models.push(data.join("bimwhale-mit/TallBuilding.ifc"));
-            models.push(data.join("webifc-mpl/Office_A_20110811.ifc"));
-        } else {
-            eprintln!("not run: what_is_dumped_bakes_to_the_same_rows of TallBuilding.ifc and Office_A: no feature ifc");
-        }
+    if cfg!(feature = "full") {
+        let of_data = ["indoorgml-apache/201.gml", "bimwhale-mit/TallBuilding.ifc", "webifc-mpl/Office_A_20110811.ifc"];
+        models.extend(of_data.map(|model| data().join(model)));
     }
     let folder = folder("rows");
     for model in models {
@@ -71,7 +66,7 @@ fn what_is_dumped_bakes_to_the_same_rows() {
         let first = all(&file);
         assert!(first["portals"].as_array().unwrap().len() > 20 && first.get("repairs").is_none(), "{}", model.display());
         std::fs::write(&given, first.to_string()).unwrap();
-        bake_with(&model, &again, "0", &[Path::new("--cells-file"), &given]);
+        bake_with(&model, &again, "0", &[Path::new("--cells"), &given]);
         let second = all(&again);
         for key in ["cells", "portals", "strategy", "smallest_hole", "closed_holes", "objects", "rows"] {
             assert!(first.get(key) == second.get(key), "{}: {key}", model.display());
@@ -87,7 +82,7 @@ fn what_was_given_comes_back_with_its_rays() {
     let mut dumps = Vec::new();
     std::fs::write(&given, cells.to_string()).unwrap();
     for _ in 0..2 {
-        bake(&model, &file, &[Path::new("--cells-file"), &given, Path::new("--keep-bounds")]);
+        bake(&model, &file, &[Path::new("--cells"), &given, Path::new("--rows"), Path::new("both")]);
         dumps.push(all(&file));
         std::fs::write(&given, dumps[dumps.len() - 1].to_string()).unwrap();
     }
@@ -106,7 +101,7 @@ fn holes_that_were_closed_stay_closed() {
     assert!(!first["closed_holes"].as_array().expect("doors of an office are narrower").is_empty());
     let (given, again) = (file.with_extension("json"), file.with_extension("again.pvs"));
     std::fs::write(&given, first.to_string()).unwrap();
-    bake_with(&model, &again, "0", &[Path::new("--cells-file"), &given]);
+    bake_with(&model, &again, "0", &[Path::new("--cells"), &given]);
     let second = all(&again);
     assert_eq!((&first["closed_holes"], &first["rows"]), (&second["closed_holes"], &second["rows"]));
 }
@@ -134,7 +129,7 @@ fn what_is_edited_wrongly_is_refused_by_its_field() {
             None => edited[&pointer[1..]] = value,
         }
         std::fs::write(&given, edited.to_string()).unwrap();
-        let out = run(&[Path::new("bake"), &model, Path::new("-o"), &file, Path::new("--cells-file"), &given]);
+        let out = run(&[Path::new("bake"), &model, Path::new("-o"), &file, Path::new("--cells"), &given]);
         refused(&out, &["office.json", what]);
     }
 }

@@ -174,24 +174,27 @@ fn a_gallery() {
 
 #[cfg(feature = "ifc")]
 fn building(test: &str, model: &str) {
-    let Some(folder) = data::data(test) else { return };
+    let folder = data::data();
     check(test, &import(&folder.join(model), &ImportOptions::default()).unwrap());
 }
 
 #[cfg(feature = "ifc")]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_duplex() {
     building("the_duplex", "duplex/Duplex_A_20110907.ifc");
 }
 
 #[cfg(feature = "ifc")]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_fzk_house() {
     building("the_fzk_house", "webifc-mpl/AC20-FZK-Haus.ifc");
 }
 
 #[cfg(feature = "ifc")]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_large_building() {
     building("the_large_building", "bimwhale-mit/LargeBuilding.ifc");
 }

@@ -222,7 +222,7 @@ fn bad_cells_files() {
     for (case, bytes) in cases {
         let (bad, out) = (folder.join(format!("{case}.json")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
-        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "10k"]);
+        refused(case, &bad, &["bake", text(&model), "--cells", text(&bad), "-o", text(&out), "--rays", "10k"]);
         assert!(!out.exists(), "{case} left a file");
     }
 }
@@ -270,7 +270,7 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
         let (bad, out) = (folder.join(format!("{case}.gml")), folder.join(format!("{case}.pvs")));
         std::fs::write(&bad, bytes).unwrap();
         refused(case, &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "10k"]);
-        refused(case, &bad, &["bake", text(&model), "--cells-file", text(&bad), "-o", text(&out), "--rays", "10k"]);
+        refused(case, &bad, &["bake", text(&model), "--cells", text(&bad), "-o", text(&out), "--rays", "10k"]);
         let error = String::from_utf8(run_words(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
         assert!(error.contains(what), "{case}: {error}");
         assert!(!out.exists(), "{case} left a file");

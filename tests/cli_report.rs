@@ -75,7 +75,8 @@ fn rows_of_another_tool_are_a_line_of_the_chart() {
     std::fs::write(&level, LEVEL).unwrap();
     // They lack 1 3, which sees through one door; they keep 0 3, which doesn't.
     std::fs::write(&rows, "0 4: 0 1 2 3\n1 3: 0 1 2\n2 4: 0 1 2 3\n3 3: 1 2 3\n").unwrap();
-    let report = json(&enfilade!("report", &level, "--rows", &rows, "-o", &page, "--json", "--threads", "1", "--seed", "3"));
+    let report =
+        json(&enfilade!("report", &level, "--against", &rows, "-o", &page, "--json", "--threads", "1", "--seed", "3"));
     let against = &report["against"];
     for (key, value) in [("their_pairs", 14), ("both_pairs", 13), ("refuted_pairs", 1), ("lost_pairs", 1)] {
         assert_eq!(against[key], value, "{key}");
@@ -129,7 +130,7 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&enfilade!("report", &folder.join("none.prt")), &["none.prt: "]);
     refused(&enfilade!("report", &bad), &["bad.prt: line 5, second cluster"]);
     refused(
-        &enfilade!("report", &good, "--rows", &write("rows.txt", "0 1: 0\n")),
+        &enfilade!("report", &good, "--against", &write("rows.txt", "0 1: 0\n")),
         &["rows.txt: line 2, cell: 1 lines, but the level has 4"],
     );
     refused(&enfilade!("report", &good, "-o", &folder.join("page.csv")), &["page.csv: -o names the page"]);
@@ -142,8 +143,9 @@ fn bad_input_is_one_line_and_exit_2() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn a_real_level_tells_the_same_on_any_number_of_threads() {
-    let Some(data) = data("a_real_level_tells_the_same_on_any_number_of_threads") else { return };
+    let data = data();
     let (folder, level) = (folder("real"), data.join("prt/lqdm12.prt"));
     let report = |threads: &str| {
         let page = folder.join(format!("{threads}.html"));

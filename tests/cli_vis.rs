@@ -118,18 +118,19 @@ fn rows_of_another_tool_are_compared() {
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn what_a_reference_lacks_lies_on_lines() {
-    let Some(data) = data("what_a_reference_lacks_lies_on_lines") else { return };
+    let data = data();
     let folder = folder("reference");
     // Pairs in the reference's rows, and pairs that they are known to lack at least.
     for (name, pairs, lost_pairs) in [("lqdm12", 11_501, 0), ("id_dm4", 30_204, 0), ("lqdm13", 131_507, 11)] {
-        let path = data.join(format!("prt/{name}.prt"));
+        // A run leaves its state beside its level.
+        let path = folder.join(format!("{name}.prt"));
+        std::fs::copy(data.join(format!("prt/{name}.prt")), &path).unwrap();
         let theirs = folder.join(format!("{name}.txt"));
         let packed = std::fs::File::open(data.join(format!("prt/{name}.vis.txt.gz"))).unwrap();
         let mut text = Vec::new();
         std::io::copy(&mut flate2::read::GzDecoder::new(packed), &mut text).unwrap();
         std::fs::write(&theirs, &text).unwrap();
-        let state = folder.join("state");
-        let out = enfilade!("vis", &path, "--against", &theirs, "--state", &state, "--json");
+        let out = enfilade!("vis", &path, "--against", &theirs, "--json");
         done(&out);
         let report: Value = serde_json::from_slice(&out.stdout).unwrap();
         let number = |key: &str| report["against"][key].as_u64().unwrap();
@@ -336,8 +337,9 @@ fn bad_input_is_one_line_and_exit_2() {
     );
     refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
     refused(&enfilade!("vis", &good, "--rows", &folder), &["cli_vis_bad: "]);
-    let text = write("text.state", "no state");
-    refused(&enfilade!("vis", &good, "--state", &text), &["text.state: is no state of an interrupted run", "--state"]);
+    let state = write("good.vis-state", "no state, and longer than the head of one, which has 56 bytes");
+    refused(&enfilade!("vis", &good), &["good.vis-state: is no state of an interrupted run"]);
+    std::fs::remove_file(state).unwrap();
     refused(&enfilade!("check", &good), &["good.prt: holds no rows"]);
     refused(&enfilade!("check", &good, "--rows", &rows), &["rows.txt: line 4, id 3: 4 is no cell"]);
     refused(&enfilade!("check", &good, "--model", &good), &["good.prt: a level is tested by its portals"]);
@@ -348,10 +350,11 @@ fn bad_input_is_one_line_and_exit_2() {
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn an_interrupted_run_leaves_a_state() {
-    let Some(data) = data("an_interrupted_run_leaves_a_state") else { return };
+    let data = data();
     let folder = folder("interrupt");
-    let (level, state) = (data.join("prt/lq_e0m2.prt"), folder.join("state"));
-    let arguments = [Path::new("vis"), &level, Path::new("--state"), &state, Path::new("--threads"), Path::new("1")];
+    let (level, state) = (folder.join("level.prt"), folder.join("level.vis-state"));
+    std::fs::copy(data.join("prt/lq_e0m2.prt"), &level).unwrap();
+    let arguments = [Path::new("vis"), &level, Path::new("--threads"), Path::new("1")];
     let mut child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // As soon as there is more than a head.
     while std::fs::metadata(&state).map_or(0, |m| m.len()) <= 56 && child.try_wait().unwrap().is_none() {
@@ -364,16 +367,17 @@ fn an_interrupted_run_leaves_a_state() {
     // Of other options, or of another level: refused, and kept.
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();
-    let belongs = |what| [what, "; --fresh drops it and begins anew"];
-    refused(&enfilade!("vis", &level, "--state", &state, "--seed", "1"), &belongs("state: belongs to other options"));
-    refused(&enfilade!("vis", &other, "--state", &state), &belongs("state: belongs to another input"));
+    std::fs::copy(&state, folder.join("other.vis-state")).unwrap();
+    let belongs = |what| [what, "--fresh drops it and starts again"];
+    refused(&enfilade!("vis", &level, "--seed", "1"), &belongs("state: belongs to other options"));
+    refused(&enfilade!("vis", &other), &belongs("state: belongs to another input"));
     // The same rows as in one go; the state is gone then.
     let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
-    let out = enfilade!("vis", &level, "--rows", &resumed, "--state", &state, "--threads", "2");
+    let out = enfilade!("vis", &level, "--rows", &resumed, "--threads", "2");
     done(&out);
     assert!(String::from_utf8(out.stderr).unwrap().contains("goes on from"));
     assert!(!state.exists());
-    done(&enfilade!("vis", &level, "--rows", &whole, "--state", &state));
+    done(&enfilade!("vis", &level, "--rows", &whole));
     assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&resumed).unwrap());
     let rows = read_rows(&std::fs::read(&whole).unwrap(), 1506).unwrap();
     assert!((0..1506).all(|a| rows.ones(a).all(|b| rows.get(b, a))), "rows are symmetric");

@@ -158,7 +158,7 @@ fn random_views_miss_no_pixel_in_any_mode() {
     let (model, file) = (folder.join("office.glb"), folder.join("office.pvs"));
     assert!(run_words(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]).status.success());
     assert!(run_words(&["bake", text(&model), "-o", text(&file), "--rays", "200k"]).status.success());
-    let common = ["walk", text(&file), "--model", text(&model), "--size", "64x36", "--random", "60", "--seed", "3"];
+    let common = ["walk", text(&file), "--model", text(&model), "--size", "64x36", "--path", "random:60", "--seed", "3"];
     let walk = |more: &[&str]| {
         let out = run_words(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat());
         assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
@@ -221,7 +221,7 @@ fn a_walk_with_a_budget_tells_what_is_missing() {
         assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
         String::from_utf8(out.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
-    let all = lines(&["--budget", "100%", "--bandwidth", "100G", "--latency", "0"]);
+    let all = lines(&["--budget", "100%", "--disk", "100G,0"]);
     assert_eq!(all.len(), 2);
     for (line, method) in all.iter().zip(["rows", "on-demand"]) {
         let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
@@ -247,11 +247,10 @@ fn a_walk_with_a_budget_tells_what_is_missing() {
     for bad in [
         &["--budget", "x"][..],
         &["--budget", "-5%"],
-        &["--latency", "1"],
-        &["--bandwidth", "1M"],
-        &["--budget", "1M", "--bandwidth", "0"],
+        &["--disk", "1M,1"],
+        &["--budget", "1M", "--disk", "0,1"],
         &["--budget", "1M", "--verify-pixels"],
-        &["--budget", "1M", "--random", "5"],
+        &["--budget", "1M", "--path", "random:5"],
         &["--budget", "1M", "--mode", "pvs"],
     ] {
         assert_eq!(walk(bad).status.code(), Some(2), "{bad:?}");

@@ -15,7 +15,7 @@ use testing::rooms::row;
 
 /// Doors are at x = 4.2 and x = 8.4, each z = 1.8 to 2.7, y = 0 to 2.1. The cupboard leaves neither the room's second door nor
 /// `behind` in view from the first room: it reaches from wall to wall but for a way along the south wall.
-fn scene_and_file(ray_budget: u64, ship: Guarantee, keep_bounds: bool) -> (Scene, PvsFile) {
+fn scene_and_file(ray_budget: u64, rows_from: Guarantee, keep_bounds: bool) -> (Scene, PvsFile) {
     let extra = [
         solid("cupboard", [6.0, 0.0, 0.9], [6.4, 2.5, 3.4]),
         solid("behind", [7.0, 0.0, 2.1], [7.2, 0.3, 2.4]),
@@ -150,12 +150,12 @@ fn one_side_alone_tells_what_it_can() {
     let path = folder.join("upper.pvs");
     upper.save(&path).unwrap();
     assert_eq!(told(&path, "0", &corner)["verdict"], "separated");
-    refused(&why(&path, &["0", &beside]), &["upper.pvs: has one side of the truth only", "is in its rows", "--keep-bounds"]);
+    refused(&why(&path, &["0", &beside]), &["upper.pvs: has one side of the truth only", "is in its rows", "--rows both"]);
     let path = folder.join("lower.pvs");
     lower.save(&path).unwrap();
     refused(
         &why(&path, &["0", &corner]),
-        &["lower.pvs: has one side of the truth only", "isn't in its rows", "--keep-bounds"],
+        &["lower.pvs: has one side of the truth only", "isn't in its rows", "--rows both"],
     );
 }
 

@@ -8,11 +8,8 @@ use enfilade::pvs::PvsOptions;
 use enfilade::scene::Scene;
 use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
-use std::path::Path;
 use testing::meshes::{scene, solid};
 use testing::rooms::{ball, box_piece, graph, portal};
-
-use crate::cli::{folder, refused, run};
 
 /// A hall of 12 x 4 m, 3 m high, and behind its end, through a hole of 0.4 m, a closet. A ball in the closet is beside every line
 /// through the hole.
@@ -118,17 +115,6 @@ fn open_and_closed_cells_stay_apart() {
     assert_eq!(baked(&scene, Some(given), Some(10.0), 50_000).clusters, [1, 1, 2]);
 }
 
-#[test]
-fn percentages_out_of_range_are_refused() {
-    let folder = folder("clusters");
-    let model = folder.join("hall.glb");
-    assert!(run(&[&["generate", "hall", "-o"].map(Path::new)[..], &[&model]].concat()).status.success());
-    for wrong in ["-1", "1001", "nan", "five", "5%%"] {
-        let flag = format!("--clusters={wrong}");
-        refused(&run(&[Path::new("bake"), &model, Path::new(&flag)]), &["--clusters", "percentage"]);
-    }
-}
-
 #[cfg(feature = "quake")]
 mod level {
     use super::*;
@@ -154,8 +140,9 @@ mod level {
 
     /// Of a level's leaves, with exact rows: clusters have the unions of rows, cost what was allowed, and lose nothing.
     #[test]
+    #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
     fn clusters_of_leaves_have_their_rows_and_cost_a_twentieth_more() {
-        let Some(folder) = data("clusters_of_leaves_have_their_rows_and_cost_a_twentieth_more") else { return };
+        let folder = data();
         let bytes = std::fs::read(folder.join("quake-id-gpl/dm4.bsp")).unwrap();
         let scene = import_bytes(bytes, "dm4", &ImportOptions::default()).unwrap();
         let leaves = baked(&scene, None, Some(0.0), 300_000);

@@ -325,9 +325,10 @@ fn an_office_is_cut_and_keeps_its_materials() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_models_are_cut() {
     for file in ["godot-demos/zdm2.glb", "classics/sponza.obj", "quake-id-gpl/dm4.map"] {
-        let Some(model) = data("real_models_are_cut").map(|data| data.join(file)) else { return };
+        let model = data().join(file);
         if file.ends_with("map") && !cfg!(feature = "quake") {
             continue;
         }
@@ -340,9 +341,10 @@ fn real_models_are_cut() {
 /// Where each face of a level has its texture, by the reader of the crate `qbsp`.
 #[cfg(feature = "quake")]
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn faces_of_a_level_have_the_texture_coordinates_of_the_file() {
     use qbsp::prelude::*;
-    let Some(data) = data("faces_of_a_level_have_the_texture_coordinates_of_the_file") else { return };
+    let data = data();
     let model = data.join("quake-id-gpl/dm4.bsp");
     let (scene, glb) = exported(&model, &options(256));
     assert_same(&scene, &glb);

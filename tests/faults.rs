@@ -50,8 +50,8 @@ fn names(folder: &Path) -> Vec<String> {
 
 /// As it is with a limit of so many KiB on any file: a disk that is full.
 #[cfg(target_os = "linux")]
-fn limited(folder: &Path, out: &Path, kib: u32) -> Output {
-    let bake = bake_command(&gallery(), out, &["--state", folder.join("state").to_str().unwrap()]);
+fn limited(out: &Path, kib: u32) -> Output {
+    let bake = bake_command(&gallery(), out, &[]);
     // The shell's blocks are of 512 bytes or of 1024. Ignored, the signal becomes an error of the write.
     let script = format!("trap '' XFSZ; ulimit -f {kib}; exec \"$@\"");
     Command::new("bash").args(["-c", &script, "bash"]).arg(bake.get_program()).args(bake.get_args()).output().unwrap()
@@ -64,13 +64,12 @@ fn a_full_disk_leaves_the_old_file_and_nothing_else() {
     let out = folder.join("gallery.pvs");
     // Room for the head of a state, and for nothing more.
     std::fs::write(&out, "the old file").unwrap();
-    let error = limited(&folder, &out, 1);
+    let error = limited(&out, 1);
     refused(&error, &["gallery.pvs: File too large"]);
     assert_eq!(std::fs::read_to_string(&out).unwrap(), "the old file");
     // The state is what the next bake goes on from, once there is room.
-    assert_eq!(names(&folder), ["gallery.pvs", "state"]);
-    let state = folder.join("state");
-    assert!(bake_command(&gallery(), &out, &["--state", state.to_str().unwrap()]).output().unwrap().status.success());
+    assert_eq!(names(&folder), ["gallery.bake-state", "gallery.pvs"]);
+    assert!(bake_command(&gallery(), &out, &[]).output().unwrap().status.success());
     let whole = folder.join("whole.pvs");
     assert!(bake_command(&gallery(), &whole, &[]).output().unwrap().status.success());
     assert!(std::fs::read(&out).unwrap() == std::fs::read(&whole).unwrap());
@@ -93,9 +92,6 @@ fn a_folder_where_nobody_may_write_is_an_error() {
     // Nobody, root included, makes files here: neither the state nor the file, and that is told before the work.
     let out = Path::new("/proc/self/gallery.pvs");
     refused(&bake_command(&gallery(), out, &[]).output().unwrap(), &["/proc/self/gallery.bake-state: "]);
-    let state = folder.join("state");
-    let error = bake_command(&gallery(), out, &["--state", state.to_str().unwrap()]).output().unwrap();
-    refused(&error, &["/proc/self/gallery.pvs: "]);
     assert_eq!(names(&folder), [""; 0]);
 }
 
@@ -120,32 +116,6 @@ fn an_input_that_is_gone_is_an_error_and_one_that_vanishes_is_not_missed() {
     refused(&run(&[Path::new("check"), &out, Path::new("--model"), &model]), &["gallery.glb: "]);
     refused(&run(&[Path::new("bake"), &model, Path::new("-o"), &out]), &["gallery.glb: "]);
     assert!(std::fs::read(&out).unwrap() == before);
-    assert_eq!(names(&folder), ["gallery.pvs"]);
-}
-
-/// Two that don't know of each other: states in different places, other seeds. One of both files is there, whole.
-#[test]
-fn of_two_bakes_to_one_output_the_file_is_one_of_both() {
-    let folder = folder("two");
-    let out = folder.join("gallery.pvs");
-    let alone = |seed: &str| {
-        let path = folder.join(format!("alone{seed}.pvs"));
-        assert!(bake_command(&gallery(), &path, &["--seed", seed]).output().unwrap().status.success());
-        let bytes = std::fs::read(&path).unwrap();
-        std::fs::remove_file(path).unwrap();
-        bytes
-    };
-    let both = ["1", "2"].map(alone);
-    let children = ["1", "2"].map(|seed| {
-        let state = folder.join(format!("state{seed}"));
-        let more = ["--seed", seed, "--state", state.to_str().unwrap()];
-        bake_command(&gallery(), &out, &more).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
-    });
-    for child in children {
-        let said = child.wait_with_output().unwrap();
-        assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
-    }
-    assert!(both.contains(&std::fs::read(&out).unwrap()));
     assert_eq!(names(&folder), ["gallery.pvs"]);
 }
 

@@ -234,8 +234,9 @@ fn curves_of_too_many_parts_are_left_out_without_tubes_too() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn pipes_and_bars_of_real_files_are_tubes() {
-    let Some(folder) = data("pipes_and_bars_of_real_files_are_tubes") else { return };
+    let folder = data();
     // 100 pipe segments, 30 fittings with a bend and one with two cylinders; 63 sets of bars, 590 in all.
     for (name, count) in [("hvac_heating", 131), ("rebar_330", 63)] {
         let scene = import(&folder.join("tubes").join(format!("{name}.ifc")), &ImportOptions::default()).unwrap();
@@ -296,8 +297,9 @@ fn solids(product: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Vec<Decod
 /// Areas of all pipes and bends of a heating system, element by element: tubes of 64 sides, and the finest triangles that ifc-lite makes, both
 /// against the exact area. A circle has 36 sides there, however fine: 0.13 % of its outline are missing, 0.51 % of its area.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn areas_of_a_heating_system_are_those_of_its_records() {
-    let Some(folder) = data("areas_of_a_heating_system_are_those_of_its_records") else { return };
+    let folder = data();
     let path = folder.join("tubes/hvac_heating.ifc");
     let bytes = std::fs::read(&path).unwrap();
     let scene = import(&path, &ImportOptions::default()).unwrap();

@@ -26,8 +26,8 @@ const FILES: [(&str, [usize; 4]); 7] = [
 ];
 
 /// Every real building with what others wrote down about it.
-fn buildings(test: &str) -> Vec<(&'static str, [usize; 4], Scene, Value)> {
-    let Some(folder) = data(test) else { return Vec::new() };
+fn buildings() -> Vec<(&'static str, [usize; 4], Scene, Value)> {
+    let folder = data();
     let read = |&(file, counts): &(&'static str, [usize; 4])| {
         let scene = enfilade_formats::import(&folder.join(format!("{file}.ifc")), &ImportOptions::default()).unwrap();
         let rooms = std::fs::read(folder.join(format!("{file}.rooms.json"))).unwrap();
@@ -63,8 +63,9 @@ fn bounds(room: &RoomHint) -> enfilade::geom::Aabb {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn counts_are_those_of_the_files() {
-    for (file, [storeys, spaces, doors, windows], scene, _) in buildings("counts_are_those_of_the_files") {
+    for (file, [storeys, spaces, doors, windows], scene, _) in buildings() {
         let count = |kind| scene.hints.openings.iter().filter(|o| o.kind == kind).count();
         assert_eq!(scene.hints.storeys.len(), storeys, "{file}");
         assert_eq!(scene.hints.rooms.len(), spaces, "{file}");
@@ -78,8 +79,9 @@ fn counts_are_those_of_the_files() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn rooms_are_where_others_found_them() {
-    for (file, _, scene, known) in buildings("rooms_are_where_others_found_them") {
+    for (file, _, scene, known) in buildings() {
         for room in list(&known, "rooms") {
             let id = room["id"].as_str().unwrap();
             let hint = scene.hints.rooms.iter().find(|h| h.id == id).unwrap_or_else(|| panic!("{file}: no room {id}"));
@@ -107,8 +109,9 @@ fn rooms_are_where_others_found_them() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn doors_and_windows_are_where_others_found_them() {
-    for (file, _, scene, known) in buildings("doors_and_windows_are_where_others_found_them") {
+    for (file, _, scene, known) in buildings() {
         for kind in ["door", "window", "opening"] {
             let (mut wrong, mut all) = (Vec::new(), 0);
             for opening in list(&known, "doors").iter().filter(|d| d["kind"] == kind) {
@@ -132,8 +135,9 @@ fn doors_and_windows_are_where_others_found_them() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn virtual_boundaries_are_where_others_found_them() {
-    let buildings = buildings("virtual_boundaries_are_where_others_found_them");
+    let buildings = buildings();
     let (mut joined, run) = (0, !buildings.is_empty());
     for (file, _, scene, known) in buildings {
         let hints: Vec<&OpeningHint> = scene.hints.openings.iter().filter(|h| h.kind == OpeningKind::Virtual).collect();
@@ -165,8 +169,9 @@ fn virtual_boundaries_are_where_others_found_them() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn rooms_of_doors_agree_with_rays() {
-    for (file, _, scene, known) in buildings("rooms_of_doors_agree_with_rays") {
+    for (file, _, scene, known) in buildings() {
         for door in list(&known, "doors").iter().filter(|d| d["kind"] == "door") {
             let id = door["id"].as_str().unwrap();
             let hint = scene.hints.openings.iter().find(|h| h.id == id).unwrap();
@@ -179,8 +184,9 @@ fn rooms_of_doors_agree_with_rays() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn no_wall_is_left_in_a_doorway() {
-    for (file, _, scene, _) in buildings("no_wall_is_left_in_a_doorway") {
+    for (file, _, scene, _) in buildings() {
         // Of the real files' structure only the doors' own hosts reach into them, so a few crossings (a ceiling, a stair) may be
         // real; a wall left uncut would stop every ray.
         let mut blocked = 0;
@@ -195,8 +201,9 @@ fn no_wall_is_left_in_a_doorway() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn glass_lets_light_through_and_walls_do_not() {
-    for (file, _, scene, _) in buildings("glass_lets_light_through_and_walls_do_not") {
+    for (file, _, scene, _) in buildings() {
         for object in &scene.objects {
             let leaf = matches!(object.role, Role::Door | Role::Window);
             assert!(!(leaf && object.opaque), "{file}: {}", object.node);
@@ -228,8 +235,9 @@ fn surface_styles_are_materials() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn materials_of_buildings_are_told_apart() {
-    let Some(folder) = data("materials_of_buildings_are_told_apart") else { return };
+    let folder = data();
     let options = ImportOptions { trace: true, ..ImportOptions::default() };
     for file in ["webifc-mpl/Office_A_20110811", "duplex/Duplex_A_20110907"] {
         let scene = enfilade_formats::import(&folder.join(format!("{file}.ifc")), &options).unwrap();
@@ -247,8 +255,9 @@ fn materials_of_buildings_are_told_apart() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_same_on_any_number_of_threads() {
-    let Some(folder) = data("the_same_on_any_number_of_threads") else { return };
+    let folder = data();
     for file in ["webifc-mpl/Office_A_20110811", "duplex/Duplex_A_20110907"] {
         let path = folder.join(format!("{file}.ifc"));
         let on = |threads| {
@@ -524,8 +533,9 @@ fn circles_and_chains_end() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn a_georeferenced_building_loses_nothing() {
-    let Some(folder) = data("a_georeferenced_building_loses_nothing") else { return };
+    let folder = data();
     let path = folder.join("duplex/Duplex_A_20110907.ifc");
     let home = enfilade_formats::import(&path, &ImportOptions::default()).unwrap();
     // Every root placement is hung from one that lies 5,000 km away.

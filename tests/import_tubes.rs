@@ -1,6 +1,6 @@
 //! Tubes of OBJ lines and of glTF extras: where they are, what is refused, and that a model that is cut shows the same.
 
-use enfilade::bake::unbaked;
+use enfilade::bake::without_rows;
 use enfilade::geom::Aabb;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::export::export;
@@ -176,7 +176,7 @@ fn pipes_of_a_plant_are_tubes_and_cut_again() {
     let share = of_pipes(&meshes) / of_pipes(&drawn);
     assert!((0.985..0.999).contains(&share), "{share}");
 
-    let file = unbaked(&tubes, &options);
+    let file = without_rows(&tubes, &options);
     let cut = export(&at, &options, &file).unwrap();
     let again = gltf::from_slice(&cut.glb, "cut", None, &options).unwrap();
     assert!(again.tubes.tubes.is_empty() && again.objects.len() == tubes.objects.len(), "{} objects", again.objects.len());
@@ -237,7 +237,7 @@ fn a_few_pipes_are_cut_too() {
         let options = ImportOptions { tubes, ..ImportOptions::default() };
         let scene = import(&at, &options).unwrap();
         assert!(scene.tubes.tubes.is_empty() && scene.objects.len() >= 3, "{} objects", scene.objects.len());
-        let cut = export(&at, &options, &unbaked(&scene, &options)).unwrap();
+        let cut = export(&at, &options, &without_rows(&scene, &options)).unwrap();
         for tube_radius in [None, Some(0.3)] {
             let again = gltf::from_slice(&cut.glb, "cut", None, &ImportOptions { tube_radius, ..options.clone() }).unwrap();
             let names = |scene: &Scene| {

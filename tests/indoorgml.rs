@@ -199,8 +199,9 @@ fn what_two_spaces_both_hold_is_the_smaller_ones() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn files_of_others_have_all_their_spaces_and_ways() {
-    let Some(folder) = data::data("files_of_others_have_all_their_spaces_and_ways") else { return };
+    let folder = data::data();
     // Cell spaces, and pairs of them that transitions join, as counted in the files' text.
     for (file, spaces, pairs) in
         [("201", 80, 85), ("FJK-Haus_IndoorGML_withEXR-corrected_1_0_3", 14, 14), ("v103-PNU-bldg201_3d", 80, 85)]

@@ -273,7 +273,7 @@ fn gratings_hide_what_they_hid_from_the_compiler() {
     let folder = folder("level_gratings");
     let (level, prt, file) = (folder.join("grate.bsp"), folder.join("grate.prt"), folder.join("grate.pvs"));
     std::fs::write(&level, grated_room(SOLID)).unwrap();
-    let bake = || run(&[Path::new("bake"), &level, Path::new("-o"), &file, Path::new("--clusters"), Path::new("0")]);
+    let bake = || run(&[Path::new("bake"), &level, Path::new("-o"), &file]);
     refused(&bake(), &["grate.bsp: 2 faces", "{...", ".prt"]);
     // Of another level: its portal is elsewhere.
     let portal_at = |x: &str| format!("PRT1\n3\n1\n4 1 2 ({x} -2 -2) ({x} -2 2) ({x} 2 2) ({x} 2 -2)\n");
@@ -285,8 +285,8 @@ fn gratings_hide_what_they_hid_from_the_compiler() {
 
     let scene = import(&level, &ImportOptions::default()).unwrap();
     assert!(scene.objects.iter().all(|o| o.opaque) && scene.source.notes.iter().any(|n| n.starts_with("2 faces")));
-    let file = PvsFile::read(&std::fs::read(&file).unwrap()).unwrap();
-    assert_eq!((file.cells.len(), file.portals.len()), (3, 1));
+    let graph = split(&scene, &SplitOptions::default()).unwrap();
+    assert_eq!((graph.cells.len(), graph.portals.len()), (3, 1));
 
     // With a leaf behind it nothing needs to be told, and nothing is hidden.
     std::fs::remove_file(&prt).unwrap();
@@ -304,8 +304,9 @@ fn leaves(scene: &Scene, rays: u64) -> PvsFile {
 
 /// Rows of leaves, against the exact rows of the same portals.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn rows_of_a_real_level_hold_what_is_seen_and_little_more() {
-    let Some(folder) = data("rows_of_a_real_level_hold_what_is_seen_and_little_more") else { return };
+    let folder = data();
     let bytes = std::fs::read(folder.join("quake-id-gpl/dm4.bsp")).unwrap();
     let theirs = BspData::parse(BspParseInput { bsp: &bytes, lit: None, settings: BspParseSettings::default() }).unwrap();
     let level = Bsp::read(bytes.clone()).unwrap();

@@ -105,8 +105,9 @@ fn an_area_portal_is_a_door_that_is_not_drawn() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn area_portals_of_other_maps_shut_off_what_is_in_them() {
-    let Some(data) = data("area_portals_of_other_maps_shut_off_what_is_in_them") else { return };
+    let data = data();
     let maps =
         ["q2_areaportal", "q2_areaportals", "q2_areaportal_with_detail", "q2_double_areaportal", "q2_areaportal_split"];
     for map in maps {
@@ -297,7 +298,7 @@ fn the_way_out_goes_to_a_file_that_editors_load() {
     let [map, points, file] = ["leak.map", "leak.pts", "leak.pvs"].map(|name| folder.join(name));
     std::fs::write(&map, entity("worldspawn", "", &shell([0, 0, 0], [64, 64, 64], "brick")[1..]) + &start("32 32 8"))
         .unwrap();
-    let output = run(&["bake".as_ref(), map.as_path(), "--leak".as_ref(), points.as_path()]);
+    let output = run(&["bake".as_ref(), map.as_path()]);
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(said.contains("the map leaks: the way out from info_player_start at (32 32 8) is"), "{said}");
@@ -390,8 +391,9 @@ fn gets_out(solids: &[Solid], from: DVec3, seed: u64) -> bool {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn maps_leak_where_a_random_walk_gets_out_of_them() {
-    let Some(folder) = data("maps_leak_where_a_random_walk_gets_out_of_them") else { return };
+    let folder = data();
     let folder = folder.join("ericw-testmaps-gpl");
     let (mut maps, mut leaks) = (0, 0);
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -439,8 +441,9 @@ fn disagreements(folder: &Path, name: &str, count: usize) -> Vec<(DVec3, bool)> 
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn a_map_and_its_compiled_level_agree_on_what_is_solid() {
-    let Some(folder) = data("a_map_and_its_compiled_level_agree_on_what_is_solid") else { return };
+    let folder = data();
     for name in LEVELS {
         let found = disagreements(&folder, name, 100_000);
         assert!(found.len() < 100, "{name}: {} {:?}", found.len(), &found[..found.len().min(8)]);
@@ -450,7 +453,7 @@ fn a_map_and_its_compiled_level_agree_on_what_is_solid() {
 #[test]
 #[ignore = "a million points; run by `just torture`"]
 fn a_map_and_its_compiled_level_agree_in_a_million_points() {
-    let Some(folder) = data("a_map_and_its_compiled_level_agree_in_a_million_points") else { return };
+    let folder = data();
     for name in LEVELS {
         let found = disagreements(&folder, name, 1_000_000);
         let text = std::fs::read(folder.join(format!("quake-id-gpl/{name}.map"))).unwrap();
@@ -493,8 +496,9 @@ type Textured = ([DVec3; 3], [[f32; 2]; 3]);
 
 /// What the compiler wrote into the level is what is worked out of the map, to a texel's hundredth.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn textures_lie_in_a_map_as_its_compiler_laid_them() {
-    let Some(data) = data("textures_lie_in_a_map_as_its_compiler_laid_them") else { return };
+    let data = data();
     let level = data.join("quake-id-gpl/e1m1.bsp");
     let folder = folder("map_textures");
     std::fs::write(folder.join("base.wad"), wad_of(&std::fs::read(&level).unwrap())).unwrap();

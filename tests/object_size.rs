@@ -90,7 +90,7 @@ fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
     let mut options = BakeOptions::default();
     let (kept, told) = size_objects(house(120), &mut options, true, &work).unwrap();
     assert!(kept == house(120) && told == sizes && options.import.object_triangles == u32::MAX);
-    assert!(options.given.unwrap().notes.iter().any(|note| note.contains("--whole")));
+    assert!(options.given.unwrap().notes.iter().any(|note| note.contains("--object-triangles whole")));
     // Nothing larger than a wall of twelve triangles.
     let mut options = BakeOptions::default();
     let (scene, sizes) = size_objects(house(0), &mut options, false, &work).unwrap();
@@ -127,7 +127,7 @@ fn a_bake_chooses_and_its_file_says_how_its_model_is_read() {
         PvsFile::load(&file).unwrap()
     };
     let [chosen, whole, given] =
-        [bake("a.pvs", &[]), bake("b.pvs", &["--whole"]), bake("c.pvs", &["--object-triangles", "100"])];
+        [bake("a.pvs", &[]), bake("b.pvs", &["--object-triangles", "whole"]), bake("c.pvs", &["--object-triangles", "100"])];
     assert_eq!((whole.import.object_triangles, given.import.object_triangles), (u32::MAX, 100));
     for file in [&chosen, &whole, &given] {
         let options = file.import.options();
@@ -135,6 +135,6 @@ fn a_bake_chooses_and_its_file_says_how_its_model_is_read() {
     }
     let checked = enfilade!("check", &folder.join("a.pvs"), "--model", &model, "--rays", "50k");
     assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));
-    let refused = enfilade!("bake", &model, "--whole", "--object-triangles", Path::new("7"));
+    let refused = enfilade!("bake", &model, "--object-triangles", Path::new("0"));
     assert_eq!(refused.status.code(), Some(2));
 }

@@ -6,7 +6,7 @@ mod program;
 
 use crate::cli::folder;
 use enfilade::ObjectId;
-use enfilade::bake::unbaked;
+use enfilade::bake::without_rows;
 use enfilade::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
@@ -32,7 +32,7 @@ fn an_octree_of_the_clients_loses_nothing_that_shows() {
     let (tree, faults) = Hierarchy::of_tree(&program::Octree::new(&boxes), &bounds, &triangles);
     assert_eq!(faults, []);
     assert!(tree.nodes().iter().any(|n| n.children().len() > 2), "it is no binary tree");
-    let culler = Culler::new(&unbaked(&scene, &ImportOptions::default()));
+    let culler = Culler::new(&without_rows(&scene, &ImportOptions::default()));
     let mut oracle = DepthBuffer::new(&scene, 160, 90);
     let mut scratch = Scratch::for_culler(&culler);
     for mode in [FrameMode::Chc, FrameMode::ChcPlus] {

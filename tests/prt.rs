@@ -137,8 +137,9 @@ fn leaves_are_listed_once() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn fixtures_of_a_level_editor() {
-    let Some(folder) = data("fixtures_of_a_level_editor") else { return };
+    let folder = data();
     let read = |name: &str| read_prt(&std::fs::read(folder.join("prt-fixtures-gpl").join(name)).unwrap());
     for (name, leaves) in [("portaltest_prt1.prt", 6), ("portaltest_prt2.prt", 10), ("portaltest_prt1am.prt", 10)] {
         let prt = read(name).unwrap();
@@ -153,8 +154,9 @@ fn fixtures_of_a_level_editor() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn seven_levels_and_their_rows() {
-    let Some(folder) = data("seven_levels_and_their_rows") else { return };
+    let folder = data();
     // The counts and means of the data's own README.
     let levels = [
         ("lqdm12", Dialect::Prt2, 172, 374, 66.9),

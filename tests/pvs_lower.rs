@@ -381,12 +381,12 @@ fn an_unbounded_outside_sees_in_and_is_seen() {
     }
 }
 
-/// The scenes with exact answers, or `None` where they may be absent and are.
-fn exact_scenes(test: &str) -> Option<Vec<PathBuf>> {
-    let entries = std::fs::read_dir(data(test)?.join("exact")).expect("the scenes with exact answers");
+/// The scenes with exact answers.
+fn exact_scenes() -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(data().join("exact")).expect("the scenes with exact answers");
     let mut scenes: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.is_dir()).collect();
     scenes.sort();
-    Some(scenes)
+    scenes
 }
 
 /// A scene with the exact answer: its triangles, its cells' boxes, its pairs.
@@ -427,8 +427,9 @@ fn point(value: &serde_json::Value) -> DVec3 {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn exact_scenes_visible_pairs_have_clear_witnesses() {
-    let Some(folders) = exact_scenes("exact_scenes_visible_pairs_have_clear_witnesses") else { return };
+    let folders = exact_scenes();
     let mut checked = 0;
     for folder in folders {
         let (scene, _, pairs) = read_exact(&folder);
@@ -447,8 +448,9 @@ fn exact_scenes_visible_pairs_have_clear_witnesses() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn exact_scenes_hidden_pairs_have_no_clear_segment() {
-    let Some(folders) = exact_scenes("exact_scenes_hidden_pairs_have_no_clear_segment") else { return };
+    let folders = exact_scenes();
     let mut random = Places::new(17);
     let mut checked = 0;
     for folder in folders {

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use testing::data::data;
 
 fn check_building(test: &str, model: &str) {
-    let Some(folder) = data(test) else { return };
+    let folder = data();
     let options = ImportOptions::default();
     let scene = import(&folder.join(format!("{model}.ifc")), &options).unwrap();
     let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
@@ -46,16 +46,19 @@ fn check_building(test: &str, model: &str) {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_duplex() {
     check_building("the_duplex", "duplex/Duplex_A_20110907");
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_fzk_house() {
     check_building("the_fzk_house", "kit-apache/AC11-FZK-Haus");
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_office() {
     check_building("the_office", "webifc-mpl/Office_A_20110811");
 }

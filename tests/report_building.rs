@@ -40,7 +40,8 @@ fn the_page_says_what_bake_says() {
     let (model, page) = (model.to_str().unwrap(), folder.join("villa.html"));
     let rays = ["--rays", "400k", "--seed", "3"];
     let file = folder.join("villa.pvs");
-    let baked = json(&[&["bake", model, "-o", file.to_str().unwrap(), "--keep-bounds", "--json"], rays.as_slice()].concat());
+    let baked =
+        json(&[&["bake", model, "-o", file.to_str().unwrap(), "--rows", "both", "--json"], rays.as_slice()].concat());
     let report = |page: &Path| {
         json(&[&["report", model, "-o", page.to_str().unwrap(), "--views", "40", "--json"], rays.as_slice()].concat())
     };
@@ -117,7 +118,7 @@ fn the_page_says_what_bake_says() {
 }
 
 /// A bake of a shipped building with both bounds.
-fn baked(name: &str, ray_budget: u64, ship: Guarantee) -> (Scene, PvsFile) {
+fn baked(name: &str, ray_budget: u64, rows_from: Guarantee) -> (Scene, PvsFile) {
     let scene = import(&building(name), &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget, ship, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
@@ -241,9 +242,9 @@ fn a_page_tells_how_wrong_tubes_are_drawn() {
         assert!(pair[1][1] <= pair[0][1] && pair[1][2] < pair[0][2], "a coarser limit takes more: {pair:?}");
     }
 
-    // `bake` says the same to whoever asks, and nothing of tubes where there are none.
-    let bake = cli::run_words(&["bake", model, "-o", file, "--rays", "20k", "-v"]);
-    assert!(String::from_utf8_lossy(&bake.stdout).lines().any(|said| said == format!("detail: {line}")), "{bake:?}");
+    // `bake` reports the same, and nothing of tubes where there are none.
+    let bake = json(&["bake", model, "-o", file, "--rays", "20k", "--json"]);
+    assert!(bake["details"].as_array().unwrap().iter().any(|detail| *detail == *line), "{bake}");
     let never = json(&["bake", model, "-o", file, "--rays", "20k", "--tubes", "never", "--json"]);
     assert!(never.get("tubes").is_none() && !never["details"].to_string().contains("with 18 sides"));
 }
@@ -385,7 +386,7 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&report(&[&folder.join("none.xyz")]), &["none.xyz: no importer"]);
     refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes anew, from a model"]);
     refused(&report(&[&villa, flag("--steps"), flag("7")]), &["villa_rotonda.glb: is no level; --steps is for levels"]);
-    refused(&report(&[&villa, flag("--rows"), &level]), &["villa_rotonda.glb: is no level; --rows is for levels"]);
+    refused(&report(&[&villa, flag("--against"), &level]), &["villa_rotonda.glb: is no level; --against is for levels"]);
     refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);
     refused(&report(&[&level, flag("--views"), flag("7")]), &["level.prt: is a level; --views is for buildings"]);
     refused(&report(&[&level, flag("--view-cells"), flag("auto")]), &["is a level; --view-cells is for buildings"]);

@@ -210,10 +210,7 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command goes on from") && state.exists(), "{said}");
     let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
-    refused(
-        &run(&other),
-        &["o.bake-state: belongs to other options, of which an interrupted run has left it; --fresh drops it", "--state"],
-    );
+    refused(&run(&other), &["o.bake-state: belongs to other options; an interrupted run left it. --fresh drops it"]);
     assert!(state.exists(), "it isn't lost");
     // A copy of it, for what drops it.
     let (kept, fresh) = (folder.join("kept.bake-state"), folder.join("kept.pvs"));
@@ -283,11 +280,11 @@ fn what_cannot_be_written_is_said_before_the_work() {
     let nowhere = folder.join("no/such/folder/o.pvs");
     refused(&run(&[Path::new("bake"), &model, Path::new("-o"), &nowhere]), &["no/such/folder: there is no such folder"]);
     assert!(begin.elapsed() < Duration::from_secs(20));
-    let state = folder.join("mine");
+    let state = folder.join("o.bake-state");
     std::fs::write(&state, "my own text, of more than a head's length").unwrap();
     let out = folder.join("o.pvs");
-    let arguments = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--state"), &state];
-    refused(&run(&arguments), &["mine: is no state of an interrupted run, so it isn't replaced; name another with --state"]);
+    let arguments = [Path::new("bake"), &model, Path::new("-o"), &out];
+    refused(&run(&arguments), &["o.bake-state: is no state of an interrupted run, so it isn't replaced; move it"]);
     assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
     // What can't be baked leaves no state.
     let empty = folder.join("empty.obj");

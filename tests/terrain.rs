@@ -85,8 +85,9 @@ fn no_sample_is_farther_from_its_place_than_was_asked_and_no_edge_is_open() {
 
 /// Real rasters: nothing beyond the limit, from near and from far.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_rasters_are_drawn_within_the_limit() {
-    let Some(data) = data("real_rasters_are_drawn_within_the_limit") else { return };
+    let data = data();
     for name in ["bigtujunga", "exploradores_aster_30m", "srtm_ref", "ky4_elevation", "dtm_2m", "dsm_2m", "../dem-gpl/dem"] {
         let file = data.join("terrain").join(format!("{name}.tif"));
         let mut file = File::open(&[file], &RasterOptions::default()).unwrap();

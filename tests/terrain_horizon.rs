@@ -97,8 +97,9 @@ fn nothing_that_shows_is_hidden() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn nothing_that_shows_of_real_rasters_is_hidden() {
-    let Some(data) = data("nothing_that_shows_of_real_rasters_is_hidden") else { return };
+    let data = data();
     // Of patches 2 m above the ground, at most so many in a hundred are kept.
     for (name, most) in [("bigtujunga", 45), ("exploradores_aster_30m", 100), ("srtm_ref", 60), ("dtm_2m", 100)] {
         let mut file = File::open(&[data.join("terrain").join(format!("{name}.tif"))], &RasterOptions::default()).unwrap();

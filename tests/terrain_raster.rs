@@ -269,8 +269,9 @@ fn rasters_that_abut_are_one_ground() {
 
 /// Sizes, voids and ranges as `terrain/README.md` tells them.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_rasters_are_as_they_are_described() {
-    let Some(data) = data("rasters") else { return };
+    let data = data();
     for (name, size, voids, range) in [
         ("terrain/exploradores_aster_30m.tif", [539, 618], 8908, None),
         ("terrain/bigtujunga.tif", [1197, 643], 0, Some([315.0, 2295.0])),

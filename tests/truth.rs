@@ -30,8 +30,9 @@ fn baked(mesh: &LevelMesh, strategy: Option<Strategy>) -> PvsFile {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn rows_of_a_mesh_agree_with_exact_rows_and_damaged_ones_do_not() {
-    let Some(folder) = data("rows_of_a_mesh_agree_with_exact_rows_and_damaged_ones_do_not") else { return };
+    let folder = data();
     let bytes = std::fs::read(folder.join(LEVEL)).unwrap();
     let world = World::read(&bytes);
     let level = Bsp::read(bytes).unwrap().level().unwrap().level;
@@ -71,8 +72,9 @@ fn rows_of_a_mesh_agree_with_exact_rows_and_damaged_ones_do_not() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_level_read_by_hand_is_the_one_that_qbsp_reads() {
-    let Some(folder) = data("the_level_read_by_hand_is_the_one_that_qbsp_reads") else { return };
+    let folder = data();
     let bytes = std::fs::read(folder.join(LEVEL)).unwrap();
     let theirs = BspData::parse(BspParseInput { bsp: &bytes, lit: None, settings: BspParseSettings::default() }).unwrap();
     let world = World::read(&bytes);

@@ -61,18 +61,14 @@ fn folder(data: &Path, name: &str) -> (Scene, Vec<ViewCell>) {
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn the_bound_holds_in_all_but_one_run_of_twenty() {
-    if let Some(data) = data::data("the_bound_holds_in_all_but_one_run_of_twenty") {
-        the_bound_holds(&data, 14, 10_000);
-    }
+    the_bound_holds(&data::data(), 14, 10_000);
 }
 
 /// The same from 200 seeds: `just torture`.
 #[test]
 #[ignore = "minutes; run by `just torture`"]
 fn the_bound_holds_in_all_but_one_run_of_twenty_from_200_seeds() {
-    if let Some(data) = data::data("the_bound_holds_in_all_but_one_run_of_twenty_from_200_seeds") {
-        the_bound_holds(&data, 200, 100_000);
-    }
+    the_bound_holds(&data::data(), 200, 100_000);
 }
 
 /// The truth by `rays` from each view cell.
@@ -145,40 +141,36 @@ fn two_rooms() -> Scene {
     meshes::scene(meshes)
 }
 
-fn asked(unseen: Option<f64>, time: Option<f64>, ray_budget: u64) -> Baked {
-    let pvs = PvsOptions { unseen, time, ray_budget, ship: Guarantee::Sampled, ..PvsOptions::default() };
+fn asked(unseen: Option<f64>, ray_budget: u64) -> Baked {
+    let pvs = PvsOptions { unseen, ray_budget, rows_from: Guarantee::Sampled, ..PvsOptions::default() };
     bake(&two_rooms(), BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap()
 }
 
 #[test]
-fn sampling_goes_on_until_an_error_is_met_or_rays_or_time_end_it() {
+fn sampling_goes_on_until_an_error_is_met_or_rays_end_it() {
     let noted =
         |baked: &Baked, what: &str| baked.file.notes.iter().any(|note| note.starts_with("unseen") && note.contains(what));
-    let met = asked(Some(1e-3), None, 100_000_000);
+    let met = asked(Some(1e-3), 100_000_000);
     assert_eq!(met.sampling_end, SamplingEnd::Unseen);
     assert!(met.file.unseen.as_ref().is_some_and(|unseen| unseen.mean > 0.0 && unseen.mean <= 1e-3));
     assert!(met.file.stats.rays < 10_000_000 && noted(&met, "as asked for (0.10 %)"), "{:?}", met.file.notes);
     // The same is found once more, and a smaller error takes more rays.
-    assert!(asked(Some(1e-3), None, 100_000_000).file.write() == met.file.write());
-    let less = asked(Some(2e-6), None, 100_000_000);
+    assert!(asked(Some(1e-3), 100_000_000).file.write() == met.file.write());
+    let less = asked(Some(2e-6), 100_000_000);
     assert_eq!(less.sampling_end, SamplingEnd::Unseen);
     let [mean, rays] = [less.file.unseen.as_ref().map_or(1.0, |unseen| unseen.mean), less.file.stats.rays as f64];
     assert!(mean <= 2e-6 && rays > met.file.stats.rays as f64, "{mean}, {rays}, {:?}", met.file.stats);
     // What can't be reached is said.
-    let few = asked(Some(1e-7), None, 300_000);
+    let few = asked(Some(1e-7), 300_000);
     assert_eq!(few.sampling_end, SamplingEnd::Rays);
     assert!(few.file.stats.rays <= 300_000 && noted(&few, "was not reached with all"), "{:?}", few.file.notes);
-    let late = asked(Some(1e-9), Some(1e-9), u64::MAX);
-    assert_eq!(late.sampling_end, SamplingEnd::Time);
-    assert!(noted(&late, "was not reached in time"), "{:?}", late.file.notes);
-    assert_eq!(asked(None, Some(1e-9), 1_000_000).sampling_end, SamplingEnd::Time);
 }
 
 /// Rays of another generator from random points of both rooms meet what isn't in the rows no more often than the bound says.
 #[test]
 fn the_error_that_was_asked_for_holds_for_rays_that_had_no_part_in_it() {
     let scene = two_rooms();
-    let baked = asked(Some(1e-3), None, 100_000_000);
+    let baked = asked(Some(1e-3), 100_000_000);
     let mut triangles = Vec::new();
     for (o, object) in scene.objects.iter().enumerate() {
         triangles.extend((object.triangles.start..object.triangles.end).map(|t| (scene.corners(t as usize), o)));

@@ -43,7 +43,7 @@ fn assert_witnesses(scene: &Scene, views: &[ViewCell], rows: &ViewRows) {
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
-    let Some(data) = data::data("both_bounds_hold_on_every_scene_with_an_exact_answer") else { return };
+    let data = data::data();
     let scenes = ["two_rooms", "rooms3x3", "keyhole", "random_boxes", "slit_possible", "slit_barely_visible", "l_corridors"];
     for name in scenes {
         let folder = data.join("exact").join(name);
@@ -133,7 +133,7 @@ fn view_cells_by_cost_part_three_yards_under_one_sky() {
     let options = |bytes: u64| BakeOptions {
         given: Some(undivided(&scene)),
         view_cell_bytes: Some(bytes),
-        pvs: PvsOptions { ship: Guarantee::Sampled, ray_budget: 4_000_000, ..PvsOptions::default() },
+        pvs: PvsOptions { rows_from: Guarantee::Sampled, ray_budget: 4_000_000, ..PvsOptions::default() },
         ..BakeOptions::default()
     };
     let baked = bake(&scene, options(64 << 10), &Job::quiet()).unwrap();
@@ -211,7 +211,7 @@ fn the_command_keeps_view_cells_and_lists_them() {
     std::fs::write(&views, format!(r#"{{"cells": [{camera}, {other}]}}"#)).unwrap();
     let out = folder.join("rooms.pvs");
     let bake = |threads: &str| {
-        let arguments = ["bake", "--view-cells", "--rays", "500k", "--keep-bounds", "--json", "--threads", threads, "-o"];
+        let arguments = ["bake", "--view-cells", "--rays", "500k", "--rows", "both", "--json", "--threads", threads, "-o"];
         let mut command = cli::command(&[]);
         command.args(&arguments[..2]).arg(&views).args(&arguments[2..]).args([&out, &model]);
         let done = command.output().unwrap();

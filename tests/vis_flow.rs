@@ -481,8 +481,9 @@ fn walk(level: &Level, out: &[Vec<u32>], first: u32, o: DVec3, d: DVec3, cells: 
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn rays_through_real_levels_stay_in_the_rows() {
-    let Some(folder) = data("rays_through_real_levels_stay_in_the_rows") else { return };
+    let folder = data();
     // More with ENFILADE_RAYS; the release check takes 100 million a level.
     let rays: usize = std::env::var("ENFILADE_RAYS").ok().and_then(|n| n.parse().ok()).unwrap_or(200_000);
     let mut settled = 0;
@@ -625,8 +626,9 @@ fn rounded_coordinates_leave_nothing_undecided() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn a_real_level_with_three_decimals_is_decided() {
-    let Some(data) = data("a_real_level_with_three_decimals_is_decided") else { return };
+    let data = data();
     for name in ["lq_e0m1", "id_e1m3"] {
         let exact = read_prt(&std::fs::read(data.join(format!("prt/{name}.prt"))).unwrap()).unwrap().level;
         assert_eq!(exact.rounding, 0.0, "full doubles");

@@ -1,13 +1,14 @@
 //! Bakes that several processes share by way of a folder give one bake's bytes: with any number of workers, in any order,
 //! late ones, killed ones, and files in the folder that are damaged or another's.
 
-use crate::cli::{LEVEL, command, done, folder, refused, run};
+use crate::cli::{LEVEL, command, done, folder, refused, run_words, text};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest, size_objects};
-use enfilade::job::{Digest, Folder, FolderError, Job, Trace};
+use enfilade::job::{Digest, Folder, FolderError, Job};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::gltf;
 use enfilade_scenes::{Kind, generate};
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -64,9 +65,8 @@ fn work(dir: &Path, place: [u32; 2], outputs: &[PathBuf]) -> (End, Vec<String>) 
     let Gallery { scene, options, whole, .. } = gallery();
     let (opened, said) = open(dir, place, digest(scene, options), outputs);
     let folder = opened.unwrap();
-    let trace = Trace::create(&dir.join(format!("trace-{}", place[0])), place[0]).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let job = Job::new(&|_, _| ()).shared_in(&folder).traced_by(&trace);
+    let job = Job::new(&|_, _| ()).shared_in(&folder);
     let end = match pool.install(|| bake(scene, options.clone(), &job)) {
         Ok(baked) => {
             assert!(baked.file.write() == *whole, "other bytes by worker {} of {}", place[0], place[1]);
@@ -83,16 +83,14 @@ fn work(dir: &Path, place: [u32; 2], outputs: &[PathBuf]) -> (End, Vec<String>) 
         },
         Err(e) => panic!("{e}"),
     };
-    trace.close().unwrap();
     let said = said.lock().unwrap().clone();
     (end, said)
 }
 
-/// Items that a worker worked out.
+/// Items that a worker computed: the results in its file, but for the one that names its host.
 fn items(dir: &Path, worker: u32) -> usize {
-    let text = std::fs::read_to_string(dir.join(format!("trace-{worker}"))).unwrap();
-    let lines = text.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>());
-    lines.filter(|columns| columns.len() == 5 && !columns[1].is_empty()).count()
+    let results = results(&std::fs::read(dir.join(format!("worker-{worker}"))).unwrap());
+    results.iter().filter(|((map, _), _)| *map != u32::MAX).count()
 }
 
 #[test]
@@ -230,12 +228,18 @@ fn who_has_other_results_is_named_and_nothing_is_written() {
     assert!(std::fs::read(&out).unwrap() == gallery().whole);
 }
 
-/// `bake MODEL -o OUT --with DIR --worker K/N` and more.
+/// `bake MODEL -o OUT --with K/N:DIR` and more.
 fn worker(out: &Path, dir: &Path, place: &str, more: &[&str]) -> Command {
-    let words = ["bake", "--rays", "200k", "--threads", "1", "--worker", place].map(Path::new);
-    let mut command = command(&words);
-    command.arg(&gallery().model).arg("-o").arg(out).arg("--with").arg(dir).args(more);
+    let mut command = command(&["bake", "--rays", "200k", "--threads", "1"].map(Path::new));
+    command.arg(&gallery().model).arg("-o").arg(out).args(with(place, dir)).args(more);
     command
+}
+
+/// `--with K/N:DIR`.
+fn with(place: &str, dir: &Path) -> [OsString; 2] {
+    let mut value = OsString::from(format!("{place}:"));
+    value.push(dir);
+    ["--with".into(), value]
 }
 
 fn names(folder: &Path) -> Vec<(String, Vec<u8>)> {
@@ -261,15 +265,15 @@ fn what_belongs_elsewhere_is_refused_and_left_alone() {
     refused_as(&mut worker(&out, &dir, "1/2", &["--seed", "7"]), &["worker-0: belongs to other options;", "--with"]);
     let other = folder.join("other.glb");
     std::fs::write(&other, generate(Kind::Gallery { rooms: 4 }, 1).unwrap().glb).unwrap();
-    let mut of_other = command(&["bake", "--rays", "200k", "--worker", "1/2", "--with"].map(Path::new));
-    refused_as(of_other.arg(&dir).arg("-o").arg(&out).arg(&other), &["worker-0: belongs to another input;"]);
-    refused_as(&mut worker(&out, &dir, "1/2", &["--time", "5"]), &["--time", "--with"]);
+    let mut of_other = command(&["bake", "--rays", "200k"].map(Path::new));
+    refused_as(of_other.args(with("1/2", &dir)).arg("-o").arg(&out).arg(&other), &["worker-0: belongs to another input;"]);
     for place in ["2/2", "0/0", "1", "a/b", "-1/2"] {
-        assert_eq!(worker(&out, &dir, place, &[]).output().unwrap().status.code(), Some(2), "--worker {place}");
+        assert_eq!(worker(&out, &dir, place, &[]).output().unwrap().status.code(), Some(2), "--with {place}:DIR");
     }
     assert!(names(&dir) == before);
-    let alone = run(&[Path::new("bake"), &other, Path::new("--with"), &dir]);
-    assert_eq!(alone.status.code(), Some(2), "--with without --worker");
+    for value in ["0/2", "0/2:", text(&dir)] {
+        assert_eq!(run_words(&["bake", text(&other), "--with", value]).status.code(), Some(2), "--with {value}");
+    }
     refused(&worker(&out, &other, "0/2", &[]).output().unwrap(), &["other.glb: "]);
     #[cfg(target_os = "linux")]
     refused(&worker(&out, Path::new("/proc/enfilade"), "0/2", &[]).output().unwrap(), &["/proc/enfilade: "]);
@@ -342,19 +346,16 @@ fn a_level_is_shared_too() {
     let folder = folder("vis");
     let (level, dir) = (folder.join("level.prt"), folder.join("shared"));
     std::fs::write(&level, LEVEL).unwrap();
-    let vis = |rows: &str, more: &[&Path]| {
+    let vis = |rows: &str, more: &[OsString]| {
         let rows = folder.join(rows);
-        let words = [Path::new("vis"), &level, Path::new("--rows"), &rows];
-        let out = run(&[&words, more].concat());
+        let out = command(&[Path::new("vis"), &level, Path::new("--rows"), &rows]).args(more).output().unwrap();
         done(&out);
         (std::fs::read(&rows).unwrap(), String::from_utf8(out.stderr).unwrap())
     };
     let (whole, _) = vis("whole", &[]);
-    let words = ["--worker", "1/3", "--with"].map(Path::new);
-    let with = [&words[..], &[&dir]].concat();
-    let (shared, _) = vis("rows", &with);
+    let (shared, _) = vis("rows", &with("1/3", &dir));
     assert!(shared == whole && dir.join("done").exists());
-    let (shared, said) = vis("rows", &[&["--worker", "0/3", "--with"].map(Path::new)[..], &[&dir]].concat());
+    let (shared, said) = vis("rows", &with("0/3", &dir));
     assert!(shared == whole && said.contains("done by worker 1 ("), "{said}");
 }
 

@@ -1,16 +1,16 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
-mod opened;
+mod portal_benefit;
 mod prose;
 mod report;
 mod sizes;
-mod unbaked;
-mod worth;
+mod why_open;
+mod without_rows;
 
 pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
-pub use unbaked::unbaked;
+pub use without_rows::without_rows;
 
 use crate::cells::auto::may_be_house;
 use crate::cells::lean::Lean;
@@ -19,6 +19,7 @@ use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCel
 use crate::cells::{BOUND, small_holes, split_beside, undivided, undivided_in_metres};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
+use crate::pvs::budget::Budget;
 use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
@@ -104,6 +105,8 @@ pub struct Baked {
     pub cells_found: Option<usize>,
     /// What ended sampling.
     pub sampling_end: SamplingEnd,
+    /// The shares of its rays.
+    pub budget: Budget,
     /// Stages' times; never part of the file.
     pub seconds: Seconds,
 }
@@ -141,9 +144,6 @@ pub fn digest(scene: &Scene, options: &BakeOptions) -> Digest {
     let options = postcard::to_stdvec(options).expect("options can be written");
     Digest { input: xxh3_128(&input), options: xxh3_128(&options), build: 0 }
 }
-
-/// Of the rays, this fraction is cast for one open cell, whose row is everything whatever they show.
-const FOR_ONE_CELL: f64 = 0.02;
 
 /// Rows of a level's leaves may grow by this, so that neighbours share one, where nobody says otherwise.
 const LEAVES_GROW: f64 = 0.05;
@@ -193,7 +193,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
         return Ok(CellGraph { reason, ..undivided() });
     }
     let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
-    let share = worth::drawn_share(rays, &walls, work)?;
+    let share = portal_benefit::drawn_share(rays, &walls, work)?;
     let names_none = scene.hints.openings.is_empty() && scene.hints.storeys.is_empty();
     if share > WORTH {
         if let Some(plan) = better_plan(rays, options, (&walls, share), work)? {
@@ -213,7 +213,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     }
     let is_one_room = found.strategy == Strategy::Plan && closed_cells(&found) <= 1;
     if is_one_room && names_none && structure(&walls, scene.tolerance().coplanar).is_empty() {
-        let of_plan = worth::drawn_share(rays, &found, work)?;
+        let of_plan = portal_benefit::drawn_share(rays, &found, work)?;
         if share <= WORTH * of_plan {
             let reason = format!("cells along walls {}", compared(share, of_plan, "a plan"));
             return Ok(CellGraph { reason, ..walls });
@@ -241,7 +241,7 @@ fn better_plan(
     if closed_cells(&plan) <= 1 {
         return Ok(None);
     }
-    let of_plan = worth::drawn_share(rays, &plan, work)?;
+    let of_plan = portal_benefit::drawn_share(rays, &plan, work)?;
     let has_few = FEW_PORTALS * plan.portals.len() <= walls.portals.len();
     let most = share * if has_few { MAY_DRAW_MORE } else { WORTH };
     let reason = format!("the {} rooms of a plan {}", closed_cells(&plan), compared(of_plan, share, "cells along walls"));
@@ -258,7 +258,7 @@ fn compared(share: f64, others: f64, other: &str) -> String {
 
 /// One open cell instead of a graph that flow would take hours for; only rough walls make so many portals between few cells.
 fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
-    if !pvs::flow::is_dear(&graph, scene.tolerance().coplanar) {
+    if !pvs::flow::is_over_budget(&graph, scene.tolerance().coplanar) {
         return graph;
     }
     let (cells, portals) = (graph.cells.len(), graph.portals.len());
@@ -308,11 +308,16 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
     let mut pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
     let divides = options.view_cell_bytes.is_some();
-    let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.ship == Guarantee::Conservative;
-    if sees_all && options.view_cells.is_empty() && !divides {
-        pvs_options.ray_budget = (pvs_options.ray_budget as f64 * FOR_ONE_CELL) as u64;
-        let what = format!("one open cell sees everything: {} rays were cast", pvs_options.ray_budget);
-        graph.notes.push(Note::detail(what));
+    let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.rows_from == Guarantee::Conservative;
+    let has_views = divides || !options.view_cells.is_empty();
+    let budget = match (has_views, sees_all) {
+        (true, _) => Budget::with_view_cells(pvs_options.ray_budget),
+        (false, true) => Budget::of_one_open_cell(pvs_options.ray_budget),
+        (false, false) => Budget::of_cells(pvs_options.ray_budget),
+    };
+    pvs_options.ray_budget = budget.cells();
+    if sees_all && !has_views {
+        graph.notes.push(Note::detail(format!("one open cell sees everything: {} rays were cast", budget.cells())));
     }
     let rays = if graph.closed_holes.is_empty() { rays } else { RayScene::with_closed_holes(scene, &graph.closed_holes) };
     let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, work)?;
@@ -341,6 +346,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         view_cells.extend_from_slice(&found.views);
         partition = Some(found);
     }
+    pvs_options.ray_budget = budget.view_cells;
     let look = || view_cells::bake(scene, &pvs, &view_cells, &pvs_options, work);
     let views = (!view_cells.is_empty()).then(look).transpose()?;
     // 3. The file.
@@ -351,7 +357,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
     let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
-    Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, seconds })
+    Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, budget, seconds })
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! What a bake found, in numbers: one typed answer, from which `prose` makes words, the command line JSON, and pages their figures.
 
-use super::opened::why_open;
+use super::why_open::why_open;
 use super::{Baked, ObjectSizes};
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
+use crate::pvs::budget::Budget;
 use crate::scene::{Scene, TubeCount};
 use crate::types::bounds::SamplingEnd;
 use crate::types::expected::ExpectedDraw;
@@ -70,7 +71,7 @@ pub struct ViewCellsReport {
     /// Rays cast.
     pub rays: u64,
     /// Searches of flow that ran out of steps.
-    pub flow_capped: u64,
+    pub flow_over_budget: u64,
     /// Pairs proven visible that flow took for hidden; they are kept.
     pub contradictions: u64,
 }
@@ -115,7 +116,9 @@ pub struct BakeReport {
     pub details: Vec<String>,
     /// The sets, and the bake's counters.
     pub pvs: PvsReport,
-    /// What ended sampling: `rays`, `unseen`, `time` or `memory`.
+    /// The shares of the rays that were asked for.
+    pub rays: Budget,
+    /// What ended sampling: `rays`, `unseen` or `memory`.
     pub sampling_ended_by: SamplingEnd,
     /// The clearance that the guarantee holds for, metres.
     pub clearance: f64,
@@ -179,6 +182,7 @@ impl BakeReport {
             notes: file.notes.clone(),
             details: baked.details.clone(),
             pvs: PvsReport { summary, stats: file.stats },
+            rays: baked.budget,
             sampling_ended_by: baked.sampling_end,
             clearance: file.clearance(),
             smallest_hole: file.smallest_hole,
@@ -211,7 +215,7 @@ fn view_cells(baked: &Baked) -> Option<ViewCellsReport> {
         unseen_mean: views.unseen_mean,
         curve: baked.partition.as_ref().map(|found| found.curve.clone()).unwrap_or_default(),
         rays: views.rays,
-        flow_capped: views.capped,
+        flow_over_budget: views.capped,
         contradictions: views.contradictions,
     })
 }

@@ -2,7 +2,7 @@
 //!
 //! What a size costs is measured, as [`worth`] measures portals: what they draw from eyes over floors.
 
-use super::{BakeError, BakeOptions, find_cells_by, worth};
+use super::{BakeError, BakeOptions, find_cells_by, portal_benefit};
 use crate::cells::CellGraph;
 use crate::job::{Job, Stopped};
 use crate::runtime::Mode;
@@ -109,13 +109,13 @@ fn tried(
     graph: &CellGraph,
     work: &Job<'_>,
 ) -> Result<ObjectSizes, Stopped> {
-    let cameras = worth::cameras(rays);
+    let cameras = portal_benefit::cameras(rays);
     let measure = |most_triangles: Option<u32>| {
         let is_new = most_triangles.filter(|&limit| limit != first);
         let split = is_new.map(|limit| split_objects(whole_scene.clone(), limit));
         let known = if most_triangles.is_none() { whole_scene } else { rays.scene() };
         let scene = split.as_ref().unwrap_or(known);
-        let [sums] = worth::drawn(scene, graph, &cameras, [Mode::Portals], work)?;
+        let [sums] = portal_benefit::drawn(scene, graph, &cameras, [Mode::Portals], work)?;
         let [triangles, draw_calls] = sums.map(|sum| sum / cameras.len().max(1) as f64);
         Ok::<_, Stopped>(ObjectSize { most_triangles, objects: scene.objects.len(), triangles, draw_calls })
     };
@@ -158,9 +158,13 @@ fn note(sizes: &ObjectSizes, keep_whole: bool) -> Option<Note> {
     };
     Some(if keep_whole {
         let would = drawn("would be");
-        Note::cost(format!("objects are as their author made them; without --whole, split to {limit} triangles, {would}"))
+        Note::cost(format!(
+            "objects are as their author made them; without --object-triangles whole, split to {limit} triangles, {would}"
+        ))
     } else {
         let are = drawn("are");
-        Note::taken(format!("objects are split to at most {limit} triangles: {are}; --whole keeps them whole"))
+        Note::taken(format!(
+            "objects are split to at most {limit} triangles: {are}; --object-triangles whole keeps them whole"
+        ))
     })
 }

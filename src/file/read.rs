@@ -339,9 +339,9 @@ impl<'a> SectionReader<'_, 'a> {
 
     fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {
         let stats = self.section(SectionId::Stats, budget, |c, _| {
-            let (rays, cubes, flow_steps, flow_capped) = (c.u64()?, c.u64()?, c.u64()?, c.u64()?);
-            let (met_kept, met_left_out, contradictions) = (c.u64()?, c.u64()?, c.u64()?);
-            Ok(PvsStats { rays, cubes, flow_steps, flow_capped, met_kept, met_left_out, contradictions })
+            let (rays, cubes, flow_steps, flow_over_budget) = (c.u64()?, c.u64()?, c.u64()?, c.u64()?);
+            let (kept_unproven, left_out_unproven, contradictions) = (c.u64()?, c.u64()?, c.u64()?);
+            Ok(PvsStats { rays, cubes, flow_steps, flow_over_budget, kept_unproven, left_out_unproven, contradictions })
         })?;
         Ok(stats.unwrap_or_default())
     }

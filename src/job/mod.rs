@@ -15,13 +15,11 @@ mod journal;
 mod order;
 mod reader;
 mod shared;
-mod trace;
 
 pub use digest::{Difference, Digest};
 pub use folder::{Folder, FolderError};
 pub use journal::{Journal, JournalError};
 pub use order::Order;
-pub use trace::Trace;
 
 use crate::parallel::{self, Scratch};
 use serde::Serialize;
@@ -29,7 +27,6 @@ use serde::de::DeserializeOwned;
 use shared::SharedMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 /// Progress as a fraction of the stage that is named; called from any thread.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
@@ -52,7 +49,6 @@ pub struct Job<'w> {
     progress: Progress<'w>,
     stop: Option<&'w AtomicBool>,
     kept: Kept<'w>,
-    trace: Option<&'w Trace>,
     /// Maps so far.
     maps: AtomicU32,
 }
@@ -60,7 +56,7 @@ pub struct Job<'w> {
 impl<'w> Job<'w> {
     /// Tells of its progress; can't be stopped, keeps nothing.
     pub fn new(progress: Progress<'w>) -> Self {
-        Self { progress, stop: None, kept: Kept::Nowhere, trace: None, maps: AtomicU32::new(0) }
+        Self { progress, stop: None, kept: Kept::Nowhere, maps: AtomicU32::new(0) }
     }
 
     /// Tells nobody.
@@ -78,15 +74,10 @@ impl<'w> Job<'w> {
         Self { kept: Kept::Journal(journal), ..self }
     }
 
-    /// Shares the work with all who work in a folder: on the same input, with the same options and program. Whatever ends
-    /// the work by a clock must not be asked for.
+    /// Shares the work with all who work in a folder: on the same input, with the same options and program. Nothing
+    /// may end the work by a clock.
     pub fn shared_in(self, folder: &'w Folder) -> Self {
         Self { kept: Kept::Folder(folder), ..self }
-    }
-
-    /// Writes down how long each item takes.
-    pub fn traced_by(self, trace: &'w Trace) -> Self {
-        Self { trace: Some(trace), ..self }
     }
 
     /// For maps within an item of a map of this: stopped with this, tells nobody, keeps nothing.
@@ -96,9 +87,6 @@ impl<'w> Job<'w> {
 
     /// Says how far a stage is.
     pub fn tell(&self, stage: &str, done: f64) {
-        if let Some(trace) = self.trace {
-            trace.stage(stage);
-        }
         (self.progress)(stage, done);
     }
 
@@ -160,20 +148,11 @@ impl<'w> Job<'w> {
         R: Serialize + DeserializeOwned + Send,
     {
         let map = self.maps.fetch_add(1, Relaxed);
-        if let Some(trace) = self.trace {
-            trace.begin(map);
-        }
         let results = match self.kept {
             Kept::Nowhere => self.map_alone(map, n, None, work, done),
             Kept::Journal(journal) => self.map_alone(map, n, Some(journal), work, done),
-            Kept::Folder(folder) => {
-                let (is_stopped, trace) = (&|| self.is_stopped(), self.trace);
-                SharedMap { folder, map, items: n, work, done, is_stopped, trace }.run()
-            }
+            Kept::Folder(folder) => SharedMap { folder, map, items: n, work, done, is_stopped: &|| self.is_stopped() }.run(),
         };
-        if let Some(trace) = self.trace {
-            trace.end();
-        }
         results.ok_or(Stopped)
     }
 
@@ -200,11 +179,7 @@ impl<'w> Job<'w> {
             let key = (map, i as u32);
             let kept = journal.and_then(|journal| journal.take(key));
             let result = kept.unwrap_or_else(|| {
-                let begin = Instant::now();
                 let result = work(i);
-                if let Some(trace) = self.trace {
-                    trace.item(map, i, begin);
-                }
                 // What was worked out while it was stopped may be cut short.
                 if let Some(journal) = journal.filter(|_| !self.is_stopped()) {
                     journal.keep(key, &result);

@@ -2,12 +2,10 @@
 
 use super::folder::{Arrival, Folder};
 use super::order::Order;
-use super::trace::Trace;
 use crate::parallel;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
 
 /// A map over numbers below `items`.
 pub(super) struct SharedMap<'a, R> {
@@ -18,7 +16,6 @@ pub(super) struct SharedMap<'a, R> {
     /// Called with the number of results that there are.
     pub done: &'a (dyn Fn(usize) + Sync),
     pub is_stopped: &'a (dyn Fn() -> bool + Sync),
-    pub trace: Option<&'a Trace>,
 }
 
 /// How far it is.
@@ -66,14 +63,10 @@ impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
             if lock().results[item].is_some() {
                 continue;
             }
-            let begin = Instant::now();
             let result = (self.work)(item);
             // What was worked out while it was stopped may be cut short.
             if (self.is_stopped)() {
                 return;
-            }
-            if let Some(trace) = self.trace {
-                trace.item(self.map, item, begin);
             }
             self.folder.keep(self.map, item, &result);
             if !is_own {

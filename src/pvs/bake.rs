@@ -1,9 +1,9 @@
 //! Both sides, step by step: sampling, portal flow, occluders, and repairs between them.
 
 use super::backfaces::Fronts;
+use super::budget::Budget;
 use super::flow::{FlowInput, FlowResult, flow};
-use super::sampling::clock::Clock;
-use super::sampling::witness::{Lower, PLACEMENT_MARGIN};
+use super::sampling::witness::{PLACEMENT_MARGIN, Witnessed};
 use super::sampling::{self, Plan, Strategy, aimed};
 use super::{Pvs, PvsOptions, PvsStats, Repair, SamplingEnd, Unseen, occluders, repair};
 use crate::cells::{CellGraph, Placement, place_objects};
@@ -15,10 +15,6 @@ use crate::types::bounds::percent;
 use crate::types::note::Note;
 use crate::{BitMatrix, ObjectId};
 
-/// Of the rays of a bake, this fraction is kept for the pairs that flow leaves undecided.
-const AIMED: f64 = 0.15;
-/// Of the rays of a bake, this fraction tests what the others found.
-const TESTED: f64 = 0.05;
 /// Rounds of mending, at most: a mended hole may show the next one.
 const MENDINGS: usize = 4;
 /// Pairs that rays met without a proof count as visible where they are fewer than this fraction of the upper set of objects. Larger: rows
@@ -64,16 +60,17 @@ pub(crate) fn bake_by(rays: &RayScene<'_>, graph: CellGraph, options: &PvsOption
 struct Bake<'a> {
     scene: &'a Scene,
     rays: &'a RayScene<'a>,
-    options: PvsOptions,
+    options: &'a PvsOptions,
+    budget: Budget,
     work: &'a Job<'a>,
     graph: CellGraph,
     /// Which objects are in which cell.
     placement: Placement,
     fronts: Fronts,
     object_bounds: Vec<Aabb>,
-    lower: Lower,
+    lower: Witnessed,
     /// Cells x objects: pairs that triangles leave open for the tolerance.
-    narrow: BitMatrix,
+    unresolved: BitMatrix,
     repairs: Vec<Repair>,
     /// Witnesses and sights that the graph has been held against.
     followed: [usize; 2],
@@ -89,13 +86,14 @@ impl<'a> Bake<'a> {
             placement: place_objects(scene, &graph, PLACEMENT_MARGIN * scene.tolerance().clearance),
             fronts: Fronts::new(scene, &graph),
             object_bounds: scene.objects.iter().map(Object::extent).collect(),
-            lower: Lower { most_witnesses: options.most_witnesses, ..Lower::new(cells, objects) },
-            narrow: BitMatrix::new(cells, objects),
+            lower: Witnessed { most_witnesses: options.most_witnesses, ..Witnessed::new(cells, objects) },
+            unresolved: BitMatrix::new(cells, objects),
             repairs: Vec::new(),
             followed: [0, 0],
             scene,
             rays,
-            options: options.clone(),
+            options,
+            budget: Budget::of_cells(options.ray_budget),
             work,
             graph,
         }
@@ -103,22 +101,19 @@ impl<'a> Bake<'a> {
 
     /// Rays and cubes by schedule, and rays that test what these missed; no bound where there are none for that.
     fn sample(&mut self) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
-        let Self { rays, options, work, graph, lower, .. } = self;
+        let Self { rays, options, budget, work, graph, lower, .. } = self;
         work.tell("sampling", 0.0);
-        let share = |part: f64| (options.ray_budget as f64 * part) as u64;
-        let (to_test, goal) = (share(TESTED), options.unseen);
-        let budget = options.ray_budget - share(AIMED) - if goal.is_none() { to_test } else { 0 };
-        let plan = Plan { strategy: Strategy::Scheduled, seed: options.seed, budget, to_test, goal };
-        let clock = Clock::start(options.time);
-        let (unseen, end) = sampling::sample(rays, graph, plan, &clock, lower, work)?;
+        let (goal, to_test) = (options.unseen, budget.tests);
+        // Towards a goal, sampling and tests share their rays.
+        let rays_of_plan = budget.sampling + if goal.is_some() { to_test } else { 0 };
+        let plan = Plan { strategy: Strategy::Scheduled, seed: options.seed, budget: rays_of_plan, to_test, goal };
+        let (unseen, end) = sampling::sample(rays, graph, plan, lower, work)?;
         let short = goal.is_some() && end == SamplingEnd::Rays && lower.left_out > 0;
         let end = if short { SamplingEnd::Memory } else { end };
         graph.notes.append(&mut lower.notes);
         graph.notes.extend(goal.zip(unseen.as_ref()).map(|(goal, unseen)| reached(goal, unseen, end, lower.rays)));
-        if end != SamplingEnd::Rays || goal.is_some() {
-            // What comes after costs its share of what was spent, and no more than where nothing is asked for.
-            let spent = (lower.rays as f64 / (1.0 - AIMED)) as u64;
-            options.ray_budget = options.ray_budget.min(spent).min(PvsOptions::default().ray_budget);
+        if goal.is_some() {
+            *budget = budget.after_goal(lower.rays);
         }
         Ok((unseen, end))
     }
@@ -159,17 +154,27 @@ impl<'a> Bake<'a> {
 
     /// Rays at pairs that flow leaves undecided.
     fn aim(&mut self, upper: &FlowResult) -> Result<(), Stopped> {
-        let Self { rays, options, work, graph, placement, lower, .. } = self;
+        let Self { rays, options, budget, work, graph, placement, lower, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
         let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement.matrix };
-        aimed::sample(rays, graph, undecided, options, options.ray_budget, lower, work)
+        aimed::sample(rays, graph, undecided, options.seed, budget.cells(), lower, work)
     }
 
     /// Takes from the upper set what triangles hide.
     fn occlude(&mut self, upper: &mut FlowResult) -> Result<(), Stopped> {
-        let Self { rays, options, work, graph, placement, lower, narrow, .. } = self;
+        let Self { rays, options, budget, work, graph, placement, lower, unresolved, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
-        occluders::decide(rays, graph, &placement.matrix, options, cells_upper, objects_upper, lower, narrow, work)
+        occluders::decide(
+            rays,
+            graph,
+            &placement.matrix,
+            (budget.shafts, options.seed),
+            cells_upper,
+            objects_upper,
+            lower,
+            unresolved,
+            work,
+        )
     }
 
     /// Makes the lower set a subset of the upper one: what contradicts it is called visible, and counted.
@@ -179,7 +184,7 @@ impl<'a> Bake<'a> {
             rays: self.lower.rays,
             cubes: self.lower.cubes,
             flow_steps: steps,
-            flow_capped: capped,
+            flow_over_budget: capped,
             ..PvsStats::default()
         };
         let pairs = |cells: &BitMatrix, objects: &BitMatrix| cells.count_ones() + objects.count_ones();
@@ -189,15 +194,15 @@ impl<'a> Bake<'a> {
         stats.contradictions = pairs(&cells_upper, &objects_upper) - before;
         debug_assert_eq!(self.lower.objects.first_outside(&objects_upper), None);
         debug_assert_eq!(self.lower.cells.first_outside(&cells_upper), None);
-        [stats.met_kept, stats.met_left_out] = keep_met(&self.lower, &mut objects_upper);
+        [stats.kept_unproven, stats.left_out_unproven] = keep_met(&self.lower, &mut objects_upper);
         join_groups(&self.scene.together, &mut objects_upper);
-        self.lower.failed.keys().for_each(|&(cell, object)| _ = self.narrow.set(cell as usize, object as usize));
+        self.lower.failed.keys().for_each(|&(cell, object)| _ = self.unresolved.set(cell as usize, object as usize));
 
         if self.lower.left_out > 0 {
             let note = format!("memory: {} proofs left out; their pairs count as undecided (--memory)", self.lower.left_out);
             self.graph.notes.push(Note::cost(note));
         }
-        let Lower { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = self.lower;
+        let Witnessed { cells: cells_lower, objects: objects_lower, mut witnesses, .. } = self.lower;
         witnesses.sort_by_key(|w| (w.cell, w.object));
         Pvs {
             graph: self.graph,
@@ -206,11 +211,11 @@ impl<'a> Bake<'a> {
             objects_lower,
             objects_upper,
             placement: self.placement,
-            narrow: self.narrow,
+            unresolved: self.unresolved,
             witnesses,
             unseen: None,
             sampling_end: SamplingEnd::Rays,
-            guarantee: self.options.ship,
+            guarantee: self.options.rows_from,
             clusters: Vec::new(),
             repairs: self.repairs,
             stats,
@@ -228,13 +233,12 @@ fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> Note {
         SamplingEnd::Memory => {
             format!("unseen: at most {bound}; {goal} was not reached in memory, after {rays} rays (--memory)")
         }
-        SamplingEnd::Time => format!("unseen: at most {bound}; {goal} was not reached in time, after {rays} rays (--time)"),
     })
 }
 
 /// Pairs outside the upper set that rays met without a proof: adds them all if that costs less than [`MET`] of it. Returns how many it
 /// added, and how many it left out.
-fn keep_met(lower: &Lower, objects_upper: &mut BitMatrix) -> [u64; 2] {
+fn keep_met(lower: &Witnessed, objects_upper: &mut BitMatrix) -> [u64; 2] {
     let pairs = lower.failed.keys().map(|&(cell, object)| (cell as usize, object as usize));
     let met: Vec<(usize, usize)> = pairs.filter(|&(cell, object)| !objects_upper.get(cell, object)).collect();
     let count = met.len() as u64;
@@ -262,7 +266,7 @@ mod tests {
 
     #[test]
     fn what_rays_met_is_kept_where_it_costs_less_than_a_hundredth() {
-        let mut lower = Lower::new(3, 400);
+        let mut lower = Witnessed::new(3, 400);
         lower.failed = [((1, 7), 12), ((2, 9), 1), ((0, 5), 3)].into_iter().collect();
         // The first of the three is in the upper set anyway.
         let upper_of = |pairs: usize| {

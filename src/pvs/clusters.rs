@@ -198,7 +198,7 @@ fn unite(pvs: &mut Pvs, ids: &[CellId], clusters: usize) {
     };
     pvs.objects_lower = rows(&pvs.objects_lower);
     pvs.objects_upper = rows(&pvs.objects_upper);
-    pvs.narrow = rows(&pvs.narrow);
+    pvs.unresolved = rows(&pvs.unresolved);
     let boxes = pvs.placement.boxes.take().map(|boxes| united_boxes(&pvs.placement.matrix, &boxes, ids, clusters));
     pvs.placement = Placement { matrix: rows(&pvs.placement.matrix), boxes };
     pvs.witnesses.iter_mut().for_each(|w| w.cell = ids[w.cell.index()]);

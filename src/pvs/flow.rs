@@ -144,10 +144,10 @@ const MOST_CROSSINGS: u64 = 1 << 31;
 
 /// True where flow would take minutes before its first step, which [`FlowInput::max_steps`] doesn't bound: where few cells have portals by the
 /// ten thousand.
-pub(crate) fn is_dear(graph: &CellGraph, coplanar: f64) -> bool {
+pub(crate) fn is_over_budget(graph: &CellGraph, coplanar: f64) -> bool {
     let crossings: u64 = graph.cells.iter().map(|cell| (cell.portals.len() as u64).pow(2)).sum();
-    let is_dear = || might_see::is_dear(&Net::of_graph(graph, coplanar));
-    2 * graph.portals.len() >= might_see::MANY && (crossings > MOST_CROSSINGS || is_dear())
+    let is_over_budget = || might_see::is_over_budget(&Net::of_graph(graph, coplanar));
+    2 * graph.portals.len() >= might_see::MANY && (crossings > MOST_CROSSINGS || is_over_budget())
 }
 
 /// Decides every pair of which a cell is `own`.

@@ -33,7 +33,7 @@ impl Pvs {
                 if lower.get(c, object) {
                     continue;
                 }
-                let kind = match (cell.open, self.narrow.get(c, object), self.placement.matrix.get(c, object)) {
+                let kind = match (cell.open, self.unresolved.get(c, object), self.placement.matrix.get(c, object)) {
                     (true, ..) => &mut gap.open,
                     (_, true, _) => &mut gap.tolerance,
                     (.., true) => &mut gap.inside,

@@ -8,6 +8,7 @@
 
 mod backfaces;
 mod bake;
+pub mod budget;
 pub mod clusters;
 pub mod cubes;
 mod facets;
@@ -51,7 +52,7 @@ pub struct Pvs {
     /// Which objects are in which cell.
     pub placement: Placement,
     /// Cells x objects: pairs that rays reached or shafts closed in on, but nothing clears or shuts down to the tolerance.
-    pub narrow: BitMatrix,
+    pub unresolved: BitMatrix,
     /// One for each pair of `objects_lower`, ordered by cell, then object.
     pub witnesses: Vec<Witness>,
     /// How much there is to see that nobody has seen, at most; `None` where no rays were cast to tell.

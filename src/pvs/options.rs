@@ -6,7 +6,7 @@ use crate::types::guarantee::Guarantee;
 #[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct PvsOptions {
     /// Which side the rows take.
-    pub ship: Guarantee,
+    pub rows_from: Guarantee,
     /// Seed of every random choice.
     pub seed: u64,
     /// Rays over the whole bake: the sampling budget; a count, so that the bytes don't depend on the machine. What flow leaves undecided
@@ -15,8 +15,6 @@ pub struct PvsOptions {
     /// What may be unseen of what there is to see from a cell, in the mean over cells, as a fraction above 0: sampling goes on until a test
     /// bounds it by this, or all rays are cast. See [`Unseen`](crate::types::bounds::Unseen).
     pub unseen: Option<f64>,
-    /// Seconds after which sampling ends, above 0. Where this ends it, the bytes depend on the machine.
-    pub time: Option<f64>,
     /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
     pub flow_steps: u64,
     /// Most witnesses that are kept; pairs beyond them stay undecided.
@@ -26,11 +24,10 @@ pub struct PvsOptions {
 impl Default for PvsOptions {
     fn default() -> Self {
         Self {
-            ship: Guarantee::Conservative,
+            rows_from: Guarantee::Conservative,
             seed: 0,
             ray_budget: 20_000_000,
             unseen: None,
-            time: None,
             flow_steps: 20_000,
             most_witnesses: usize::MAX,
         }

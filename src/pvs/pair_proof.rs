@@ -4,13 +4,14 @@
 //! much; what is in the file stays what was proven.
 
 pub(crate) use super::backfaces::Fronts;
+use super::budget::Budget;
 use super::flow::goals::{Boxes, CellGoals, Goals, Inside, NoProof, ObjectGoals};
 use super::flow::might_see::{MightSee, set};
 use super::flow::net::Net;
 use super::flow::search::{End, Search};
 use super::flow::stab::Passage;
 use super::options::PvsOptions;
-use super::sampling::witness::Lower;
+use super::sampling::witness::Witnessed;
 use super::{flow, occluders};
 use crate::cells::CellGraph;
 use crate::geom::{Aabb, Plane};
@@ -184,14 +185,16 @@ pub fn is_shielded(
 ) -> bool {
     // All pairs but this one are as good as seen.
     let (rows, columns) = (placement.rows(), placement.columns());
-    let (mut upper, mut lower) = (BitMatrix::new(rows, columns), Lower::new(rows, columns));
+    let (mut upper, mut lower) = (BitMatrix::new(rows, columns), Witnessed::new(rows, columns));
     (0..rows).for_each(|c| (0..columns).for_each(|o| _ = upper.set(c, o)));
     lower.objects = upper.clone();
     lower.objects.clear(cell, object);
-    let (options, mut narrow) = (PvsOptions::default(), BitMatrix::new(rows, columns));
+    let options = PvsOptions::default();
+    let (budget, mut unresolved) =
+        ((Budget::of_cells(options.ray_budget).shafts, options.seed), BitMatrix::new(rows, columns));
     let quiet = Job::quiet();
     let asked =
-        occluders::decide(rays, graph, placement, &options, cells_upper, &mut upper, &mut lower, &mut narrow, &quiet);
+        occluders::decide(rays, graph, placement, budget, cells_upper, &mut upper, &mut lower, &mut unresolved, &quiet);
     debug_assert_eq!(asked, Ok(()), "nobody stops it");
     !upper.get(cell, object)
 }

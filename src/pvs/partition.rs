@@ -70,7 +70,7 @@ impl fmt::Display for Partition {
             let hidden = 100.0 * saving;
             return write!(
                 f,
-                "view cells by cost: none is kept, as portals prove only {hidden:.1} % of a row hidden from them (--ship sampled takes what is seen)"
+                "view cells by cost: none is kept, as portals prove only {hidden:.1} % of a row hidden from them (--rows sampled takes what is seen)"
             );
         }
         let end = if self.full { "their bytes were spent" } else { "the next would have saved too little" };

@@ -7,7 +7,7 @@
 
 use super::facets::{facet, square};
 use super::sampling::lines::{self, PortalTree, Span, Start};
-use super::sampling::witness::Lower;
+use super::sampling::witness::Witnessed;
 use crate::cells::{CellGraph, Locator, Portal, PortalKind, PortalState, Stretch};
 use crate::geom::{self, Aabb, Plane};
 use crate::parallel;
@@ -44,7 +44,7 @@ struct Side {
 }
 
 /// Adds the portals that proofs from number `known` on (witnesses, then sights) show to be missing.
-pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Lower, known: [usize; 2]) -> Vec<Repair> {
+pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Witnessed, known: [usize; 2]) -> Vec<Repair> {
     let clearance = scene.tolerance().clearance;
     let witnesses = lower.witnesses.iter().zip(&lower.ends).skip(known[0]).map(|(w, &end)| (w.cell, [w.from, end]));
     let proofs: Vec<(CellId, [DVec3; 2])> =

@@ -8,10 +8,11 @@
 //!
 //! **Lower**: witnesses of cells that begin in the region, then rays from it (`sampling::regions`).
 
+use super::budget::Budget;
 use super::facets::facet;
 use super::flow::{FlowInput, flow};
 use super::options::PvsOptions;
-use super::sampling::confidence::doubt_of;
+use super::sampling::goal::{Rounds, reach};
 use super::sampling::regions::RegionSampler;
 use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
 use super::triangles::Triangles;
@@ -22,15 +23,11 @@ use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
 use crate::scene::rays::RayScene;
 use crate::scene::{Object, Scene};
-use crate::types::bounds::{CONFIDENCE, percent};
+use crate::types::bounds::CONFIDENCE;
 use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 
-/// The sampling of view cells may cost this fraction of a bake's rays, on top of them.
-const SHARE: f64 = 0.5;
-/// Towards a goal the first round has this many rays; each has twice those of the one before.
-const FIRST: u64 = 1_000_000;
 /// Rows of more view cells than this, where what was witnessed is shipped, aim at what their cells may see; of fewer, at what flow leaves.
 const MANY: usize = 32;
 /// Whether view cells pay is tried on so many of them, fewer where a graph is large. More: it takes as long as all of them do. Fewer: chance
@@ -38,8 +35,6 @@ const MANY: usize = 32;
 const TRIED: [usize; 2] = [3, 12];
 /// Pairs of directed portals that all trials together may ask, where they are more than the least.
 const TRIED_PAIRS: usize = 250_000_000;
-/// Of that, this fraction tests what the others found.
-const TESTED: f64 = 0.2;
 /// A facet that lies in more pieces of a cell than this leads into it as a whole.
 const WHOLE: usize = 8;
 
@@ -67,7 +62,35 @@ pub struct ViewRows {
     pub contradictions: u64,
 }
 
-/// Works out what can be seen from `views`, with the cells' own bake at hand.
+/// View cells on the way to a goal.
+struct Regions<'r, 'a> {
+    sampler: &'r mut RegionSampler<'a>,
+    upper: &'r BitMatrix,
+}
+
+impl Rounds for Regions<'_, '_> {
+    fn rays(&self) -> u64 {
+        self.sampler.rays()
+    }
+
+    fn regions(&self) -> u64 {
+        self.upper.rows() as u64
+    }
+
+    fn sample(&mut self, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        self.sampler.sample(self.upper, rays, work).map(|()| true)
+    }
+
+    fn test(&mut self, rays: u64, doubt: f64, work: &Job<'_>) -> Result<(), Stopped> {
+        self.sampler.test(rays, doubt, work)
+    }
+
+    fn unseen(&self) -> f64 {
+        self.sampler.mean()
+    }
+}
+
+/// Computes both bounds of visibility from `views`, with the bake of the cells at hand. At most `options.ray_budget` rays.
 ///
 /// # Errors
 ///
@@ -87,9 +110,9 @@ pub fn bake(
     let mut sampler = RegionSampler::new(prover, pvs, views, options.seed);
     sampler.take_from_cells();
     // 2. Flow from each region.
-    let uppers = Uppers::new(scene, pvs, &locator, views, options);
+    let uppers = RegionFlow::new(scene, pvs, &locator, views, options);
     let (mut upper, mut in_no_cell, mut capped) = (BitMatrix::new(views.len(), scene.objects.len()), Vec::new(), 0);
-    let by_cells = options.ship == Guarantee::Sampled && views.len() > MANY;
+    let by_cells = options.rows_from == Guarantee::Sampled && views.len() > MANY;
     for (v, view) in views.iter().enumerate() {
         work.tell("view cells", v as f64 / views.len() as f64);
         if by_cells {
@@ -111,22 +134,17 @@ pub fn bake(
             None => in_no_cell.push(v),
         }
     }
-    // 3. Cubes and rays at what is left, and tests, until the goal is reached or all rays are cast.
-    let budget = (options.ray_budget as f64 * SHARE) as u64;
-    let count = views.len().max(1) as u64;
-    for number in 0.. {
-        let left = budget.saturating_sub(sampler.rays());
-        let round = if options.unseen.is_some() { left.min(FIRST << number.min(40)) } else { left };
-        let to_test = (round as f64 * TESTED) as u64;
-        sampler.sample(&upper, sampler.rays() + round - to_test, work)?;
-        if to_test < count {
-            break;
-        }
-        let doubt = if options.unseen.is_some() { doubt_of(number) } else { 1.0 - CONFIDENCE };
-        sampler.test(to_test / count, doubt, work)?;
-        work.tell(&format!("unseen from view cells {}", percent(sampler.mean())), (number + 1) as f64 / 8.0);
-        if options.unseen.is_none_or(|goal| sampler.mean() <= goal) {
-            break;
+    // 3. Cubes and rays at what is left, and tests.
+    let rays = options.ray_budget;
+    match options.unseen {
+        Some(goal) => _ = reach(goal, rays, &mut Regions { sampler: &mut sampler, upper: &upper }, work)?,
+        None => {
+            let tests = Budget::view_cell_tests(rays);
+            sampler.sample(&upper, rays - tests, work)?;
+            let each = tests / views.len().max(1) as u64;
+            if each > 0 {
+                sampler.test(each, 1.0 - CONFIDENCE, work)?;
+            }
         }
     }
     let (unseen, mean) = (sampler.unseen(), sampler.mean());
@@ -153,7 +171,7 @@ pub(crate) fn saving(
     work: &Job<'_>,
 ) -> Result<f64, Stopped> {
     let (locator, triangles) = (Locator::new(&pvs.graph), Triangles::of(scene));
-    let uppers = Uppers::new(scene, pvs, &locator, views, options);
+    let uppers = RegionFlow::new(scene, pvs, &locator, views, options);
     let words = scene.objects.len().div_ceil(64);
     let [mut before, mut after] = [0; 2];
     let pairs = (2 * pvs.graph.portals.len()).pow(2).max(1);
@@ -172,7 +190,7 @@ pub(crate) fn saving(
 }
 
 /// Finds what may be seen from regions.
-struct Uppers<'a> {
+struct RegionFlow<'a> {
     pvs: &'a Pvs,
     locator: &'a Locator<'a>,
     views: &'a [ViewCell],
@@ -185,7 +203,7 @@ struct Uppers<'a> {
     coplanar: f64,
 }
 
-impl<'a> Uppers<'a> {
+impl<'a> RegionFlow<'a> {
     fn new(scene: &Scene, pvs: &'a Pvs, locator: &'a Locator<'a>, views: &'a [ViewCell], options: &'a PvsOptions) -> Self {
         let (clearance, coplanar) = (scene.tolerance().clearance, scene.tolerance().coplanar);
         let region = |view: &ViewCell| Cell { pieces: view.pieces.clone(), ..Cell::default() };

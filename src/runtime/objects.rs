@@ -10,7 +10,7 @@ use crate::simd::Vectorize;
 use glam::Vec3;
 
 /// Takes them into the scratch: what the eye's own cells show, then what portals show of others.
-pub(super) struct Take<'a> {
+pub(super) struct CollectObjects<'a> {
     pub culler: &'a Culler,
     pub camera: &'a Camera,
     /// What isn't beyond this plane is not seen by the eye.
@@ -21,7 +21,7 @@ pub(super) struct Take<'a> {
     pub scratch: &'a mut Scratch,
 }
 
-impl Vectorize for Take<'_> {
+impl Vectorize for CollectObjects<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -35,8 +35,8 @@ impl Vectorize for Take<'_> {
             self.scratch.spaces.push(around);
             self.take(home, around);
         }
-        for i in 0..self.scratch.lit.len() {
-            let cell = self.scratch.lit[i];
+        for i in 0..self.scratch.reached.len() {
+            let cell = self.scratch.reached[i];
             // Of the eye's own cell, all that is on the screen is taken.
             if self.front.is_some() || !self.homes.contains(&cell) {
                 let around = self.open(cell);
@@ -46,7 +46,7 @@ impl Vectorize for Take<'_> {
     }
 }
 
-impl Take<'_> {
+impl CollectObjects<'_> {
     /// Sets `spaces` to what each portal shows of a cell. Returns what holds all of that.
     fn open(&mut self, cell: CellId) -> HalfSpaces {
         let Self { culler, camera, .. } = *self;
@@ -107,9 +107,9 @@ impl Take<'_> {
     }
 }
 
-/// Marks which portals lead into which cell, of those that the frame crossed; fills [`Scratch::lit`].
+/// Marks which portals lead into which cell, of those that the frame crossed; fills [`Scratch::reached`].
 pub(super) fn group(culler: &Culler, scratch: &mut Scratch) {
-    scratch.lit.clear();
+    scratch.reached.clear();
     scratch.next_in.clear();
     for (i, crossed) in scratch.crossed.iter().enumerate() {
         let cell = target(culler, crossed.portal);
@@ -120,7 +120,7 @@ pub(super) fn group(culler: &Culler, scratch: &mut Scratch) {
             ways.last = i as u32;
         } else {
             *ways = super::scratch::WaysIn { frame: scratch.frame, first: i as u32, last: i as u32 };
-            scratch.lit.push(cell);
+            scratch.reached.push(cell);
         }
     }
 }

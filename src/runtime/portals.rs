@@ -25,7 +25,7 @@
 
 use super::culler::{Culler, directed_plane, target};
 use super::frustum::{Camera, Rect};
-use super::objects::{Take, group};
+use super::objects::{CollectObjects, group};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
 use crate::simd::vectorized;
 use crate::{CellId, DirectedPortal, PortalId};
@@ -49,11 +49,11 @@ pub(super) struct Eye {
     /// How far a stored corner may be from the real opening's, metres.
     tolerance: f64,
     /// Clip w of a point moves by at most this when the point moves by the tolerance.
-    pen: f64,
+    portal_margin: f64,
     /// An eye this near to a plane, metres, may be on either side: twice the tolerance, and what the rounding of the plane's
     /// normal makes of the eye's distance from the origin.
     either_side: f64,
-    /// Within this distance of the eye, metres, a point may be on the screen with `w` under three times `pen`; infinite for
+    /// Within this distance of the eye, metres, a point may be on the screen with `w` under three times `portal_margin`; infinite for
     /// a camera whose rows are dependent.
     touch: f64,
     /// What isn't beyond this plane is not seen: a mirror's, looked into from behind it.
@@ -64,15 +64,15 @@ impl Eye {
     pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>) -> Self {
         let tolerance = culler.tolerance;
         let (x, y, w) = (camera.x.as_dvec3(), camera.y.as_dvec3(), camera.w.as_dvec3());
-        let pen = w.length() * tolerance;
+        let portal_margin = w.length() * tolerance;
         let at = camera.eye.as_dvec3();
         let farthest = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
             .map(|(x, y)| camera.ray(DVec2::new(x, y)).length())
             .into_iter()
             .fold(0.0, |a: f64, b| if b.is_finite() { a.max(b) } else { f64::INFINITY });
-        let touch = if farthest.is_finite() { 3.0 * pen * farthest + tolerance } else { f64::INFINITY };
+        let touch = if farthest.is_finite() { 3.0 * portal_margin * farthest + tolerance } else { f64::INFINITY };
         let either_side = 2.0 * tolerance + 4.0 * f64::from(f32::EPSILON) * at.length();
-        Self { at, x, y, w, tolerance, pen, either_side, touch, front }
+        Self { at, x, y, w, tolerance, portal_margin, either_side, touch, front }
     }
 
     /// Signed distance of the eye from a directed portal's plane, metres: negative on the side that it leads out of.
@@ -105,13 +105,13 @@ impl Eye {
 
     /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen.
     fn project(&self, corners: &[Vec3]) -> Rect {
-        let pen = DVec2::new(self.x.length(), self.y.length()) * self.tolerance;
-        let cut = 2.0 * self.pen;
+        let margin = DVec2::new(self.x.length(), self.y.length()) * self.tolerance;
+        let cut = 2.0 * self.portal_margin;
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut draw = |clip: DVec3| {
-            let (near, far) = (clip.z - self.pen, clip.z + self.pen);
+            let (near, far) = (clip.z - self.portal_margin, clip.z + self.portal_margin);
             let widest = |v: f64| if v > 0.0 { v / near } else { v / far };
-            let (low, high) = (clip.truncate() - pen, clip.truncate() + pen);
+            let (low, high) = (clip.truncate() - margin, clip.truncate() + margin);
             max = max.max(DVec2::new(widest(high.x), widest(high.y)));
             min = min.min(-DVec2::new(widest(-low.x), widest(-low.y)));
         };
@@ -198,7 +198,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[Cel
         }
     }
     group(culler, scratch);
-    vectorized(Take { culler, camera, front: eye.front, homes, open, scratch: &mut *scratch });
+    vectorized(CollectObjects { culler, camera, front: eye.front, homes, open, scratch: &mut *scratch });
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
 }

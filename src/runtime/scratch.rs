@@ -148,7 +148,7 @@ pub struct Scratch {
     /// Portals that the eye might see through.
     pub(super) ways: Vec<DirectedPortal>,
     /// Cells that a crossed portal leads into, and by cell which do.
-    pub(super) lit: Vec<CellId>,
+    pub(super) reached: Vec<CellId>,
     pub(super) ways_in: Vec<WaysIn>,
     /// By crossed portal: the next into the same cell; none there is at the last.
     pub(super) next_in: Vec<u32>,
@@ -181,7 +181,7 @@ impl Scratch {
             cell_marks: vec![0; cells],
             cell_ways: vec![Part::default(); cells],
             ways: Vec::with_capacity(portals),
-            lit: Vec::with_capacity(cells),
+            reached: Vec::with_capacity(cells),
             ways_in: vec![WaysIn::default(); cells],
             next_in: Vec::with_capacity(portals),
             spaces: Vec::with_capacity((0..cells).map(|c| culler.cell_portals.get(c).len()).max().unwrap_or(0).max(1)),

@@ -279,7 +279,7 @@ impl SceneBuilder {
             names.truncate(3);
             let what = format!(
                 "{}{more}: taken for the sky or a backdrop, so it hides nothing and bounds no room; if it is a wall or a ground, give it \
-                 the role structure (--roles)",
+                 the role structure in MODEL.roles.json",
                 names.join(", ")
             );
             self.source.notes.push(Note::taken(what));
@@ -425,7 +425,7 @@ fn see_through(objects: &[Object], format: &str) -> Option<Note> {
     (percent >= MUCH && ["glTF", "OBJ"].contains(&format)).then(|| {
         Note::cost(format!(
             "{percent:.0} % of the triangles are see-through, as their materials say, and hide nothing; if they are walls, give them the role opaque \
-             (--roles)"
+             (MODEL.roles.json)"
         ))
     })
 }

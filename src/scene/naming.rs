@@ -8,7 +8,7 @@ use crate::scene::{ImportError, Place, whole_file};
 use crate::types::note::Note;
 use crate::types::scene::Role;
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// What a name makes of a mesh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
@@ -98,7 +98,7 @@ impl ByName {
         (doors + windows > 0).then(|| {
             Note::taken(format!(
                 "{doors} meshes are doors and {windows} windows by their names, and hide nothing; if one is a wall, give it the role \
-                 structure (--roles)"
+                 structure in MODEL.roles.json"
             ))
         })
     }
@@ -139,10 +139,10 @@ const LARGER: [&str; 18] = [
 ];
 
 impl Naming {
-    /// The rules of `given`, else those in `NAME.roles.json` in the model's folder, where there are some.
-    pub fn read(folder: Option<&Path>, name: &str, given: Option<&PathBuf>) -> Result<Self, ImportError> {
+    /// The rules of `NAME.roles.json` in the model's folder, if it is there.
+    pub fn read(folder: Option<&Path>, name: &str) -> Result<Self, ImportError> {
         let beside = folder.map(|folder| folder.join(format!("{name}.roles.json"))).filter(|path| path.is_file());
-        let Some(path) = given.cloned().or(beside) else { return Ok(Self::default()) };
+        let Some(path) = beside else { return Ok(Self::default()) };
         let told = |what: String| ImportError::malformed(Place::File, format!("{}: {what}", path.display()));
         let bytes = whole_file::read(&path).map_err(|e| told(e.to_string()))?;
         let file: RulesFile = serde_json::from_slice(&bytes).map_err(|e| told(e.to_string()))?;

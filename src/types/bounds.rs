@@ -21,8 +21,6 @@ pub enum SamplingEnd {
     Rays,
     /// The bound that was asked for was reached.
     Unseen,
-    /// Time was over.
-    Time,
     /// A bound was asked for, and there was no memory for the proofs that it takes.
     Memory,
 }

@@ -27,10 +27,6 @@ pub struct ImportOptions {
     /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
     #[cfg_attr(feature = "bake", serde(skip))] // a path need not be text; what was read is in the scene
     pub files_under: Option<PathBuf>,
-    /// Rules that say what is a door, a window or glass by its name or its material's, in glTF and OBJ; `None`: those of the file
-    /// `NAME.roles.json` beside the model, if there is one. See docs/cli.md.
-    #[cfg_attr(feature = "bake", serde(skip))] // what they make of objects is in the scene
-    pub roles: Option<PathBuf>,
     /// Whether the scene says where its triangles come from ([`Scene::trace`](super::scene::Scene::trace)).
     #[cfg_attr(feature = "bake", serde(skip))] // visibility doesn't depend on it
     pub trace: bool,
@@ -47,7 +43,6 @@ impl Default for ImportOptions {
             smallest_hole: None,
             max_triangles: 50_000_000,
             files_under: None,
-            roles: None,
             trace: false,
         }
     }

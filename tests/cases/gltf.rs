@@ -55,7 +55,7 @@ fn is_as_base(scene: &Scene) -> PvsFile {
 
 #[track_caller]
 fn all_are_as_base(folder: &str, models: &[&str]) {
-    let Some(folder) = case(folder) else { return };
+    let folder = case(folder);
     for model in models {
         is_as_base(&read(&folder.join(model)));
     }
@@ -66,24 +66,28 @@ fn has_note(scene: &Scene, text: &str) -> bool {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_00_base() {
     all_are_as_base("00_base", &["base.glb", "base.obj"]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_01_mirrored() {
     all_are_as_base("01_mirrored", &["mirrored.glb", "each.glb"]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_02_utm() {
     all_are_as_base("02_utm", &["utm.obj", "utm_node.glb", "utm_f32.glb"]);
 }
 
 /// Whatever the unit: ten cells, and a note that names it where it isn't a metre.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_03_units() {
-    let Some(folder) = case("03_units") else { return };
+    let folder = case("03_units");
     for (model, name, unit) in [
         ("cm.glb", "centimetres", "cm"),
         ("inch.glb", "inches", "inch"),
@@ -100,9 +104,10 @@ fn case_03_units() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_04_turned() {
     all_are_as_base("04_turned", &["turned33.glb", "lean1.glb"]);
-    let Some(folder) = case("04_turned") else { return };
+    let folder = case("04_turned");
     let file = is_as_base(&read(&folder.join("lean1.glb")));
     assert!(file.notes.iter().any(|note| note.contains("leans by 1.00 degrees")), "{:?}", file.notes);
     let lying = folder.join("zup.obj");
@@ -112,21 +117,24 @@ fn case_04_turned() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_05_duplicates() {
-    let Some(folder) = case("05_duplicates") else { return };
+    let folder = case("05_duplicates");
     let file = baked(&read(&folder.join("dup.glb")));
     assert_eq!((counts(&file), statues(&corridor(&file))), ([10, 1, 9], [16, 16]), "everything is there twice");
 }
 
 /// Walls as sheets, with triangles on both sides or on one.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_06_thin() {
     all_are_as_base("06_thin", &["thin_two.glb", "thin_one.glb", "thin_one.obj"]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_07_broken() {
-    let Some(folder) = case("07_broken") else { return };
+    let folder = case("07_broken");
     is_as_base(&read(&folder.join("degenerate.glb")));
     let scene = read(&folder.join("nan.glb"));
     assert!(has_note(&scene, "not a finite number"), "{:?}", scene.source.notes);
@@ -134,8 +142,9 @@ fn case_07_broken() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_08_skinned() {
-    let Some(folder) = case("08_skinned") else { return };
+    let folder = case("08_skinned");
     let scene = read(&folder.join("skinned.glb"));
     let body = scene.objects.iter().find(|o| o.node == "Body").unwrap();
     let height = body.bounds.size().y;
@@ -150,8 +159,9 @@ fn case_08_skinned() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_09_animated_door() {
-    let Some(folder) = case("09_animated_door") else { return };
+    let folder = case("09_animated_door");
     let scene = read(&folder.join("animated.glb"));
     let leaves: Vec<_> = scene.objects.iter().filter(|o| o.node.starts_with("Cube.")).collect();
     assert_eq!(leaves.len(), 8);
@@ -166,8 +176,9 @@ fn case_09_animated_door() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_10_colliders() {
-    let Some(folder) = case("10_colliders") else { return };
+    let folder = case("10_colliders");
     for (model, name) in [("decentraland.glb", "doorway0_collider"), ("godot.glb", "blocker0-colonly")] {
         let scene = read(&folder.join(model));
         assert!(has_note(&scene, &format!("8 meshes are not drawn by engines, by name or extras ({name}, ")));
@@ -179,8 +190,9 @@ fn case_10_colliders() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_11_names() {
-    let Some(folder) = case("11_names") else { return };
+    let folder = case("11_names");
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -195,16 +207,18 @@ fn case_11_names() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_12_obj() {
     all_are_as_base("12_obj", &["negative.obj", "continued.obj", "concave.obj", "crlf.obj", "bom.obj"]);
     // One object of all, without a name for any.
-    let Some(folder) = case("12_obj") else { return };
+    let folder = case("12_obj");
     assert_eq!(counts(&baked(&read(&folder.join("merged.obj")))), [10, 1, 9]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_13_lod() {
-    let Some(folder) = case("13_lod") else { return };
+    let folder = case("13_lod");
     is_as_base(&read(&folder.join("msft.glb")));
     let scene = read(&folder.join("lod_solid.glb"));
     let file = is_as_base(&scene);
@@ -218,8 +232,9 @@ fn case_13_lod() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_14_alpha() {
-    let Some(folder) = case("14_alpha") else { return };
+    let folder = case("14_alpha");
     is_as_base(&read(&folder.join("babylon3155.glb")));
     let scene = read(&folder.join("alpha.glb"));
     assert!(scene.objects.iter().any(|o| o.opaque));
@@ -227,8 +242,9 @@ fn case_14_alpha() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_15_gaps() {
-    let Some(folder) = case("15_gaps") else { return };
+    let folder = case("15_gaps");
     for model in ["gap2mm.glb", "gap20mm.glb", "gap120mm.glb"] {
         let file = baked(&read(&folder.join(model)));
         // Gaps are portals, too.
@@ -237,21 +253,24 @@ fn case_15_gaps() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_16_one_mesh() {
-    let Some(folder) = case("16_one_mesh") else { return };
+    let folder = case("16_one_mesh");
     for model in ["one.glb", "soup.glb"] {
         assert_eq!(counts(&baked(&read(&folder.join(model)))), [10, 1, 9], "{model}");
     }
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_17_hollow() {
     all_are_as_base("17_hollow", &["hollow.glb"]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_18_sky() {
-    let Some(folder) = case("18_sky") else { return };
+    let folder = case("18_sky");
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "glb") {
@@ -265,8 +284,9 @@ fn case_18_sky() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_19_names_room() {
-    let Some(folder) = case("19_names_room") else { return };
+    let folder = case("19_names_room");
     let scene = read(&folder.join("names.glb"));
     assert_eq!(scene.objects.iter().filter(|o| o.node.ends_with("-portal")).count(), 8, "statues are drawn");
     assert!(
@@ -278,23 +298,27 @@ fn case_19_names_room() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_20_matrix() {
     all_are_as_base("20_matrix", &["matrix.glb"]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_21_instancing() {
-    let Some(folder) = case("21_instancing") else { return };
+    let folder = case("21_instancing");
     assert_eq!(counts(&baked(&read(&folder.join("inst.glb")))), [10, 1, 9]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_22_quantised() {
     all_are_as_base("22_quantised", &["quant.glb"]);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_23_stair() {
-    let Some(folder) = case("23_stair") else { return };
+    let folder = case("23_stair");
     assert_eq!(counts(&baked(&read(&folder.join("stair.glb"))))[..2], [21, 1]);
 }

@@ -61,8 +61,9 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_30_map_dialects() {
-    let Some(folder) = case("30_map_dialects") else { return };
+    let folder = case("30_map_dialects");
     let base = imported(&folder.join("base.map")).unwrap();
     let area = |s: &Scene| (0..s.triangles.len()).map(|t| enfilade::geom::area(&s.corners(t))).sum::<f64>();
     let graph = cells(&base);
@@ -76,15 +77,17 @@ fn case_30_map_dialects() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_31_map_tb_omit() {
-    let Some(folder) = case("31_map_tb_omit") else { return };
+    let folder = case("31_map_tb_omit");
     assert_eq!(closed(&folder.join("omit.map")), [1, 0]);
     assert_eq!(closed(&folder.join("omit_detail.map"))[0], 7);
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_32_map_origin() {
-    let Some(folder) = case("32_map_origin") else { return };
+    let folder = case("32_map_origin");
     for map in ["origin", "func_wall", "start_in_wall", "start_on_floor"] {
         assert_eq!(closed(&folder.join(map).with_extension("map"))[0], 7, "{map}");
     }
@@ -94,16 +97,18 @@ fn case_32_map_origin() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_33_map_door() {
-    let Some(folder) = case("33_map_door") else { return };
+    let folder = case("33_map_door");
     for map in files(&folder, "map") {
         assert_eq!(closed(&map)[0], 7, "{}", map.display());
     }
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_34_map_fence() {
-    let Some(folder) = case("34_map_fence") else { return };
+    let folder = case("34_map_fence");
     for map in files(&folder, "map") {
         assert_eq!(closed(&map)[0], 7, "{}", map.display());
         let scene = imported(&map).unwrap();
@@ -116,8 +121,9 @@ fn case_34_map_fence() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_35_map_broken() {
-    let Some(folder) = case("35_map_broken") else { return };
+    let folder = case("35_map_broken");
     for (map, left_out) in
         [("inside_out", true), ("zero_volume", true), ("tiny", true), ("dup_plane", false), ("hairgap", false)]
     {
@@ -164,23 +170,26 @@ fn a_gap_of_a_unit_is_closed_if_asked_for() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_36_map_far() {
-    let Some(folder) = case("36_map_far") else { return };
+    let folder = case("36_map_far");
     for map in files(&folder, "map") {
         assert_eq!(closed(&map)[0], 7, "{}", map.display());
     }
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_37_map_q3() {
-    let Some(folder) = case("37_map_q3") else { return };
+    let folder = case("37_map_q3");
     let error = imported(&folder.join("brushdef.map")).unwrap_err().to_string();
     assert!(error.contains("brushDef is of Quake 3 and not read"), "{error}");
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_38_map_sky() {
-    let Some(folder) = case("38_map_sky") else { return };
+    let folder = case("38_map_sky");
     for map in files(&folder, "map") {
         let scene = imported(&map).unwrap();
         let file = baked(&scene);
@@ -190,8 +199,9 @@ fn case_38_map_sky() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_40_prt() {
-    let Some(folder) = case("40_prt") else { return };
+    let folder = case("40_prt");
     let refused = [
         ("count_less", "line 7, end of file"),
         ("count_more", "line 8, portal: missing"),
@@ -217,8 +227,9 @@ fn case_40_prt() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_62_rim() {
-    let Some(folder) = case("62_rim") else { return };
+    let folder = case("62_rim");
     for path in files(&folder, "map").into_iter().take(2) {
         let scene = imported(&path).unwrap();
         passes(&baked(&scene), &scene);
@@ -251,8 +262,8 @@ fn case_64_unsealed_map() {
     walls.remove(5);
     std::fs::write(&map, entity("worldspawn", "", &walls) + &start("64 64 24")).unwrap();
     for (cells, open) in [("auto", 1), ("plan", 1), ("bsp", 1)] {
-        let words = ["bake", "--cells", cells, "--rays", "20k", "--json", "--leak"].map(Path::new);
-        let words = words.into_iter().chain([points.as_path(), Path::new("-o"), file.as_path(), map.as_path()]);
+        let words = ["bake", "--cells", cells, "--rays", "20k", "--json"].map(Path::new);
+        let words = words.into_iter().chain([Path::new("-o"), file.as_path(), map.as_path()]);
         let report = json(&run(&words.collect::<Vec<_>>()));
         assert!(report["open_cells"].as_u64() >= Some(open), "{cells}: {report}");
         let is_told =

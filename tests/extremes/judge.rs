@@ -89,7 +89,7 @@ pub fn judge(world: &World, motion: &Motion, given: bool, effort: Effort) -> Row
         upper: file.pairs.upper,
         open: [0; 2],
         known: 0,
-        capped: file.stats.flow_capped,
+        capped: file.stats.flow_over_budget,
         frames: 0,
         missed_pixels: 0,
         missed_rays: 0,

@@ -64,7 +64,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         objects_lower: matrix(3, &lower),
         objects_upper: matrix(3, &[&lower[..], &[(0, 2)]].concat()),
         placement: Placement { matrix: matrix(3, &[(0, 0), (1, 0), (0, 1), (1, 2)]), boxes: None },
-        narrow: matrix(3, &[(0, 2)]),
+        unresolved: matrix(3, &[(0, 2)]),
         witnesses: lower
             .iter()
             .map(|&(cell, object)| Witness {
@@ -112,7 +112,7 @@ fn a_bake_becomes_a_file() {
     assert!(!sampled.sees_object(CellId(0), ObjectId(2)) && !sampled.sees_cell(CellId(0), CellId(1)));
     assert!(sampled.sees_cell(CellId(1), CellId(1)));
     assert_eq!(sampled.bounds, None);
-    assert!(sampled.left_out.contains(&"bounds and witnesses: not asked for (--keep-bounds)".to_owned()));
+    assert!(sampled.left_out.contains(&"bounds and witnesses: not asked for (--rows both)".to_owned()));
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn one_room_carries_no_portals_and_no_rows() {
         objects_lower: BitMatrix::new(1, 3),
         objects_upper: all(3),
         placement: Placement { matrix: all(3), boxes: None },
-        narrow: all(3),
+        unresolved: all(3),
         witnesses: Vec::new(),
         guarantee: Guarantee::Conservative,
         clusters: Vec::new(),

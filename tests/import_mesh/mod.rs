@@ -69,7 +69,7 @@ fn assert_sound(scene: &Scene, options: &ImportOptions) {
     }
 }
 
-/// A file of the shared data, or `None` where there is none and needn't be.
-fn data(test: &str, file: &str) -> Option<PathBuf> {
-    testing::data::data(test).map(|folder| folder.join(file))
+/// A file of the data folder.
+fn data(file: &str) -> PathBuf {
+    testing::data::data().join(file)
 }

@@ -54,27 +54,24 @@ fn nodes_inherit_names_and_extras_count_for_more() {
 }
 
 #[test]
-fn a_file_of_roles_beside_the_model_tells_and_a_named_one_tells_instead() {
+fn a_file_of_roles_beside_the_model_gives_roles() {
     let folder = cli::folder("roles");
-    let (model, beside, other) = (folder.join("a.b.obj"), folder.join("a.b.roles.json"), folder.join("other.json"));
+    let (model, beside) = (folder.join("a.b.obj"), folder.join("a.b.roles.json"));
     std::fs::write(&model, format!("{SQUARE}o Blatt 1\nusemtl x\nf 1 2 3\no door\nf 1 2 4\no Blatt 2\nusemtl y\nf 2 3 4\n"))
         .unwrap();
-    let roles = |roles: Option<&Path>| {
-        let options = ImportOptions { roles: roles.map(Path::to_owned), ..ImportOptions::default() };
-        import(&model, &options).map(|scene| scene.objects.iter().map(|o| o.role).collect::<Vec<_>>())
-    };
-    assert_eq!(roles(None).unwrap(), [Role::Unknown, Role::Door, Role::Unknown]);
+    let roles =
+        || import(&model, &ImportOptions::default()).map(|scene| scene.objects.iter().map(|o| o.role).collect::<Vec<_>>());
+    assert_eq!(roles().unwrap(), [Role::Unknown, Role::Door, Role::Unknown]);
     let rules = json!({"roles": [{"name": "blatt*", "material": "x", "role": "door"}, {"name": "door", "role": "unknown"}]});
     std::fs::write(&beside, rules.to_string()).unwrap();
-    assert_eq!(roles(None).unwrap(), [Role::Door, Role::Unknown, Role::Unknown]);
+    assert_eq!(roles().unwrap(), [Role::Door, Role::Unknown, Role::Unknown]);
     // Blended material that hides what is behind it.
     std::fs::write(folder.join("x.mtl"), "newmtl x\nd 0.9\n").unwrap();
     let text = std::fs::read_to_string(&model).unwrap();
     std::fs::write(&model, format!("mtllib x.mtl\n{text}")).unwrap();
     let opaque = |role: &str| {
-        std::fs::write(&other, json!({"roles": [{"material": "x", "role": role}]}).to_string()).unwrap();
-        let options = ImportOptions { roles: Some(other.clone()), ..ImportOptions::default() };
-        let scene = import(&model, &options).unwrap();
+        std::fs::write(&beside, json!({"roles": [{"material": "x", "role": role}]}).to_string()).unwrap();
+        let scene = import(&model, &ImportOptions::default()).unwrap();
         (
             scene.objects[0].opaque,
             scene.source.notes.iter().any(|note| note.starts_with("67 % of the triangles are see-through")),
@@ -82,20 +79,18 @@ fn a_file_of_roles_beside_the_model_tells_and_a_named_one_tells_instead() {
     };
     assert_eq!((opaque("structure"), opaque("opaque")), ((false, true), (true, false)));
     std::fs::write(&model, text).unwrap();
-    std::fs::write(&other, json!({"roles": [{"material": "Y", "role": "stair"}]}).to_string()).unwrap();
-    assert_eq!(roles(Some(&other)).unwrap(), [Role::Unknown, Role::Door, Role::Stair]);
+    std::fs::write(&beside, json!({"roles": [{"material": "Y", "role": "stair"}]}).to_string()).unwrap();
+    assert_eq!(roles().unwrap(), [Role::Unknown, Role::Door, Role::Stair]);
     for (bad, why) in [
-        ("{", "other.json: EOF"),
-        (r#"{"roles": [{"role": "door"}]}"#, "other.json: roles[0]: give a name or a material"),
-        (r#"{"roles": [{"name": "a", "role": "lift"}]}"#, "other.json: unknown variant `lift`"),
-        (r#"{"roles": [{"nmae": "a", "role": "door"}]}"#, "other.json: unknown field `nmae`"),
+        ("{", "a.b.roles.json: EOF"),
+        (r#"{"roles": [{"role": "door"}]}"#, "a.b.roles.json: roles[0]: give a name or a material"),
+        (r#"{"roles": [{"name": "a", "role": "lift"}]}"#, "a.b.roles.json: unknown variant `lift`"),
+        (r#"{"roles": [{"nmae": "a", "role": "door"}]}"#, "a.b.roles.json: unknown field `nmae`"),
     ] {
-        std::fs::write(&other, bad).unwrap();
-        let error = roles(Some(&other)).unwrap_err().to_string();
+        std::fs::write(&beside, bad).unwrap();
+        let error = roles().unwrap_err().to_string();
         assert!(error.contains(why), "{error}");
     }
-    std::fs::remove_file(&other).unwrap();
-    assert!(roles(Some(&other)).unwrap_err().to_string().contains("other.json: there is no such file"));
 }
 
 /// An office whose nodes say nothing but their names has the doors and windows that its author tells of.

@@ -92,7 +92,7 @@ fn what_is_skipped_is_noted() {
     assert_eq!(
         scene.source.notes,
         [
-            "1 lines left out; --tube-radius makes tubes of them",
+            "1 lines left out; --tubes METRES makes tubes of them",
             "1 points left out",
             "1 free-form curves and surfaces left out",
             "2 unknown statements skipped, the first is `frobnicate` in line 8",

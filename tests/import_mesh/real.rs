@@ -64,8 +64,9 @@ fn by_the_gltf_crate(path: &Path) -> Vec<[DVec3; 3]> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn zdm2_has_the_triangles_that_the_gltf_crate_finds() {
-    let Some(path) = data("zdm2_has_the_triangles_that_the_gltf_crate_finds", "godot-demos/zdm2.glb") else { return };
+    let path = data("godot-demos/zdm2.glb");
     let scene = scene(&path);
     let mut others = by_the_gltf_crate(&path);
     assert_eq!(others.len(), 58_772);
@@ -76,8 +77,9 @@ fn zdm2_has_the_triangles_that_the_gltf_crate_finds() {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn room_has_seventeen_nodes_and_every_triangle() {
-    let Some(path) = data("room_has_seventeen_nodes_and_every_triangle", "godot-demos/room.glb") else { return };
+    let path = data("godot-demos/room.glb");
     let scene = scene(&path);
     let others = by_the_gltf_crate(&path);
     assert_eq!(others.len(), 63_720);
@@ -106,6 +108,7 @@ fn fans(path: &Path) -> Vec<[DVec3; 3]> {
 }
 
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn obj_levels_have_the_triangles_of_their_face_lines() {
     for (file, faces) in [
         ("game-maps-obj/pandora.obj", 60_810),
@@ -113,7 +116,7 @@ fn obj_levels_have_the_triangles_of_their_face_lines() {
         ("godot-demos/level_mesh.obj", 138),
         ("exact/rooms3x3/scene.obj", 540),
     ] {
-        let Some(path) = data("obj_levels_have_the_triangles_of_their_face_lines", file) else { return };
+        let path = data(file);
         let scene = scene(&path);
         let mut others = fans(&path);
         assert_eq!(others.len(), faces);
@@ -125,6 +128,7 @@ fn obj_levels_have_the_triangles_of_their_face_lines() {
 
 /// `exact.json` speaks of `object_<id>`: objects must come out whole and in order.
 #[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn the_exact_scenes_keep_their_objects() {
     for (scene_name, objects) in [
         ("two_rooms", 18),
@@ -134,9 +138,7 @@ fn the_exact_scenes_keep_their_objects() {
         ("slit_possible", 13),
         ("l_corridors", 23),
     ] {
-        let Some(path) = data("the_exact_scenes_keep_their_objects", &format!("exact/{scene_name}/scene.obj")) else {
-            return;
-        };
+        let path = data(&format!("exact/{scene_name}/scene.obj"));
         let scene = scene(&path);
         let nodes: Vec<String> = scene.objects.iter().map(|o| o.node.clone()).collect();
         assert_eq!(nodes, (0..objects).map(|i| format!("object_{i}")).collect::<Vec<_>>());

@@ -2,7 +2,7 @@
 
 use crate::elements::Author;
 use crate::looks::Looks;
-use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells, unbaked};
+use enfilade::bake::{BakeError, BakeOptions, bake, digest, find_cells, without_rows};
 use enfilade::cells::CellGraph;
 use enfilade::file::PvsFile;
 use enfilade::job::{Digest, Job, Journal, JournalError};
@@ -122,7 +122,7 @@ impl Building {
             let tell = |number, file| {
                 early(number, Self { scene: drawn.clone(), file, looks: looks.clone(), author: author.clone() })
             };
-            tell(0, unbaked(&scene, &import_options));
+            tell(0, without_rows(&scene, &import_options));
             progress("cells", 0.0);
             let cells = find_cells(&scene, &BakeOptions::default().split, &Job::new(progress).until(stop))
                 .map_err(|e| failed(e.into()))?;

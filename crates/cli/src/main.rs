@@ -18,7 +18,7 @@ struct Args {
 enum Command {
     /// Split a scene into cells, work out what can be seen from each, write a .pvs file.
     #[command(
-        after_help = "Examples:\n  enfilade bake data/buildings/office.glb -o office.pvs\n  enfilade bake villa.glb --unseen 0.1% --ship sampled --view-cells auto --json"
+        after_help = "Examples:\n  enfilade bake data/buildings/office.glb -o office.pvs\n  enfilade bake villa.glb --unseen 0.1% --rows sampled --view-cells auto --json"
     )]
     Bake(commands::bake::Args),
     /// Test a .pvs file against its model, independently of how it was baked.
@@ -28,7 +28,7 @@ enum Command {
     Check(commands::check::Args),
     /// Walk a camera through a model and say what each culling mode draws.
     #[command(
-        after_help = "Examples:\n  enfilade walk office.pvs --model data/buildings/office.glb --mode all\n  enfilade walk office.pvs --model data/buildings/office.glb --random 100 --verify-pixels --frames pictures"
+        after_help = "Examples:\n  enfilade walk office.pvs --model data/buildings/office.glb --mode all\n  enfilade walk office.pvs --model data/buildings/office.glb --path random:100 --verify-pixels --frames pictures"
     )]
     Walk(commands::walk::Args),
     /// Say what is in a .pvs file.
@@ -54,7 +54,7 @@ enum Command {
     Vis(commands::vis::Args),
     /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
     #[command(
-        after_help = "Examples:\n  enfilade report data/buildings/office.glb -o office.html\n  enfilade report level.prt --rows other.txt"
+        after_help = "Examples:\n  enfilade report data/buildings/office.glb -o office.html\n  enfilade report level.prt --against other.txt"
     )]
     Report(commands::report::Args),
     /// Make ground of rasters of heights: tiles that are drawn to within a stated number of pixels.
@@ -168,7 +168,6 @@ mod tests {
             ("ground", "spacing") => "1",
             ("why", "from" | "to") => "cell:0",
             (_, "rooms" | "size" | "sections" | "count") => "100",
-            (_, "worker") => "0/2",
             _ => "other",
         }
     }
@@ -191,7 +190,6 @@ mod tests {
                 let beside: &[&str] = match (name, arg.get_id().as_str()) {
                     ("check", "leak") | ("dump", "obj") => &["--model", "other"],
                     ("dump", "model") => &["--obj", "other"],
-                    (_, "with") => &["--worker", "0/2"],
                     _ => &[],
                 };
                 line.extend(beside.iter().map(ToString::to_string));
@@ -205,6 +203,67 @@ mod tests {
             }
         }
         assert!(count > 40, "only {count} paths: this tests nothing");
+    }
+
+    /// A flag or an argument as a row of a table.
+    fn row(arg: &clap::Arg) -> String {
+        let takes_values = arg.get_action().takes_values();
+        let value = arg.get_value_names().filter(|_| takes_values).and_then(<[_]>::first).map(ToString::to_string);
+        let long = arg.get_long().map(|long| format!("--{long}"));
+        let short = arg.get_short().map(|short| format!("-{short},"));
+        let name: Vec<String> = [short, long, value].into_iter().flatten().collect();
+        let possible: Vec<String> = arg.get_possible_values().iter().map(|v| v.get_name().to_owned()).collect();
+        let possible =
+            if takes_values && !possible.is_empty() { format!(": {}", possible.join(", ")) } else { String::new() };
+        let defaults: Vec<_> = arg.get_default_values().iter().map(|value| value.to_string_lossy()).collect();
+        let default =
+            if takes_values && !defaults.is_empty() { format!(" [default: {}]", defaults.join(",")) } else { String::new() };
+        let help = arg.get_help().map(ToString::to_string).unwrap_or_default();
+        // A bar would end the cell.
+        let [name, meaning] = [name.join(" "), format!("{}{possible}{default}", help.trim_end_matches('.'))];
+        format!("| `{}` | {} |\n", name.replace('|', "\\|"), meaning.replace('|', "\\|"))
+    }
+
+    /// The flags of commands as a table, below their headings.
+    fn flags(commands: &[clap::Command]) -> String {
+        let mut groups: Vec<(String, Vec<String>)> = Vec::new();
+        let args = commands.iter().flat_map(clap::Command::get_arguments);
+        for arg in args.filter(|arg| arg.get_id() != "help" && arg.get_id() != "version") {
+            let (heading, row) = (arg.get_help_heading().unwrap_or_default(), row(arg));
+            match groups.iter_mut().find(|group| group.0 == heading) {
+                Some((_, rows)) if rows.contains(&row) => (),
+                Some((_, rows)) => rows.push(row),
+                None => groups.push((heading.to_owned(), vec![row])),
+            }
+        }
+        groups.sort_by_key(|(heading, _)| !heading.is_empty());
+        let title = |heading: &str| if heading.is_empty() { String::new() } else { format!("| **{heading}** | |\n") };
+        let rows: String = groups.iter().map(|(heading, rows)| title(heading) + &rows.concat()).collect();
+        format!("| flag | meaning |\n| --- | --- |\n{rows}")
+    }
+
+    /// docs/cli.md has the flags of each command as the program takes them. `ENFILADE_WRITE_DOCS=1 cargo test -p enfilade-cli --features full
+    /// --bin enfilade` writes them.
+    #[cfg(feature = "full")]
+    #[test]
+    fn the_page_of_the_command_line_has_all_flags() {
+        let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/cli.md");
+        let before = std::fs::read_to_string(&page).unwrap();
+        let mut text = before.clone();
+        for command in Args::command().get_subcommands() {
+            let mut kinds: Vec<clap::Command> = command.get_subcommands().cloned().collect();
+            if kinds.is_empty() {
+                kinds.push(command.clone());
+            }
+            let begin = format!("<!-- flags of {} -->\n", command.get_name());
+            let from = text.find(&begin).unwrap_or_else(|| panic!("docs/cli.md lacks {begin}")) + begin.len();
+            let length = text[from..].find("<!-- end of flags -->").unwrap_or_else(|| panic!("{begin} has no end"));
+            text.replace_range(from..from + length, &flags(&kinds));
+        }
+        if std::env::var_os("ENFILADE_WRITE_DOCS").is_some() {
+            std::fs::write(&page, &text).unwrap();
+        }
+        assert!(text == before, "docs/cli.md has other flags than the program; ENFILADE_WRITE_DOCS=1 writes them");
     }
 
     /// The help of each command ends with two examples, and they can be read.

@@ -139,7 +139,7 @@ impl Reader {
         let radius = own.or(self.radius).ok_or_else(|| {
             malformed(format!(
                 "{place}: no radius; give the feature a property \"radius\" or \"diameter\", in its unit of length, or all of them \
-                 --tube-radius METRES"
+                 --tubes METRES"
             ))
         })?;
         let name = short_name(feature.map_or(place, |feature| &feature.name));

@@ -163,7 +163,7 @@ fn read<'a>(
     let mut importer = Importer {
         document,
         root: DAffine3::from_mat3(DMat3::from_cols(axes[0], axes[1], axes[2])),
-        naming: Naming::read(folder, name, options.roles.as_ref())?,
+        naming: Naming::read(folder, name)?,
         by_name: ByName::default(),
         names: names(document),
         levels: levels(document),

@@ -290,7 +290,7 @@ impl Helpers {
         (*count > 0).then(|| {
             Note::taken(format!(
                 "{these} not drawn by engines, by name or extras ({}{and_more}): they hide nothing and bound no room; if one is a wall, \
-                 give it the role structure (--roles)",
+                 give it the role structure in MODEL.roles.json",
                 first.join(", ")
             ))
         })

@@ -51,7 +51,7 @@ pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &Imp
         let what = format!("not an OBJ file: no vertices in it, and {}", whole_file::nature(bytes));
         return Err(ImportError::malformed(Place::File, what));
     }
-    let naming = Naming::read(folder, name, reader.options.roles.as_ref())?;
+    let naming = Naming::read(folder, name)?;
     reader.finish(folder, &naming, &mut builder)?;
     builder.finish(name)
 }
@@ -320,7 +320,7 @@ impl Reader {
         let counts = [
             (concave, NoteKind::Detail, "concave polygons cut into triangles"),
             (fanned, NoteKind::Detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines, NoteKind::Fault, "lines left out; --tube-radius makes tubes of them"),
+            (self.lines, NoteKind::Fault, "lines left out; --tubes METRES makes tubes of them"),
             (self.points, NoteKind::Detail, "points left out"),
             (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),
         ];

@@ -7,7 +7,7 @@
 //! points and objects and of two leaves, and what of it the lower rows keep, too. `--test` takes the smallest level alone.
 //!
 //! `--write DIR` writes each mesh as an OBJ file and a camera path within the level, and bakes nothing. Files that are named are
-//! measured instead, if they are bakes of such a mesh with `--keep-bounds`: `cargo bench --bench truth -- DIR/e1m1.ANY.pvs`.
+//! measured instead, if they are bakes of such a mesh with `--rows both`: `cargo bench --bench truth -- DIR/e1m1.ANY.pvs`.
 
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{SplitOptions, Strategy};
@@ -34,7 +34,7 @@ const PLACES: usize = 1_000_000;
 const SAMPLES: usize = 256;
 
 fn main() {
-    let Some(folder) = data("truth").map(|folder| folder.join("quake-id-gpl")) else { return };
+    let folder = data().join("quake-id-gpl");
     let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let files: Vec<&Path> = arguments.iter().map(Path::new).filter(|a| a.extension().is_some_and(|e| e == "pvs")).collect();
     let levels = if arguments.iter().any(|a| a == "--test") { &LEVELS[..1] } else { &LEVELS[..] };

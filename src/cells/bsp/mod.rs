@@ -116,7 +116,7 @@ pub(super) fn bsp(
     let far = is_far.iter().filter(|far| **far).count();
     let small = all.triangles.len() - shell.triangles.len() - shell.left_out - far;
     let mut notes = vec![
-        format!("surfaces smaller than {} (--smallest-occluder) part nothing: {small} triangles", human.told(occluder)),
+        format!("surfaces smaller than {} (--cells bsp:METRES) part nothing: {small} triangles", human.told(occluder)),
         format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
         format!("{} leaves in tiles of at most {}", bsp.leaves.len(), human.told(tiles.edge)),
     ];

@@ -146,7 +146,7 @@ fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
         out.push("online hierarchy: the building is closed");
     }
     if !keep_bounds {
-        out.push("bounds and witnesses: not asked for (--keep-bounds)");
+        out.push("bounds and witnesses: not asked for (--rows both)");
     }
     if file.repairs.is_empty() {
         out.push("repairs: none were needed");

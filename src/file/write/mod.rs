@@ -192,8 +192,11 @@ impl PvsFile {
 
     fn counters(&self) -> Vec<u8> {
         let mut out = Vec::new();
-        let PvsStats { rays, cubes, flow_steps, flow_capped, met_kept, met_left_out, contradictions } = self.stats;
-        [rays, cubes, flow_steps, flow_capped, met_kept, met_left_out, contradictions].into_iter().for_each(|n| out.u64(n));
+        let PvsStats { rays, cubes, flow_steps, flow_over_budget, kept_unproven, left_out_unproven, contradictions } =
+            self.stats;
+        [rays, cubes, flow_steps, flow_over_budget, kept_unproven, left_out_unproven, contradictions]
+            .into_iter()
+            .for_each(|n| out.u64(n));
         out
     }
 }

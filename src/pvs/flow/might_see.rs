@@ -174,7 +174,7 @@ fn windows_pay(net: &Net) -> bool {
 }
 
 /// True where might-see would take longer than minutes: portals by the ten thousand between few cells, as where rough walls leave cracks.
-pub(super) fn is_dear(net: &Net) -> bool {
+pub(super) fn is_over_budget(net: &Net) -> bool {
     looks_of_all(net) > MOST_LOOKS && !windows_pay(net)
 }
 

@@ -16,7 +16,7 @@ const WINDOWS: usize = 3;
 
 /// By what a portal was come to.
 #[derive(Clone, Copy, Default)]
-struct Come {
+struct Arrival {
     /// From which source; older ones mean nothing.
     source: u32,
     /// It stands open as a whole.
@@ -35,7 +35,7 @@ pub(super) struct Reach<'n> {
     source: Window,
     part: Window,
     spare: Window,
-    come: Vec<Come>,
+    come: Vec<Arrival>,
     sources: u32,
     /// All windows of this source; those from `used` on are free.
     windows: Vec<Window>,
@@ -47,7 +47,7 @@ pub(super) struct Reach<'n> {
 impl<'n> Reach<'n> {
     pub fn new(net: &'n Net) -> Self {
         let (planes, bundle, source, part, spare, windows, queue) = Default::default();
-        let (separators, come) = (Separators::new(net.rounding), vec![Come::default(); net.portals()]);
+        let (separators, come) = (Separators::new(net.rounding), vec![Arrival::default(); net.portals()]);
         Self { net, separators, planes, bundle, source, part, spare, come, sources: 0, windows, used: 0, queue }
     }
 
@@ -101,7 +101,7 @@ impl<'n> Reach<'n> {
         let net = self.net;
         let come = &mut self.come[q];
         if come.source != self.sources {
-            *come = Come { source: self.sources, ..Come::default() };
+            *come = Arrival { source: self.sources, ..Arrival::default() };
             found.push(q as u32);
         }
         let known = &come.windows[..come.count];

@@ -46,7 +46,7 @@ pub(super) struct Between<'a> {
     /// The object that the target is a part of, where that is one.
     pub object: Option<u32>,
     /// Lines that pass something within the clearance count, too.
-    pub strict: bool,
+    pub count_grazing_lines: bool,
 }
 
 /// Every line that passes an edge within this share of the clearance is promised nothing. Less than 1 by what the arithmetic is off.
@@ -56,7 +56,7 @@ impl Flood {
     /// True where the surface around triangle `seed` hides one end from the other: every segment between the two meets it, or
     /// passes an edge of it more closely than the clearance. Else where it ends.
     pub fn closes(&mut self, mesh: &Mesh, between: &Between<'_>, seed: u32) -> Result<(), Failed> {
-        let Between { ends: [from, to], shaft, object, strict } = *between;
+        let Between { ends: [from, to], shaft, object, count_grazing_lines } = *between;
         let axis = to.bounds.centre() - from.bounds.centre();
         self.members.clear();
         self.members.push(seed);
@@ -70,13 +70,16 @@ impl Flood {
             }
             // At its end a line may pass what is nearer to the target than the clearance.
             if !apart(from, &part, mesh.gap) {
-                if !strict && from.points.iter().all(|&p| t.is_near(p, NEAR * mesh.clearance)) {
+                if !count_grazing_lines && from.points.iter().all(|&p| t.is_near(p, NEAR * mesh.clearance)) {
                     return Ok(()); // all lines come too near to it right there
                 }
                 return Err(Failed { at: middle(&part), across: t.plane.n });
             }
             if !apart(to, &part, mesh.clearance) {
-                if !strict && object != Some(t.object) && object.is_some() && lands_beside(from, to, t, axis, mesh.clearance)
+                if !count_grazing_lines
+                    && object != Some(t.object)
+                    && object.is_some()
+                    && lands_beside(from, to, t, axis, mesh.clearance)
                 {
                     return Ok(());
                 }
@@ -98,7 +101,7 @@ impl Flood {
                 }
                 let (p, q) = (a.lerp(b, span[0]), a.lerp(b, span[1]));
                 let across = (b - a).cross(axis).normalize_or_zero();
-                let foreign = !strict && object != Some(t.object) && apart(to, &[p, q], 2.5 * mesh.clearance);
+                let foreign = !count_grazing_lines && object != Some(t.object) && apart(to, &[p, q], 2.5 * mesh.clearance);
                 if foreign && grazes(from, to, [a, b], axis, NEAR * mesh.clearance) {
                     return Ok(());
                 }
@@ -222,7 +225,7 @@ mod tests {
         let shaft = Shaft::new(&from, &to, 0.25 * mesh.gap, Vec::new());
         let mut crossed = Vec::new();
         mesh.crossed(middle(&from.points) + 0.01, middle(&to.points) + 0.02, 8, &mut crossed);
-        let between = Between { ends: [&from, &to], shaft: &shaft, object: None, strict: false };
+        let between = Between { ends: [&from, &to], shaft: &shaft, object: None, count_grazing_lines: false };
         crossed.iter().any(|&(_, seed)| Flood::default().closes(&mesh, &between, seed).is_ok())
     }
 

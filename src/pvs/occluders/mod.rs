@@ -6,16 +6,15 @@
 //! Groups of objects are asked together first: one wall hides a whole wing.
 //!
 //! Lines that come nearer to a surface than the clearance are promised nothing, but for those through portals that were given and leave
-//! no other way (`narrow`).
+//! no other way (`narrow_portals`).
 
 mod flood;
 mod mesh;
-mod narrow;
+mod narrow_portals;
 mod shaft;
 
-use super::options::PvsOptions;
 use super::sampling::sampler::{Random, mix};
-use super::sampling::witness::{Found, Lower, Prover};
+use super::sampling::witness::{Found, Prover, Witnessed};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb, Plane};
 use crate::job::{Job, Stopped};
@@ -37,8 +36,6 @@ const POINT: f64 = 1e-3;
 /// Shafts that an object may cost from one portal in each round; what isn't decided then is asked again in the next. More rounds of
 /// more shafts decide few pairs more: on a real house, ten times the shafts a sixth of what was left.
 const ROUNDS: [f64; 3] = [24.0, 192.0, 1536.0];
-/// Rays that take about as long as one shaft.
-const RAYS_A_SHAFT: f64 = 5.0;
 /// Surfaces tried in one shaft.
 const SEEDS: usize = 6;
 
@@ -50,23 +47,23 @@ enum State {
     /// There is a witness.
     Seen,
     /// It cost too much.
-    Dear,
+    OverBudget,
     /// It is neither shut nor proven clear down to the tolerance.
     Narrow,
 }
 
 /// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go
-/// to `lower`, and those that the tolerance leaves open to `narrow`.
+/// to `lower`, and those that the tolerance leaves open to `unresolved`. At most `shafts` shafts.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn decide(
     rays: &RayScene<'_>,
     graph: &CellGraph,
     placement: &BitMatrix,
-    options: &PvsOptions,
+    (shafts, seed): (u64, u64),
     cells_upper: &BitMatrix,
     objects_upper: &mut BitMatrix,
-    lower: &mut Lower,
-    narrow: &mut BitMatrix,
+    lower: &mut Witnessed,
+    unresolved: &mut BitMatrix,
     work: &Job<'_>,
 ) -> Result<(), Stopped> {
     let scene = rays.scene();
@@ -74,9 +71,9 @@ pub(super) fn decide(
     let mesh = Mesh::new(scene, clearance);
     let locator = Locator::new(graph);
     let prover = Prover { rays, locator: &locator, clearance };
-    let asker = Asker { scene, graph, mesh: &mesh, prover: &prover, seed: options.seed };
-    let left = options.ray_budget as f64 / RAYS_A_SHAFT;
-    let mut pairs = Pairs { scene, placement, objects_upper, lower, narrow, left };
+    let asker = Asker { scene, graph, mesh: &mesh, prover: &prover, seed };
+    let left = shafts as f64;
+    let mut pairs = Pairs { scene, placement, objects_upper, lower, unresolved, left };
     let kept = pairs.ask_narrow(&asker, cells_upper, work)?;
     for round in 0..ROUNDS.len() {
         if !pairs.ask_round(&asker, round, &kept, work)? {
@@ -91,8 +88,8 @@ struct Pairs<'p> {
     scene: &'p Scene,
     placement: &'p BitMatrix,
     objects_upper: &'p mut BitMatrix,
-    lower: &'p mut Lower,
-    narrow: &'p mut BitMatrix,
+    lower: &'p mut Witnessed,
+    unresolved: &'p mut BitMatrix,
     /// Shafts.
     left: f64,
 }
@@ -102,17 +99,17 @@ impl Pairs<'_> {
     fn ask_narrow(&mut self, asker: &Asker<'_>, cells_upper: &BitMatrix, work: &Job<'_>) -> Result<BitMatrix, Stopped> {
         let graph = asker.graph;
         let open = self.undecided(graph);
-        let sides = narrow::sides(graph, &open, [cells_upper, &*self.objects_upper], asker.mesh);
+        let sides = narrow_portals::sides(graph, &open, [cells_upper, &*self.objects_upper], asker.mesh);
         let most = budget(ROUNDS[1], self.left, sides.iter().map(|s| s.objects.len()).sum());
-        let ask = |(): &mut (), side: &narrow::Side| {
+        let ask = |(): &mut (), side: &narrow_portals::Side| {
             let cell = graph.portals[side.portal.portal().index()].cells[side.portal.side()];
             let random = Random::new(mix(mix(asker.seed, 0x4e), u64::from(side.portal.0)));
             let mut task = asker.task(cell, &side.objects, most, random);
-            task.strict = true;
+            task.count_grazing_lines = true;
             if side.can_be_asked {
                 task.through(side.portal);
             } else {
-                task.state.fill(State::Dear);
+                task.state.fill(State::OverBudget);
             }
             (task.state, task.found.close(), task.shafts)
         };
@@ -124,7 +121,7 @@ impl Pairs<'_> {
             for (&o, _) in side.objects.iter().zip(&state).filter(|(_, state)| **state != State::Open) {
                 for &c in side.cells.iter().filter(|&&c| open.get(c as usize, o as usize)) {
                     kept.set(c as usize, o as usize);
-                    self.narrow.set(c as usize, o as usize);
+                    self.unresolved.set(c as usize, o as usize);
                 }
             }
         }
@@ -158,8 +155,8 @@ impl Pairs<'_> {
             for (&o, state) in objects.iter().zip(&state) {
                 match state {
                     State::Open => self.objects_upper.clear(*c, o as usize),
-                    State::Narrow => _ = self.narrow.set(*c, o as usize),
-                    State::Dear => self.narrow.clear(*c, o as usize),
+                    State::Narrow => _ = self.unresolved.set(*c, o as usize),
+                    State::OverBudget => self.unresolved.clear(*c, o as usize),
                     State::Seen => (),
                 }
             }
@@ -218,7 +215,7 @@ impl<'a> Asker<'a> {
             state: vec![State::Open; objects.len()],
             spent: vec![0.0; objects.len()],
             budget,
-            strict: false,
+            count_grazing_lines: false,
             random,
             flood: Flood::default(),
             crossed: Vec::new(),
@@ -261,7 +258,7 @@ struct Task<'a> {
     /// Most shafts.
     budget: f64,
     /// Lines that graze surfaces count, too, but for those at the ends of a slit.
-    strict: bool,
+    count_grazing_lines: bool,
     /// How far portals were moved out over their rims, metres.
     grown: f64,
     random: Random,
@@ -291,7 +288,7 @@ impl Task<'_> {
         };
         let all: Vec<u32> = (0..self.objects.len() as u32).filter(ahead).collect();
         // Whatever passes the portal's rim where a wall or floor runs along it comes nearer to that than the clearance.
-        let least = if self.strict { 2.0 * self.mesh.clearance } else { 0.0 };
+        let least = if self.count_grazing_lines { 2.0 * self.mesh.clearance } else { 0.0 };
         let window = self.mesh.inset(&winding, plane.n, [self.grown, 0.8 * self.mesh.clearance], least);
         if window.is_empty() {
             return;
@@ -314,7 +311,7 @@ impl Task<'_> {
                 }
                 Halving::Neither => {
                     if let Target::Parts(k, _) = target
-                        && (self.strict || !self.is_narrow(&from, &to, k))
+                        && (self.count_grazing_lines || !self.is_narrow(&from, &to, k))
                     {
                         self.state[k as usize] = State::Narrow;
                     }
@@ -347,7 +344,7 @@ impl Task<'_> {
     fn charge_object(&mut self, k: usize, shafts: f64) {
         self.spent[k] += shafts;
         if self.spent[k] > self.budget {
-            self.state[k] = State::Dear;
+            self.state[k] = State::OverBudget;
         }
     }
 
@@ -434,7 +431,7 @@ impl Task<'_> {
             let shaft = Shaft::new(from, to, 0.25 * self.mesh.gap, std::mem::take(&mut self.planes));
             let mut tried: Option<Failed> = None;
             let object = if let Target::Parts(k, _) = target { Some(self.objects[*k as usize]) } else { None };
-            let between = Between { ends: [from, to], shaft: &shaft, object, strict: self.strict };
+            let between = Between { ends: [from, to], shaft: &shaft, object, count_grazing_lines: self.count_grazing_lines };
             for &(_, seed) in &crossed {
                 match self.flood.closes(self.mesh, &between, seed) {
                     Ok(()) => {

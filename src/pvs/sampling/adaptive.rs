@@ -16,7 +16,7 @@ use super::lines;
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
 use super::source::{Part, Source};
-use super::witness::Lower;
+use super::witness::Witnessed;
 use crate::cells::Portal;
 use crate::geom::{self, Plane};
 use crate::job::Stopped;
@@ -227,7 +227,7 @@ impl<'a, 'c> Adaptive<'a, 'c> {
 }
 
 impl Source for Adaptive<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Witnessed, part: &Part<'_>) -> Result<bool, Stopped> {
         let (mut places, mut stands) = (Vec::new(), Vec::new());
         while stands.len() < (part.rays / COST) as usize {
             let Some(place) = self.next_place() else { break };

@@ -6,13 +6,12 @@
 //! more attempts, so that easy ones don't wait for hopeless ones.
 
 use super::sampler::{Random, mix};
-use super::witness::{Found, Lower, Prover};
+use super::witness::{Found, Prover, Witnessed};
 use crate::cells::{CellGraph, Locator};
 use crate::geom::{self, Aabb};
 use crate::job::{Job, Stopped};
 use crate::parallel;
 use crate::pvs::facets::corners;
-use crate::pvs::options::PvsOptions;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{BitMatrix, CellId, ObjectId};
@@ -37,9 +36,9 @@ pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
     Undecided { cells_upper, objects_upper, placement }: Undecided<'_>,
-    options: &PvsOptions,
+    seed: u64,
     budget: u64,
-    lower: &mut Lower,
+    lower: &mut Witnessed,
     work: &Job<'_>,
 ) -> Result<(), Stopped> {
     let (scene, locator) = (rays.scene(), Locator::new(graph));
@@ -65,7 +64,7 @@ pub(in crate::pvs) fn sample(
         let done = |done: usize| work.tell("aimed rays", share(done));
         let from_cell = |(): &mut (), &Left { cell, ref objects, ref cells }: &Left| {
             let (c, mut found) = (cell.index(), Found::default());
-            let mut random = Random::new(mix(mix(options.seed, u64::from(round) << 32 | 0xa1), c as u64));
+            let mut random = Random::new(mix(mix(seed, u64::from(round) << 32 | 0xa1), c as u64));
             for &object in objects {
                 for attempt in 0..attempts {
                     let (to, hit) = point_on(scene, object, &mut random);

@@ -5,7 +5,7 @@
 
 use super::sampler::{Random, Sampler, Site};
 use super::source::Part;
-use super::witness::{Found, Line, Lower};
+use super::witness::{Found, Line, Witnessed};
 use crate::PortalId;
 use crate::job::Stopped;
 use crate::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
@@ -123,7 +123,7 @@ impl<'a> Caster<'a> {
 
     /// Makes cubes in order. What those see that are to tell it, and the solid angle (fraction of the sphere) of that part of it that
     /// the cells beside them weren't known to see, their mean where they are two.
-    pub fn cast(&self, stands: &[Stand], lower: &mut Lower, part: &Part<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
+    pub fn cast(&self, stands: &[Stand], lower: &mut Witnessed, part: &Part<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
         let known = &*lower;
         let cast = |eyes: &mut Eyes<'_>, stand: &Stand| eyes.cube(self, stand, known);
         let done = |cubes: usize| part.tell(cubes as f64 / stands.len() as f64);
@@ -185,7 +185,7 @@ impl<'a> Eyes<'a> {
     }
 
     /// One cube: what it sees, and what that proves.
-    fn cube(&mut self, caster: &Caster<'_>, stand: &Stand, known: &Lower) -> ((Seen, f64), Found) {
+    fn cube(&mut self, caster: &Caster<'_>, stand: &Stand, known: &Witnessed) -> ((Seen, f64), Found) {
         let (sampler, site) = (caster.sampler, stand.site);
         let mut random = Random::new(stand.seed);
         // Turned by chance, so that pixels of neighbours don't fall on the same places.

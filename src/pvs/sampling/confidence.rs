@@ -14,7 +14,7 @@
 
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
-use super::witness::{Found, Line, Lower};
+use super::witness::{Found, Line, Witnessed};
 use crate::CellId;
 use crate::job::{Job, Stopped};
 use crate::scene::rays::{Hit, RayScene};
@@ -101,7 +101,7 @@ impl<'a> Test<'a> {
     }
 
     /// Looks at `lower` three times, with about `budget` rays in all.
-    pub fn look_thrice(&mut self, budget: u64, lower: &mut Lower, work: &Job<'_>) -> Result<(), Stopped> {
+    pub fn look_thrice(&mut self, budget: u64, lower: &mut Witnessed, work: &Job<'_>) -> Result<(), Stopped> {
         for count in looks(budget / self.regions.len().max(1) as u64) {
             self.look(count, DOUBT, lower, work)?;
             work.tell("unseen", f64::from(self.looks) / f64::from(LOOKS));
@@ -110,7 +110,7 @@ impl<'a> Test<'a> {
     }
 
     /// Looks at `lower` with `count` rays from each cell, which may be wrong with probability `doubt`; adds what they show.
-    pub fn look(&mut self, count: u64, doubt: f64, lower: &mut Lower, work: &Job<'_>) -> Result<(), Stopped> {
+    pub fn look(&mut self, count: u64, doubt: f64, lower: &mut Witnessed, work: &Job<'_>) -> Result<(), Stopped> {
         let (sampler, regions, number, known) = (self.sampler, self.regions, self.looks, &*lower);
         let from_cell = |&c: &usize| {
             let (mut found, mut line, mut crossings) = (Found::default(), Line::default(), Vec::new());

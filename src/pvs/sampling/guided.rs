@@ -9,7 +9,7 @@
 
 use super::sampler::{Random, Sampler, Site, mix};
 use super::source::{Part, Source};
-use super::witness::{Found, Line, Lower};
+use super::witness::{Found, Line, Witnessed};
 use crate::PortalId;
 use crate::job::Stopped;
 use crate::scene::rays::Hit;
@@ -47,7 +47,7 @@ impl<'a> Guided<'a> {
     }
 
     /// Border and reverse samples of one proof.
-    fn follow(&self, witness: &Witness, seed: u64, known: &Lower) -> Found {
+    fn follow(&self, witness: &Witness, seed: u64, known: &Witnessed) -> Found {
         let (mut random, mut found) = (Random::new(seed), Found::default());
         let rays = self.sampler.prover.rays;
         let (mut line, mut crossings) = (Line::default(), Vec::new());
@@ -74,7 +74,7 @@ impl<'a> Guided<'a> {
 
     /// The next proofs to follow up, each with its pass, at most so many: those that nobody has, and then the others in
     /// turn. None where each had all its passes.
-    fn next_proofs(&mut self, count: usize, known: &Lower) -> Vec<(usize, u64)> {
+    fn next_proofs(&mut self, count: usize, known: &Witnessed) -> Vec<(usize, u64)> {
         let fresh = self.fresh..known.witnesses.len().min(self.fresh + count);
         self.fresh = fresh.end;
         let mut proofs: Vec<(usize, u64)> = fresh.map(|i| (i, 0)).collect();
@@ -107,7 +107,7 @@ impl<'a> Guided<'a> {
         &self,
         site: Site,
         direction: DVec3,
-        known: &Lower,
+        known: &Witnessed,
         line: &mut Line,
         crossings: &mut Vec<(f64, PortalId)>,
         found: &mut Found,
@@ -120,7 +120,7 @@ impl<'a> Guided<'a> {
 }
 
 impl Source for Guided<'_> {
-    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Witnessed, part: &Part<'_>) -> Result<bool, Stopped> {
         let (begin, mut is_first) = (lower.rays, true);
         loop {
             // What a proof took so far, in the mean; one may take more.

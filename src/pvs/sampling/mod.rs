@@ -4,14 +4,14 @@
 //! Four ways of finding them, behind [`Strategy`]: `adaptive` visibility cubes on portals and in cells; `guided` rays at the
 //! borders of what was found; and, to hold them against, `uniform` cubes and random rays. `schedule` gives the rays away,
 //! and `batch` says how many at a time. Then `aimed` segments go to what the upper bound left. How much of what there is to
-//! see all of them have missed, [`confidence`] bounds; `clock` ends them. `regions` does all of this for view cells.
+//! see all of them have missed, [`confidence`] bounds. `regions` does all of this for view cells.
 
 mod adaptive;
 pub(in crate::pvs) mod aimed;
 mod batch;
 mod cast;
-pub(in crate::pvs) mod clock;
 pub mod confidence;
+pub(in crate::pvs) mod goal;
 mod guided;
 pub(in crate::pvs) mod lines;
 pub(in crate::pvs) mod region;

@@ -4,20 +4,20 @@
 use super::adaptive::Adaptive;
 use super::batch;
 use super::cast::Caster;
-use super::clock::Clock;
-use super::confidence::{Test, doubt_of};
+use super::confidence::Test;
+use super::goal::{Rounds, reach};
 use super::guided::Guided;
 use super::sampler::Sampler;
 use super::source::{Part, Source};
 use super::uniform::{Rays, Uniform, regions};
-use super::witness::Lower;
+use super::witness::Witnessed;
 use crate::BitMatrix;
 use crate::cells::{CellGraph, Locator};
 use crate::job::{Job, Stopped};
 use crate::pvs::cubes::CubeScene;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
-use crate::types::bounds::{SamplingEnd, Unseen, percent};
+use crate::types::bounds::{SamplingEnd, Unseen};
 
 /// A strategy that found nothing with one of so many of all rays in a row, and with so many rays, gets no more.
 const PATIENCE: u64 = 20;
@@ -67,13 +67,12 @@ pub(in crate::pvs) struct Plan {
     pub goal: Option<f64>,
 }
 
-/// Samples until the plan's rays are spent, its goal is reached, time is over, or nothing finds anything; bounds what it missed.
+/// Samples until the plan's rays are spent, its goal is reached, or nothing finds anything; bounds what it missed.
 pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
     plan: Plan,
-    clock: &Clock,
-    lower: &mut Lower,
+    lower: &mut Witnessed,
     work: &Job<'_>,
 ) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
     let Plan { strategy, seed, budget, to_test, goal } = plan;
@@ -93,59 +92,47 @@ pub(in crate::pvs) fn sample(
     if matches!(strategy, Strategy::Guided | Strategy::Scheduled) {
         sources.push(Box::new(Guided::new(&sampler)));
     }
-    let (mut turns, mut test) = (Turns::new(sources, clock), Test::new(&sampler, &regions));
+    let (mut turns, mut test) = (Turns::new(sources), Test::new(&sampler, &regions));
     let end = match goal {
-        Some(goal) => until(goal, budget, &mut turns, &mut test, lower, work)?,
+        Some(goal) => reach(goal, budget, &mut Cells { turns: &mut turns, test: &mut test, lower }, work)?,
         None => {
-            let in_time = turns.spend(budget, lower, work)?;
+            turns.spend(budget, lower, work)?;
             test.look_thrice(to_test, lower, work)?;
-            if in_time { SamplingEnd::Rays } else { SamplingEnd::Time }
+            SamplingEnd::Rays
         }
     };
     drop(turns);
     Ok((test.close(), end))
 }
 
-/// The first round of sampling towards a goal has this many rays; each has twice those of the one before.
-const FIRST: u64 = 500_000;
-/// A goal is tested with this many rays over it, or all of a round: so many without a hit prove half of it.
-const PROVING: f64 = 16.0;
-/// Of the rays of a round, this fraction tests what is known.
-const TESTED: f64 = 0.1;
+/// Cells on the way to a goal.
+struct Cells<'c, 's> {
+    turns: &'c mut Turns<'s>,
+    test: &'c mut Test<'s>,
+    lower: &'c mut Witnessed,
+}
 
-/// Rounds of sampling, each with a test at its end, until that bounds the mean by `goal`, `budget` is spent or time is over.
-fn until(
-    goal: f64,
-    budget: u64,
-    turns: &mut Turns<'_>,
-    test: &mut Test<'_>,
-    lower: &mut Lower,
-    work: &Job<'_>,
-) -> Result<SamplingEnd, Stopped> {
-    let cells = test.regions() as u64;
-    for number in 0.. {
-        let round = FIRST << number.min(40);
-        let in_time = turns.spend((lower.rays + round).min(budget), lower, work)?;
-        // Where nothing finds anything more, fresh rays are all that is left.
-        let part = if turns.is_empty() { 1.0 } else { TESTED };
-        let proving = if in_time { (PROVING / goal).min(round as f64) } else { 0.0 };
-        let rays = ((round as f64 * part).max(proving) as u64).min(budget.saturating_sub(lower.rays));
-        let each = rays / cells.max(1);
-        if each > 0 {
-            test.look(each, doubt_of(number), lower, work)?;
-        }
-        work.tell(&format!("unseen {}", percent(test.mean())), (goal / test.mean()).min(1.0));
-        if test.mean() <= goal {
-            return Ok(SamplingEnd::Unseen);
-        }
-        if !in_time {
-            return Ok(SamplingEnd::Time);
-        }
-        if each == 0 || cells == 0 {
-            break;
-        }
+impl Rounds for Cells<'_, '_> {
+    fn rays(&self) -> u64 {
+        self.lower.rays
     }
-    Ok(SamplingEnd::Rays)
+
+    fn regions(&self) -> u64 {
+        self.test.regions() as u64
+    }
+
+    fn sample(&mut self, rays: u64, work: &Job<'_>) -> Result<bool, Stopped> {
+        self.turns.spend(rays, self.lower, work)?;
+        Ok(!self.turns.is_empty())
+    }
+
+    fn test(&mut self, rays: u64, doubt: f64, work: &Job<'_>) -> Result<(), Stopped> {
+        self.test.look(rays, doubt, self.lower, work)
+    }
+
+    fn unseen(&self) -> f64 {
+        self.test.mean()
+    }
 }
 
 /// A strategy, and what it gave for the last rays that it got.
@@ -165,14 +152,13 @@ struct Turns<'a> {
     in_turn: bool,
     /// Parts given away so far.
     part: u64,
-    clock: &'a Clock,
 }
 
 impl<'a> Turns<'a> {
-    fn new(sources: Vec<Box<dyn Source + 'a>>, clock: &'a Clock) -> Self {
+    fn new(sources: Vec<Box<dyn Source + 'a>>) -> Self {
         let turn = |source| Turn { source, rate: f64::INFINITY, barren: 0 };
         let turns: Vec<Turn<'a>> = sources.into_iter().map(turn).collect();
-        Self { in_turn: turns.len() > 1, turns, part: 0, clock }
+        Self { in_turn: turns.len() > 1, turns, part: 0 }
     }
 
     /// Nothing finds anything more.
@@ -180,18 +166,15 @@ impl<'a> Turns<'a> {
         self.turns.is_empty()
     }
 
-    /// Goes on until `lower` has cost `budget`, or nothing finds anything; false where time was over before.
-    fn spend(&mut self, budget: u64, lower: &mut Lower, work: &Job<'_>) -> Result<bool, Stopped> {
+    /// Goes on until `lower` has cost `budget`, or nothing finds anything.
+    fn spend(&mut self, budget: u64, lower: &mut Witnessed, work: &Job<'_>) -> Result<(), Stopped> {
         let (turns, begin) = (&mut self.turns, lower.rays);
         let whole = budget.saturating_sub(begin).max(1);
-        let proofs = |lower: &Lower| lower.witnesses.len() + lower.sights.len();
+        let proofs = |lower: &Witnessed| lower.witnesses.len() + lower.sights.len();
         while lower.rays < budget {
             let better = |a: usize, b: usize| if turns[b].rate > turns[a].rate { b } else { a };
             let next = if self.part % 3 < 2 { (!turns.is_empty()).then_some(0) } else { (0..turns.len()).reduce(better) };
             let Some(next) = next else { break };
-            if self.clock.is_over(work) {
-                return Ok(false);
-            }
             let turn = &mut turns[next];
             let (before, rays, left) = (proofs(lower), lower.rays, budget - lower.rays);
             let part = Part { rays: batch::after(rays).min(left), most: left, work, before: rays - begin, whole };
@@ -206,7 +189,7 @@ impl<'a> Turns<'a> {
             self.part += 1;
             part.tell(1.0);
         }
-        Ok(true)
+        Ok(())
     }
 }
 
@@ -222,9 +205,9 @@ pub struct Spent {
 /// Runs one strategy alone, without the upper bound's help: to compare strategies. `graph` is taken as it is.
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
-    let mut lower = Lower::new(graph.cells.len(), scene.objects.len());
+    let mut lower = Witnessed::new(graph.cells.len(), scene.objects.len());
     let plan = Plan { strategy, seed, budget, to_test: 0, goal: None };
-    let done = sample(&rays, graph, plan, &Clock::start(None), &mut lower, &Job::quiet());
+    let done = sample(&rays, graph, plan, &mut lower, &Job::quiet());
     debug_assert!(done.is_ok(), "nobody stops it");
     Spent { objects: lower.objects, rays: lower.rays }
 }

@@ -1,6 +1,6 @@
 //! What every way of finding free lines offers to the schedule.
 
-use super::witness::Lower;
+use super::witness::Witnessed;
 use crate::job::{Job, Stopped};
 
 /// A part of the rays.
@@ -26,5 +26,5 @@ impl Part<'_> {
 /// A way of finding free lines.
 pub(super) trait Source {
     /// Spends a part of the rays; false where nothing is left to try.
-    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped>;
+    fn step(&mut self, lower: &mut Witnessed, part: &Part<'_>) -> Result<bool, Stopped>;
 }

@@ -4,7 +4,7 @@ use super::cast::{COST, Caster, Stand};
 use super::region::Region;
 use super::sampler::{Random, Sampler, Site, mix};
 use super::source::{Part, Source};
-use super::witness::{Found, Line, Lower};
+use super::witness::{Found, Line, Witnessed};
 use crate::CellId;
 use crate::job::Stopped;
 use crate::parallel;
@@ -34,7 +34,7 @@ impl<'a> Rays<'a> {
 }
 
 impl Source for Rays<'_> {
-    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Witnessed, part: &Part<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + part.rays;
         while end - lower.rays >= 2 && !self.regions.is_empty() {
             let batch = RAYS.min((end - lower.rays) / 2);
@@ -78,7 +78,7 @@ impl<'a, 'c> Uniform<'a, 'c> {
 }
 
 impl Source for Uniform<'_, '_> {
-    fn step(&mut self, lower: &mut Lower, part: &Part<'_>) -> Result<bool, Stopped> {
+    fn step(&mut self, lower: &mut Witnessed, part: &Part<'_>) -> Result<bool, Stopped> {
         let end = lower.rays + part.rays;
         let seats = self.regions.iter().filter(|r| r.volume() > 0.0).count();
         while end - lower.rays >= COST && seats > 0 {

@@ -48,7 +48,7 @@ pub(in crate::pvs) struct Sight {
 }
 
 /// Everything proven so far.
-pub(in crate::pvs) struct Lower {
+pub(in crate::pvs) struct Witnessed {
     /// Cells x cells, symmetric, the diagonal set.
     pub cells: BitMatrix,
     /// Cells x objects.
@@ -73,7 +73,7 @@ pub(in crate::pvs) struct Lower {
     pub left_out: u64,
 }
 
-impl Lower {
+impl Witnessed {
     /// Nothing proven but that a cell sees itself.
     pub fn new(cells: usize, objects: usize) -> Self {
         let mut diagonal = BitMatrix::new(cells, cells);
@@ -268,7 +268,7 @@ impl Prover<'_> {
     }
 
     /// Proves everything new that a line shows: to its ends, to what it passes, and between its cells.
-    pub fn line(&self, line: &Line, known: &Lower, found: &mut Found) {
+    pub fn line(&self, line: &Line, known: &Witnessed, found: &mut Found) {
         for hit in line.ends.iter().flatten().chain(&line.passes) {
             let passes = line.passes.iter().any(|p| p == hit);
             for forward in [true, false] {
@@ -291,7 +291,7 @@ impl Prover<'_> {
     }
 
     /// Proves that the cells on one side of a hit see it.
-    fn towards(&self, line: &Line, hit: Hit, forward: bool, known: &Lower, found: &mut Found) {
+    fn towards(&self, line: &Line, hit: Hit, forward: bool, known: &Witnessed, found: &mut Found) {
         for span in &line.spans {
             let [mut low, mut high] = span.range;
             if forward {
@@ -337,7 +337,7 @@ impl Prover<'_> {
     }
 
     /// Proves that two cells see each other.
-    fn sight(&self, line: &Line, a: Span, b: Span, known: &Lower, found: &mut Found) {
+    fn sight(&self, line: &Line, a: Span, b: Span, known: &Witnessed, found: &mut Found) {
         let cells = [a.cell.min(b.cell), a.cell.max(b.cell)];
         let key = (Kind::Cell, cells[0].0, cells[1].0);
         if cells[0] == cells[1] || known.cells.get(a.cell.index(), b.cell.index()) || !found.may_try(key, ATTEMPTS) {

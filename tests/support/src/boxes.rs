@@ -172,7 +172,7 @@ impl Building {
             objects_lower: objects.clone(),
             objects_upper: objects,
             placement: Placement { matrix: placement, boxes: None },
-            narrow: BitMatrix::new(n, m),
+            unresolved: BitMatrix::new(n, m),
             witnesses: Vec::new(),
             guarantee: Guarantee::Conservative,
             clusters: Vec::new(),

@@ -2,9 +2,9 @@
 
 use super::files::Files;
 use super::kinds::Kind;
-use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
+use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts, state_path};
 use super::scene::{RAYS, SceneFlags};
-use super::{CliError, Outcome, VerboseFlag, at};
+use super::{CliError, Outcome, RunFlags, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
@@ -26,54 +26,45 @@ pub struct Args {
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]
     output: Option<PathBuf>,
+    /// Print JSON to stdout; docs/cli.md lists the keys
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     scene: SceneFlags,
-    /// Regions to work out rows for on top of the cells: camera volumes in a file, or those that save most triangles in so many bytes
-    #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
-    view_cells: Option<ViewCells>,
-    /// Neighbouring cells share a row as long as the triangles in one grow by no more than this, in the mean over space; 0 joins none
-    /// [default: 5 for the leaves of a level, 0 elsewhere]
-    #[arg(long, value_name = "PERCENT", value_parser = growth)]
-    clusters: Option<f64>,
-    /// Which side of the truth the rows take
-    #[arg(long, value_enum, default_value = "conservative")]
-    ship: Ship,
-    /// Go on until at most this much of what there is to see from a cell, in the mean, is unseen with 95 % confidence, as 0.01%
-    #[arg(long, value_name = "PERCENT%", value_parser = percent)]
+    /// Sample until a test bounds the unseen share of a cell's visible objects by this, in the mean over cells, with 95 % confidence;
+    /// as 0.01%
+    #[arg(long, value_name = "PERCENT%", value_parser = percent, help_heading = "Rows")]
     unseen: Option<f64>,
-    /// Seconds after which sampling ends; where this ends it, the bytes depend on the machine
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    time: Option<f64>,
-    /// Keep both sides and the witnesses in the file
-    #[arg(long)]
-    keep_bounds: bool,
-    /// What rows and proofs may take while they are worked out: bytes, or with K, M or G; with less, cells are joined and rows coarser
-    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G")]
+    /// Which bound the rows take; both: conservative rows, and the file keeps both bounds and the witnesses, for `why`
+    #[arg(long, value_enum, default_value = "conservative", help_heading = "Rows")]
+    rows: Rows,
+    /// Memory for rows and proofs during the bake: bytes, or with K, M or G; with less, cells are joined
+    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G", help_heading = "Run")]
     memory: u64,
-    /// Threads [default: one a core]
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
-    /// Seed of every random choice
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
+    #[command(flatten)]
+    view_cells: ViewCellsFlag,
+    #[command(flatten)]
+    run: RunFlags,
     #[command(flatten)]
     state: StateFlags,
     #[command(flatten)]
     workers: WorkerFlags,
-    /// Where a .map leaks, write the way out as points, a line each, as editors of maps load them (.pts)
-    #[arg(long, value_name = "FILE")]
-    leak: Option<PathBuf>,
-    #[command(flatten)]
-    verbose: VerboseFlag,
-    /// Print JSON to stdout
-    #[arg(long)]
-    json: bool,
 }
 
+/// Which bound the rows take.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Ship {
+enum Rows {
     Conservative,
     Sampled,
+    Both,
+}
+
+/// Flag of commands that make view cells.
+#[derive(clap::Args)]
+pub struct ViewCellsFlag {
+    /// Regions that get rows besides the cells: camera volumes in a file, or those that save most triangles for this many bytes
+    #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of, help_heading = "Rows")]
+    pub view_cells: Option<ViewCells>,
 }
 
 /// Regions that get rows on top of the cells.
@@ -86,12 +77,12 @@ pub enum ViewCells {
 }
 
 impl ViewCells {
-    /// The file, where it is one.
+    /// The path of a file of camera volumes.
     pub(super) fn path(&self) -> Option<&PathBuf> {
         if let Self::File(path) = self { Some(path) } else { None }
     }
 
-    /// Those of a file, and the bytes of those to be chosen.
+    /// The view cells of a file, and the bytes of those to be chosen.
     pub(super) fn read(this: Option<&Self>, scene: &Scene) -> Result<(Vec<ViewCell>, Option<u64>), CliError> {
         Ok(match this {
             None => (Vec::new(), None),
@@ -101,11 +92,11 @@ impl ViewCells {
     }
 }
 
-/// Bytes of view cells where nobody says.
+/// Default bytes of view cells.
 const VIEW_CELL_BYTES: u64 = 256 << 10;
 
 /// A file, `auto` or `auto:64K`.
-pub(super) fn view_cells_of(text: &str) -> Result<ViewCells, String> {
+fn view_cells_of(text: &str) -> Result<ViewCells, String> {
     match text.strip_prefix("auto") {
         Some("") => Ok(ViewCells::Auto(VIEW_CELL_BYTES)),
         Some(rest) if rest.starts_with(':') => size(&rest[1..]).map(ViewCells::Auto),
@@ -122,29 +113,32 @@ impl Args {
     /// What is read and written.
     pub fn files(&self) -> Files {
         let output = self.output();
-        let alone = self.workers.with.is_none();
-        let state = self.state.path((&output, "bake-state")).filter(|_| alone);
+        let alone = self.workers.folder().is_none();
+        let state = state_path((&output, "bake-state")).filter(|_| alone);
         let files = Files::new().model(&self.input).reads_too(self.scene.paths());
-        let files = files.reads_too(self.view_cells.as_ref().and_then(ViewCells::path));
-        let files = files.writes(&state, Kind::State).writes(&output, Kind::Pvs).writes(&self.leak, Kind::Points);
-        files.writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with)
+        let files = files.reads_too(self.view_cells.view_cells.as_ref().and_then(ViewCells::path));
+        let files = files.writes(&state, Kind::State).writes(&output, Kind::Pvs).writes(&self.leak(), Kind::Points);
+        files.fills(&self.workers.folder())
+    }
+
+    /// The point file of a map that leaks.
+    fn leak(&self) -> Option<PathBuf> {
+        let is_map = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("map"));
+        is_map.then(|| self.output().with_extension("pts"))
     }
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check(&args.input)?;
-    // Results must be the same everywhere.
-    if args.workers.with.is_some() && args.time.is_some() {
-        return Err(CliError("--time: workers' clocks differ, and --with shares results among machines".into()));
-    }
     catch_interrupts()?;
-    super::pool(args.threads)?.install(|| bake_file(&args))
+    super::pool(args.run.threads)?.install(|| bake_file(&args))
 }
 
-/// Writes the way out of a map that isn't closed, if somebody asked for it.
+/// Writes the way out of a map that leaks as points, a line each, which editors of maps load.
 fn write_leak(path: Option<&Path>, leak: Option<&LeakHint>) -> Result<(), CliError> {
     let (Some(path), Some(LeakHint { from, way, .. })) = (path, leak) else { return Ok(()) };
+    eprintln!("note: the map leaks; {} has the way out, for your editor", path.display());
     let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{} {} {}", p.x, p.y, p.z);
     replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p))).map_err(|e| at(path, e))
 }
@@ -156,27 +150,26 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     bar.set_message("import");
     let import_options = args.scene.import();
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
-    write_leak(args.leak.as_deref(), scene.hints.leak.as_ref())?;
+    write_leak(args.leak().as_deref(), scene.hints.leak.as_ref())?;
     let import_seconds = begin.elapsed().as_secs_f64();
     let given = args.scene.given(&args.input, &scene)?;
-    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), &scene)?;
+    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.view_cells.as_ref(), &scene)?;
     let mut options = BakeOptions {
         split: SplitOptions { memory: args.memory / FOR_THE_SPLIT, ..args.scene.split() },
         pvs: PvsOptions {
-            ship: match args.ship {
-                Ship::Conservative => Guarantee::Conservative,
-                Ship::Sampled => Guarantee::Sampled,
+            rows_from: match args.rows {
+                Rows::Conservative | Rows::Both => Guarantee::Conservative,
+                Rows::Sampled => Guarantee::Sampled,
             },
-            seed: args.seed,
+            seed: args.run.seed,
             ray_budget: args.scene.rays.unwrap_or(if args.unseen.is_some() { RAYS_TO_A_GOAL } else { RAYS }),
             unseen: args.unseen,
-            time: args.time,
             ..PvsOptions::default()
         },
-        keep_bounds: args.keep_bounds,
+        keep_bounds: args.rows == Rows::Both,
         given,
         smallest_hole: args.scene.smallest_hole,
-        clusters: args.clusters,
+        clusters: None,
         view_cells,
         view_cell_bytes,
         import: import_options,
@@ -220,38 +213,21 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     if args.json {
         super::answer(&super::json(&report)?)?;
     } else {
-        super::answer(&report.prose(&output.display().to_string(), args.verbose.is_set()))?;
+        super::answer(&report.prose(&output.display().to_string()))?;
     }
     Ok(Outcome::Done)
 }
 
-/// Of the bytes of `--memory` a split may take one in so many: it holds them before there are rows.
+/// The split gets `--memory` divided by this: it is over before there are rows.
 const FOR_THE_SPLIT: u64 = 2;
 
-/// Rays where an error is asked for and nobody says how many.
+/// Default number of rays with `--unseen`.
 pub(super) const RAYS_TO_A_GOAL: u64 = 1_000_000_000;
 
 /// A share, as `0.01%`, as a fraction.
 fn percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').and_then(|number| number.trim_end().parse::<f64>().ok());
     number.map(|p| p / 100.0).filter(|&p| p > 0.0 && p < 1.0).ok_or_else(|| "takes a percentage, as in 0.01%".into())
-}
-
-/// By how much rows may grow, as `5` or `5%`, as a fraction.
-fn growth(text: &str) -> Result<f64, String> {
-    let number = text.strip_suffix('%').unwrap_or(text).trim_end().parse::<f64>().ok();
-    number
-        .map(|p| p / 100.0)
-        .filter(|p| (0.0..=MOST_GROWTH).contains(p))
-        .ok_or_else(|| "takes a percentage from 0 to 1000, as in 5".into())
-}
-
-/// Rows that may grow to eleven times their triangles: beyond this nobody means it.
-const MOST_GROWTH: f64 = 10.0;
-
-/// Seconds above 0.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    text.parse::<f64>().ok().filter(|&s| s > 0.0 && s.is_finite()).ok_or_else(|| "takes seconds, above 0".into())
 }
 
 /// Bytes, as `512M`; powers of 1024.

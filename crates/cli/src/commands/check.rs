@@ -3,7 +3,7 @@
 use super::files::Files;
 use super::kinds::Kind;
 use super::level::Input;
-use super::{CliError, Outcome, VerboseFlag, at, say};
+use super::{CliError, Outcome, RunFlags, at, say};
 use enfilade::CellId;
 use enfilade::file::{PvsFile, replace_file};
 use enfilade::pvs::Guarantee;
@@ -48,17 +48,11 @@ pub struct Args {
     /// Write every hole as a line to look at, in the model's coordinates; holes fail the check. Not for levels.
     #[arg(long, value_name = "LEAK.obj", requires = "model")]
     leak: Option<PathBuf>,
-    /// Threads [default: one a core].
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
-    /// Seed of every random choice.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
-    #[command(flatten)]
-    verbose: VerboseFlag,
-    /// Print JSON to stdout.
+    /// Print JSON to stdout; docs/cli.md lists the keys
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    run: RunFlags,
 }
 
 impl Args {
@@ -73,7 +67,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let pool = super::pool(args.threads)?;
+    let pool = super::pool(args.run.threads)?;
     let is_level = args.file.extension().is_some_and(|e| e.eq_ignore_ascii_case("prt") || e.eq_ignore_ascii_case("bsp"));
     pool.install(|| if is_level { check_level(&args) } else { check_file(&args) })
 }
@@ -85,13 +79,13 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     let Some(model) = &args.model else { return Err(at(&args.file, "is tested against its model: --model INPUT")) };
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
     let scene = import(model, &args.files.again(&file.import)).map_err(|e| at(model, e))?;
-    let options = CheckOptions { rays: args.rays, views: args.views, seed: args.seed, leaks: args.leak.is_some() };
+    let options = CheckOptions { rays: args.rays, views: args.views, seed: args.run.seed, leaks: args.leak.is_some() };
     let report = check(&file, &scene, &options).map_err(|e| match e {
         CheckError::OtherModel { .. } => at(model, e),
         _ => at(&args.file, e),
     })?;
     let score = args.rooms.as_deref().map(|path| rooms(path, &file, &scene)).transpose()?;
-    let exact = (args.exact > 0).then(|| check_exact(&file, &scene, args.exact, args.seed)).transpose();
+    let exact = (args.exact > 0).then(|| check_exact(&file, &scene, args.exact, args.run.seed)).transpose();
     let exact = exact.map_err(|e| at(&args.file, e))?;
     let kept = exact.as_ref().is_none_or(|e| e.passed);
     let tight = report.leaks.as_ref().is_none_or(|l| l.leak_count == 0);
@@ -113,9 +107,7 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     let mut told = String::new();
     score.iter().for_each(|score| tell_rooms(score, &mut told));
     tell(&report, &file, &mut told);
-    if args.verbose.is_set() {
-        tell_figures(&report, &mut told);
-    }
+    tell_free_space(&report, &mut told);
     tell_faults(&report, &mut told);
     tell_examples(&report, &file, &scene, &mut told);
     exact.iter().for_each(|exact| tell_exact(exact, &file, &scene, &mut told));
@@ -217,7 +209,7 @@ fn check_level(args: &Args) -> Result<Outcome, CliError> {
         (None, Some(_)) => input.rows().map_err(|e| at(&args.file, e))?,
         (None, None) => return Err(at(&args.file, "holds no rows; name some with --rows")),
     };
-    let report = check_rows(&input.level, &rows, &LineOptions { rays: args.rays, seed: args.seed });
+    let report = check_rows(&input.level, &rows, &LineOptions { rays: args.rays, seed: args.run.seed });
     if args.json {
         super::answer(&serde_json::to_string(&report).map_err(|e| CliError(e.to_string()))?)?;
     }
@@ -276,17 +268,18 @@ fn tell(r: &CheckReport, file: &PvsFile, out: &mut String) {
     }
 }
 
-/// What most readers need not know.
-fn tell_figures(r: &CheckReport, out: &mut String) {
-    say!(out, "95 % of the views lack no more than {:.4} % of their pixels", 100.0 * r.false_pixels.p95);
+/// Free space that no cell covers; the run time draws all in the frustum there.
+fn tell_free_space(r: &CheckReport, out: &mut String) {
     let free = &r.free_outside_cells;
-    say!(
-        out,
-        "{} of {} points of free space inside are in no cell ({:.4} %): all in the frustum is drawn there",
-        free.outside,
-        free.points,
-        100.0 * free.share
-    );
+    if free.outside > 0 {
+        say!(
+            out,
+            "{} of {} points of free space indoors are in no cell ({:.4} %): everything in the frustum is drawn there",
+            free.outside,
+            free.points,
+            100.0 * free.share
+        );
+    }
     for place in &free.places {
         let from = place.from_cell.map_or("a room that its author drew".into(), |c| format!("cell {c}"));
         say!(out, "  {} of them around {:.3}, on the way from {from}", place.points, place.at);

@@ -167,7 +167,7 @@ fn check_replaced(path: &Path, about: &fs::Metadata, kind: Kind) -> Result<(), C
     match kind.may_replace(path).map_err(|e| at(path, e))? {
         true => Ok(()),
         false => {
-            let remedy = if kind == Kind::State { "name another with --state" } else { "give another name" };
+            let remedy = if kind == Kind::State { "move it" } else { "give another name" };
             Err(at(path, format!("is no {}, so it isn't replaced; {remedy}", kind.name())))
         }
     }

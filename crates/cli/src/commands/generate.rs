@@ -86,10 +86,7 @@ enum Scene {
     },
     /// A city: buildings and trees at random on 5 x 5 km, in a scene graph of four levels.
     City {
-        /// 25,426 buildings on 22 % of the plane [default].
-        #[arg(long, conflicts_with = "sparse")]
-        dense: bool,
-        /// 2,028 buildings on 2 % of the plane.
+        /// 2,028 buildings on 2 % of the plane, for 25,426 on 22 %.
         #[arg(long)]
         sparse: bool,
         #[command(flatten)]
@@ -181,7 +178,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Plant { size, output } => (Kind::Plant { size }, output),
         Scene::Pipes { sections, output } => (Kind::Pipes { sections }, output),
         Scene::Teapots { count, scale, output } => (Kind::Teapots { count, scale }, output),
-        Scene::City { dense: _, sparse, output } => (Kind::City { dense: !sparse }, output),
+        Scene::City { sparse, output } => (Kind::City { dense: !sparse }, output),
         Scene::Deck { objects, output } => (Kind::Deck { objects }, output),
         Scene::Ground { size, spacing, output, seed, json } => {
             let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;

@@ -1,7 +1,7 @@
 //! `enfilade info`.
 
 use super::files::Files;
-use super::{CliError, Outcome, VerboseFlag, at};
+use super::{CliError, Outcome, at};
 use enfilade::file::{Container, FileSummary, PvsFile, load_bytes};
 use enfilade::types::guarantee::Guarantee;
 use enfilade_measure::walkthrough::expected::{ExpectedDraw, expected_draw};
@@ -13,8 +13,6 @@ use std::path::PathBuf;
 pub struct Args {
     /// The .pvs file.
     file: PathBuf,
-    #[command(flatten)]
-    verbose: VerboseFlag,
     /// JSON on stdout, keys as in docs/cli.md.
     #[arg(long)]
     json: bool,
@@ -41,7 +39,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let container = Container::parse(&bytes).map_err(|e| at(&args.file, e))?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&args.file, e))?;
     let report = InfoReport { file: FileSummary::of(&container, &file), expected_draw: expected_draw(&file) };
-    super::answer(&if args.json { super::json(&report)? } else { prose(&report, args.verbose.is_set()) })?;
+    super::answer(&if args.json { super::json(&report)? } else { prose(&report) })?;
     Ok(Outcome::Done)
 }
 
@@ -61,15 +59,13 @@ fn percent(part: u64, all: u64) -> f64 {
     100.0 * part as f64 / (all as f64).max(1.0)
 }
 
-/// What the owner of the file wants to know; `is_verbose`: all that there is to say.
-fn prose(InfoReport { file: f, expected_draw }: &InfoReport, is_verbose: bool) -> String {
+/// The contents of the file, in words.
+fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
     let mut out = Lines::default();
     out.add("file", &format!("version {}, {} bytes, for model {}", f.version, f.file_bytes, f.model_hash));
     out.add("guarantee", f.guarantee.in_words());
-    if is_verbose {
-        out.add("", &format!("clearance {}: {}", length(f.clearance), Guarantee::STATEMENT));
-        out.add("", &format!("openings narrower than {} may be sealed", length(f.smallest_hole)));
-    }
+    out.add("", &format!("clearance {}: {}", length(f.clearance), Guarantee::STATEMENT));
+    out.add("", &format!("openings narrower than {} may be sealed", length(f.smallest_hole)));
     let by = format!("{:?}", f.strategy).to_lowercase();
     out.add("cells", &format!("{} ({} open), {} portals, by {by}: {}", f.cells, f.open_cells, f.portals, f.reason));
     for (kind, s) in [("doors", &f.doors), ("windows", &f.windows)].into_iter().filter(|(_, s)| s.count != 0) {
@@ -87,23 +83,16 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport, is_verbose: bool) -
     };
     out.add("rows", &format!("{:.0} % of the pairs of a cell and an object are kept", percent(kept, p.total_pairs)));
     if let Some(expected) = expected_draw {
-        let saves = if is_verbose { expected.to_string() } else { expected.brief() };
-        out.add("expected", &format!("{saves}, on a walk through every cell"));
+        out.add("expected", &format!("{expected}, on a walk through every cell"));
     }
     let views = &f.view_cells;
     if views.count != 0 {
         let held = format!("rows hold {} of {} pairs with objects", views.pairs, views.total_pairs);
         out.add("view cells", &format!("{}: {held}, {} bytes", views.count, views.row_bytes));
     }
-    if is_verbose {
-        figures(f, &mut out);
-    }
-    let shown = if is_verbose { f.notes.len() } else { SHOWN };
-    for (i, note) in f.notes.iter().take(shown).enumerate() {
+    figures(f, &mut out);
+    for (i, note) in f.notes.iter().enumerate() {
         out.add(if i == 0 { "notes" } else { "" }, note);
-    }
-    if f.notes.len() > shown {
-        out.add("", &format!("and {} more: -v shows them", f.notes.len() - shown));
     }
     out.0
 }
@@ -133,9 +122,6 @@ fn figures(f: &FileSummary, out: &mut Lines) {
     }
     out.add("repairs", &f.repairs.to_string());
 }
-
-/// Notes that fit on the one screen.
-const SHOWN: usize = 6;
 
 /// Units of prose: from how many metres on, their name, how many a metre has.
 const UNITS: [(f64, &str, f64); 4] =

@@ -14,7 +14,7 @@ pub enum Kind {
     Glb,
     /// Lines of `check --leak`.
     Leaks,
-    /// Points of `bake --leak`.
+    /// The way out of a map that leaks.
     Points,
     /// Rows as text.
     Rows,
@@ -30,8 +30,6 @@ pub enum Kind {
     Page,
     /// A table of `report`.
     Table,
-    /// Seconds of each item of work.
-    Trace,
     /// What an interrupted run leaves.
     State,
     /// JSON.
@@ -45,7 +43,7 @@ const TABLES: [&str; 6] =
     ["strategy,cpu_", "cell,name,", "view_cells,bytes,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
 
 /// All kinds.
-const ALL: [Kind; 14] = [
+const ALL: [Kind; 13] = [
     Kind::Pvs,
     Kind::Glb,
     Kind::Leaks,
@@ -57,7 +55,6 @@ const ALL: [Kind; 14] = [
     Kind::Png,
     Kind::Page,
     Kind::Table,
-    Kind::Trace,
     Kind::State,
     Kind::Json,
 ];
@@ -79,7 +76,6 @@ impl Kind {
             Self::Png => "PNG picture",
             Self::Page => "page of a report",
             Self::Table => "table of a report",
-            Self::Trace => "table of a trace",
             Self::State => "state of an interrupted run",
             Self::Json => "JSON file",
         }
@@ -129,7 +125,6 @@ impl Kind {
             }
             Self::Page => text.contains("<meta name=\"generator\" content=\"enfilade "),
             Self::Table => TABLES.iter().any(|table| line.starts_with(table)),
-            Self::Trace => line.starts_with("map,item,worker,seconds"),
             Self::Json => line.trim_start().starts_with(['{', '[']),
         }
     }
@@ -153,7 +148,6 @@ mod tests {
             (Kind::Png, b"\x89PNG\r\n\x1a\n\0"),
             (Kind::Page, b"<!DOCTYPE html>\n<meta name=\"generator\" content=\"enfilade 0.1.0\">"),
             (Kind::Table, b"view_cells,bytes,triangles\n"),
-            (Kind::Trace, b"map,item,worker,seconds,stage\n"),
             (Kind::State, b"EnfWork\n\0\0"),
             (Kind::Json, b"{\"name\":\"path\"}"),
         ];

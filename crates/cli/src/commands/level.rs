@@ -7,29 +7,26 @@ use enfilade_levels::bsp::Bsp;
 use enfilade_levels::prt::{Prt, read_prt};
 use enfilade_levels::{Level, VisOptions};
 use glam::DVec3;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Flags of commands that work out what can be seen in a level.
 #[derive(clap::Args)]
 pub struct SearchFlags {
-    /// Most flow steps of a search; what it hasn't decided then counts as visible
+    /// Most flow steps of a search; pairs that it leaves undecided count as visible
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
     pub steps: u64,
     /// Random lines from each side of a portal, before any search
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
     pub lines: u64,
-    /// Threads [default: one a core]
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Seed of the random lines
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
+    /// Compare with rows of another tool: text as `vis --rows` writes it, or a .bsp that holds some
+    #[arg(long, value_name = "ROWS")]
+    pub against: Option<PathBuf>,
 }
 
 impl SearchFlags {
     /// As the library takes them.
-    pub fn options(&self) -> VisOptions {
-        VisOptions { seed: self.seed, steps: self.steps, lines: self.lines }
+    pub fn options(&self, seed: u64) -> VisOptions {
+        VisOptions { seed, steps: self.steps, lines: self.lines }
     }
 }
 

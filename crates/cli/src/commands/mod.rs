@@ -59,43 +59,37 @@ impl fmt::Display for CliError {
 #[derive(clap::Args)]
 pub struct FilesFlag {
     /// Files that the model names (buffers, materials) may lie in this folder, and below it [default: in the model's own]
-    #[arg(long, value_name = "DIR")]
-    files_under: Option<PathBuf>,
-    /// What is a door, a window or glass, by names of nodes and materials (glTF, OBJ) [default: MODEL.roles.json, if it is there]
-    #[arg(long, value_name = "ROLES.json")]
-    roles: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", help_heading = "Model")]
+    pub files_under: Option<PathBuf>,
 }
 
 impl FilesFlag {
     /// The paths among them.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
-        self.files_under.iter().chain(&self.roles)
+        self.files_under.iter()
     }
 
     /// As an import takes them.
     pub fn options(&self) -> ImportOptions {
-        ImportOptions { files_under: self.files_under.clone(), roles: self.roles.clone(), ..ImportOptions::default() }
+        ImportOptions { files_under: self.files_under.clone(), ..ImportOptions::default() }
     }
 
     /// What imports a file's model as it was imported for the bake.
     pub fn again(&self, import: &Import) -> ImportOptions {
-        ImportOptions { files_under: self.files_under.clone(), roles: self.roles.clone(), ..import.options() }
+        ImportOptions { files_under: self.files_under.clone(), ..import.options() }
     }
 }
 
-/// Flag of commands that have more to say than most people want to read.
+/// Flags of commands with random choices and work for several threads.
 #[derive(clap::Args)]
-pub struct VerboseFlag {
-    /// Print everything: figures of the method, too
-    #[arg(short, long)]
-    verbose: bool,
-}
-
-impl VerboseFlag {
-    /// Whether it was given.
-    pub fn is_set(&self) -> bool {
-        self.verbose
-    }
+#[command(next_help_heading = "Run")]
+pub struct RunFlags {
+    /// Threads [default: one per core]
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Seed of all random choices
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
 }
 
 /// Puts the path before a message.

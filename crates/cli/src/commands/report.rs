@@ -5,13 +5,13 @@ mod files;
 mod ground;
 mod level;
 
-use super::bake::{ViewCells, view_cells_of};
+use super::bake::{ViewCells, ViewCellsFlag};
 use super::files::Files;
 use super::kinds::Kind;
 use super::level::SearchFlags;
-use super::resume::{StateFlags, catch_interrupts};
+use super::resume::{StateFlags, catch_interrupts, state_path};
 use super::scene::SceneFlags;
-use super::{CliError, Outcome, at};
+use super::{CliError, Outcome, RunFlags, at};
 use enfilade_levels::VisOptions;
 use files::{name, write};
 use std::path::PathBuf;
@@ -30,24 +30,22 @@ pub struct Args {
     /// The page; tables go beside it, as .csv [default: the input's name with .report.html]
     #[arg(short, long, value_name = "REPORT.html")]
     output: Option<PathBuf>,
-    /// Of a level: rows of another tool to compare with: text as `vis --rows` writes it, or a .bsp that holds some
-    #[arg(long, value_name = "THIRD_PARTY")]
-    rows: Option<PathBuf>,
-    /// Of a building: views in which missed pixels are counted
+    /// Views in which missed pixels are counted, for a building
     #[arg(long, value_name = "N", default_value_t = VIEWS)]
     views: u32,
-    /// Of a building: regions to work out rows for on top of the cells, as for `bake`
-    #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of)]
-    view_cells: Option<ViewCells>,
-    #[command(flatten, next_help_heading = "Of a building")]
-    scene: SceneFlags,
-    #[command(flatten, next_help_heading = "Of a level, but for threads and seed")]
-    search: SearchFlags,
-    #[command(flatten)]
-    state: StateFlags,
-    /// Print JSON to stdout
+    /// Print JSON to stdout; docs/cli.md lists the keys
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    scene: SceneFlags,
+    #[command(flatten)]
+    view_cells: ViewCellsFlag,
+    #[command(flatten, next_help_heading = "Level")]
+    search: SearchFlags,
+    #[command(flatten)]
+    run: RunFlags,
+    #[command(flatten)]
+    state: StateFlags,
 }
 
 impl Args {
@@ -59,8 +57,9 @@ impl Args {
     /// What is read and written.
     pub fn files(&self) -> Files {
         let page = self.output();
-        let files = Files::new().model_or_level(&self.input, &["ground"]).reads_too(&self.rows);
-        let files = files.reads_too(self.scene.paths()).reads_too(self.view_cells.as_ref().and_then(ViewCells::path));
+        let files = Files::new().model_or_level(&self.input, &["ground"]).reads_too(&self.search.against);
+        let files =
+            files.reads_too(self.scene.paths()).reads_too(self.view_cells.view_cells.as_ref().and_then(ViewCells::path));
         let is = |extension: &str| self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
         let is_building = !["prt", "bsp", "ground"].into_iter().any(is);
         let tables = [
@@ -68,10 +67,10 @@ impl Args {
             ("csv", page.with_extension("csv") != page),
             ("cells.csv", is_building),
             ("tubes.csv", is_building),
-            ("view-cells.csv", self.view_cells.is_some()),
+            ("view-cells.csv", self.view_cells.view_cells.is_some()),
         ];
         let tables = tables.into_iter().filter(|(_, is_written)| *is_written);
-        let state = self.state.path((&page, STATE)).filter(|_| !is("ground"));
+        let state = state_path((&page, STATE)).filter(|_| !is("ground"));
         let files = files.writes(&page, Kind::Page).writes(&state, Kind::State);
         tables.fold(files, |files, (extension, _)| files.writes(&page.with_extension(extension), Kind::Table))
     }
@@ -81,7 +80,7 @@ impl Args {
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     args.scene.check(&args.input)?;
     catch_interrupts()?;
-    super::pool(args.search.threads)?.install(|| report(&args))
+    super::pool(args.run.threads)?.install(|| report(&args))
 }
 
 fn report(args: &Args) -> Result<Outcome, CliError> {
@@ -93,11 +92,11 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     // Flags of the other kind would do nothing.
     let default = VisOptions::default();
     let of_levels = [
-        ("--rows", args.rows.is_some()),
+        ("--against", args.search.against.is_some()),
         ("--steps", args.search.steps != default.steps),
         ("--lines", args.search.lines != default.lines),
     ];
-    let more = [("--views", args.views != VIEWS), ("--view-cells", args.view_cells.is_some())];
+    let more = [("--views", args.views != VIEWS), ("--view-cells", args.view_cells.view_cells.is_some())];
     let of_buildings = args.scene.given_again(&name).into_iter().map(|(flag, _)| (flag, true));
     let of_buildings: Vec<_> = of_buildings.chain(more).collect();
     let given = |flags: &[(&'static str, bool)]| flags.iter().find(|f| f.1).map(|f| f.0);
@@ -117,7 +116,7 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     }
     if is("ground") {
         let again = command(args, []);
-        return ground::report(&args.input, &again, args.search.seed, [&output, &table], args.json);
+        return ground::report(&args.input, &again, args.run.seed, [&output, &table], args.json);
     }
     if is_level { level::report(args, &output, &table) } else { building::report(args, &output, &table) }
 }

@@ -1,7 +1,7 @@
 //! Long runs: Ctrl-C stops them, and the same command goes on with them; several share one by way of a folder.
 
 use super::{CliError, Outcome, at};
-use enfilade::job::{Digest, Folder, FolderError, Job, Journal, JournalError, Progress, Trace};
+use enfilade::job::{Digest, Folder, FolderError, Job, Journal, JournalError, Progress};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -65,42 +65,49 @@ fn give_up() {
 /// Flags of commands that keep what they have worked out.
 #[derive(clap::Args)]
 pub struct StateFlags {
-    /// What an interrupted run leaves, and the next goes on from [default: the output's name, or the level's, with an extension of
-    /// its own]
-    #[arg(long, value_name = "FILE")]
-    pub state: Option<PathBuf>,
-    /// Drop what an interrupted run has left, and begin anew
-    #[arg(long)]
+    /// Drop the state that an interrupted run left beside the output, and start again
+    #[arg(long, help_heading = "Run")]
     pub fresh: bool,
 }
 
-impl StateFlags {
-    /// Where the state of a run of one lies, if it has any: an output that is no plain file (a pipe, `/dev/null`) has none beside it.
-    pub fn path(&self, (beside, extension): (&Path, &str)) -> Option<PathBuf> {
-        let has_none = self.state.is_none() && beside.exists() && !beside.is_file();
-        (!has_none).then(|| self.state.clone().unwrap_or_else(|| beside.with_extension(extension)))
-    }
+/// The state file of a run of one process: beside an output that is a plain file. A pipe or a device has none.
+pub fn state_path((beside, extension): (&Path, &str)) -> Option<PathBuf> {
+    (!beside.exists() || beside.is_file()).then(|| beside.with_extension(extension))
 }
 
 /// Flags of commands that several processes may share.
 #[derive(clap::Args)]
 pub struct WorkerFlags {
-    /// Share the work with other processes, on this machine or on others, by way of this folder; all of them run the same
-    /// command
-    #[arg(long, value_name = "DIR", requires = "worker", conflicts_with_all = ["state", "fresh"])]
-    pub with: Option<PathBuf>,
-    /// Which worker this is, from 0 on, and of about how many
-    #[arg(long, value_name = "K/N", requires = "with", value_parser = place)]
-    worker: Option<[u32; 2]>,
-    /// Write down how long each item of work takes: map,item,worker,seconds,stage
-    #[arg(long, value_name = "FILE")]
-    pub trace: Option<PathBuf>,
+    /// Be worker K of about N, from 0 on, that share this run through a folder, on one machine or several
+    #[arg(long, value_name = "K/N:DIR", value_parser = worker, conflicts_with = "fresh", help_heading = "Run")]
+    with: Option<Worker>,
 }
 
-/// `K/N`, with K below N.
-fn place(text: &str) -> Result<[u32; 2], String> {
-    let numbers = text.split_once('/').and_then(|(k, n)| Some([k.parse().ok()?, n.parse().ok()?]));
-    numbers.filter(|[k, n]| k < n).ok_or_else(|| "takes a number and how many there are, as in 0/4; 3/4 is the last".into())
+/// A process that shares a run.
+#[derive(Clone)]
+pub struct Worker {
+    /// Its number, and about how many there are.
+    place: [u32; 2],
+    folder: PathBuf,
+}
+
+impl WorkerFlags {
+    /// The folder that workers share.
+    pub fn folder(&self) -> Option<PathBuf> {
+        self.with.as_ref().map(|worker| worker.folder.clone())
+    }
+}
+
+/// `K/N:DIR`, with K below N.
+fn worker(text: &str) -> Result<Worker, String> {
+    let parse = |text: &str| {
+        let (place, folder) = text.split_once(':').filter(|(_, folder)| !folder.is_empty())?;
+        let (k, n) = place.split_once('/')?;
+        let place: [u32; 2] = [k.parse().ok()?, n.parse().ok()?];
+        (place[0] < place[1]).then(|| Worker { place, folder: folder.into() })
+    };
+    parse(text)
+        .ok_or_else(|| "takes a worker's number, how many there are, and a folder, as in 0/4:DIR; 3/4 is the last".into())
 }
 
 /// What a run is about.
@@ -116,7 +123,6 @@ pub struct Of<'a> {
 /// The state of a run, on the disk.
 pub struct Kept {
     place: Arc<Place>,
-    trace: Option<(PathBuf, Trace)>,
 }
 
 enum Place {
@@ -128,25 +134,18 @@ enum Place {
 impl Kept {
     /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so.
     pub fn open(state: &StateFlags, flags: Option<&WorkerFlags>, of: &Of<'_>) -> Result<Self, CliError> {
-        let worker = flags.and_then(|flags| flags.worker).map_or(0, |[k, _]| k);
-        let create = |path: &PathBuf| Ok((path.clone(), Trace::create(path, worker).map_err(|e| at(path, e))?));
-        let trace = flags.and_then(|flags| flags.trace.as_ref()).map(create).transpose()?;
-        let place = match flags.and_then(|flags| flags.with.as_ref().zip(flags.worker)) {
-            Some((folder, place)) => shared(folder, place, of)?,
+        let place = match flags.and_then(|flags| flags.with.as_ref()) {
+            Some(worker) => shared(worker, of)?,
             None => alone(state, of)?,
         };
         let place = Arc::new(place);
         *NOW.lock().unwrap_or_else(PoisonError::into_inner) = Now::AtWork(place.clone());
-        Ok(Self { place, trace })
+        Ok(Self { place })
     }
 
     /// Work that keeps its state here, and that Ctrl-C stops.
     pub fn work<'w>(&'w self, progress: Progress<'w>) -> Job<'w> {
         let work = Job::new(progress).until(&STOP);
-        let work = match &self.trace {
-            Some((_, trace)) => work.traced_by(trace),
-            None => work,
-        };
         match &*self.place {
             Place::File(_, journal) => work.kept_in(journal),
             Place::Folder(_, folder) => work.shared_in(folder),
@@ -172,9 +171,6 @@ impl Kept {
 
     /// The work is done and its result is safe: a state of one goes, and others who share it end.
     pub fn done(self) -> Result<(), CliError> {
-        if let Some((path, trace)) = self.trace {
-            trace.close().map_err(|e| at(&path, e))?;
-        }
         match &*self.place {
             Place::Nowhere => (),
             Place::File(path, journal) => journal.remove().map_err(|e| at(path, e))?,
@@ -233,15 +229,12 @@ impl Place {
 }
 
 fn alone(flags: &StateFlags, of: &Of<'_>) -> Result<Place, CliError> {
-    let Some(path) = flags.path(of.beside) else { return Ok(Place::Nowhere) };
+    let Some(path) = state_path(of.beside) else { return Ok(Place::Nowhere) };
     let digest = of.digest.of_this_build();
     let opened = if flags.fresh { Journal::fresh(&path, digest) } else { Journal::open(&path, digest) };
     let journal = opened.map_err(|e| match e {
-        JournalError::Other(_) => {
-            let remedy = "--fresh drops it and begins anew, --state FILE keeps it and begins another";
-            at(&path, format!("{e}, of which an interrupted run has left it; {remedy}"))
-        }
-        JournalError::NotAJournal => at(&path, format!("{e}; name another with --state")),
+        JournalError::Other(_) => at(&path, format!("{e}; an interrupted run left it. --fresh drops it and starts again")),
+        JournalError::NotAJournal => at(&path, format!("{e}; move it, or give the output another name")),
         e => at(&path, e),
     })?;
     if journal.is_resumed() {
@@ -250,17 +243,17 @@ fn alone(flags: &StateFlags, of: &Of<'_>) -> Result<Place, CliError> {
     Ok(Place::File(path, journal))
 }
 
-fn shared(path: &Path, place: [u32; 2], of: &Of<'_>) -> Result<Place, CliError> {
+fn shared(Worker { place, folder: path }: &Worker, of: &Of<'_>) -> Result<Place, CliError> {
     // What is no plain file can't be read again.
     let outputs = of.outputs.iter().filter(|output| !output.exists() || output.is_file());
     let outputs: Vec<PathBuf> = outputs.map(|&output| output.to_owned()).collect();
     let say = Box::new(|line: &str| eprintln!("{line}"));
-    let folder = Folder::open(path, place, of.digest.of_this_build(), &outputs, say).map_err(|e| match e {
+    let folder = Folder::open(path, *place, of.digest.of_this_build(), &outputs, say).map_err(|e| match e {
         FolderError::Other { .. } => CliError(format!("{e}; name another folder with --with")),
         e => CliError(e.to_string()),
     })?;
     if folder.is_resumed() {
         eprintln!("goes on from {}", path.display());
     }
-    Ok(Place::Folder(path.to_owned(), Box::new(folder)))
+    Ok(Place::Folder(path.clone(), Box::new(folder)))
 }

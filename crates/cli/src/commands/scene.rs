@@ -12,41 +12,32 @@ use std::path::{Path, PathBuf};
 /// Flags of commands that bake.
 #[derive(clap::Args)]
 pub struct SceneFlags {
-    /// How to find cells
-    #[arg(long, value_enum, default_value = "auto")]
-    pub cells: CellsFlag,
-    /// Surfaces smaller than this make no cells, for --cells bsp [default: what fits the scene]
-    #[arg(long, value_name = "METRES")]
-    pub smallest_occluder: Option<f64>,
-    /// Holes narrower than this are closed: cracks, grilles, gaps; what shows only through them is culled [default: none is closed]
-    #[arg(long, value_name = "METRES")]
-    pub smallest_hole: Option<f64>,
-    /// Cells and portals of your own: in the form that `dump --json` writes, or IndoorGML (.gml)
-    #[arg(long, value_name = "C.json|C.gml", conflicts_with = "cells")]
-    pub cells_file: Option<PathBuf>,
-    /// Rays that sampling may cast, as 500k or 20M: a count and not a time, so that the bytes don't depend on the machine [default: 20M]
-    #[arg(long, value_name = "COUNT", value_parser = count::parse)]
-    pub rays: Option<u64>,
-    /// Most triangles of an object; larger meshes are split [default: what draws least, with a draw call counted as 16 triangles]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub object_triangles: Option<u32>,
-    /// Objects stay as their author made them; a note says what splitting would save
-    #[arg(long, conflicts_with = "object_triangles")]
-    pub whole: bool,
     /// The unit of the input: mm, cm, inch, ft, m, km, or metres in a unit [default: the format's own]
-    #[arg(long, value_name = "METRES", value_parser = unit)]
+    #[arg(long, value_name = "METRES", value_parser = unit, help_heading = "Model")]
     pub unit: Option<f64>,
-    /// The axis that is up in the input, for OBJ, glTF, PLY and STL [default: y]; other formats say it themselves
-    #[arg(long, value_enum)]
+    /// The axis that is up, for OBJ, glTF, PLY and STL [default: y]; other formats say it themselves
+    #[arg(long, value_enum, help_heading = "Model")]
     pub up: Option<UpFlag>,
-    /// Radius of tubes along lines that have none of their own (OBJ, glTF, GeoJSON) [default: OBJ and glTF: left out; GeoJSON: refused]
-    #[arg(long, value_name = "METRES")]
-    pub tube_radius: Option<f64>,
-    /// Whether pipes are tubes, where there are many, or meshes
-    #[arg(long, value_enum, default_value = "auto")]
-    pub tubes: TubesFlag,
+    /// auto: pipes are tubes if there are many; never: pipes are meshes; METRES: auto, and lines without a radius (OBJ, glTF, GeoJSON) get
+    /// this one
+    #[arg(long, value_name = "auto|never|METRES", value_parser = tubes, default_value = "auto", help_heading = "Model")]
+    pub tubes: Tubes,
     #[command(flatten)]
     pub files: super::FilesFlag,
+    /// How to find cells; or a file with your own cells and portals, as `dump --json` writes it or IndoorGML. bsp:METRES sets the smallest
+    /// surface that splits space
+    #[arg(long, value_name = "auto|authored|plan|bsp[:METRES]|leaves|C.json|C.gml", value_parser = cells, default_value = "auto", hide_possible_values = true, help_heading = "Cells")]
+    pub cells: Cells,
+    /// Close holes narrower than this (cracks, grilles, gaps); objects that show only through them are culled [default: closes none]
+    #[arg(long, value_name = "METRES", value_parser = metres, help_heading = "Cells")]
+    pub smallest_hole: Option<f64>,
+    /// Split meshes into objects of at most N triangles; whole: keep the author's objects [default: the size that draws least, if a draw
+    /// call costs as much as 16 triangles]
+    #[arg(long, value_name = "N|whole", value_parser = object_triangles, help_heading = "Cells")]
+    pub object_triangles: Option<ObjectTriangles>,
+    /// Rays that sampling, tests and proofs may cast in all, as 500k or 20M [default: 20M; 1G with --unseen]
+    #[arg(long, value_name = "COUNT", value_parser = count::parse, help_heading = "Rows")]
+    pub rays: Option<u64>,
 }
 
 /// The axis that is up.
@@ -56,25 +47,70 @@ pub enum UpFlag {
     Z,
 }
 
-/// What pipes are.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum TubesFlag {
+/// What pipes and lines are.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Tubes {
     Auto,
     Never,
+    /// As `Auto`, and lines have this radius, metres.
+    Radius(f64),
 }
 
 /// How to find cells.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum CellsFlag {
+#[derive(Clone, PartialEq)]
+pub enum Cells {
     Auto,
     Authored,
     Plan,
-    Bsp,
-    #[value(alias = "brushes")]
+    /// Surfaces smaller than this, metres, do not split space; `None`: a size that fits the scene.
+    Bsp(Option<f64>),
     Leaves,
+    File(PathBuf),
 }
 
-/// Rays where nothing is said.
+/// The size of objects.
+#[derive(Clone, Copy, PartialEq)]
+pub enum ObjectTriangles {
+    Whole,
+    Most(u32),
+}
+
+/// Metres, above 0.
+fn metres(text: &str) -> Result<f64, String> {
+    let metres = text.parse::<f64>().ok().filter(|&m| m > 0.0 && m.is_finite());
+    metres.ok_or_else(|| "takes metres, above 0".into())
+}
+
+fn tubes(text: &str) -> Result<Tubes, String> {
+    match text {
+        "auto" => Ok(Tubes::Auto),
+        "never" => Ok(Tubes::Never),
+        radius => metres(radius).map(Tubes::Radius).map_err(|_| "takes auto, never, or a radius in metres, above 0".into()),
+    }
+}
+
+fn cells(text: &str) -> Result<Cells, String> {
+    let is_file =
+        || Path::new(text).extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || is_indoorgml(Path::new(text)));
+    Ok(match text {
+        "auto" => Cells::Auto,
+        "authored" => Cells::Authored,
+        "plan" => Cells::Plan,
+        "bsp" => Cells::Bsp(None),
+        "leaves" => Cells::Leaves,
+        _ if text.starts_with("bsp:") => Cells::Bsp(Some(metres(&text[4..])?)),
+        _ if is_file() => Cells::File(text.into()),
+        _ => return Err("takes auto, authored, plan, bsp, bsp:METRES, leaves, or a file that ends in .json or .gml".into()),
+    })
+}
+
+fn object_triangles(text: &str) -> Result<ObjectTriangles, String> {
+    let number = || text.parse().ok().filter(|&n| n > 0).map(ObjectTriangles::Most);
+    let parsed = if text == "whole" { Some(ObjectTriangles::Whole) } else { number() };
+    parsed.ok_or_else(|| "takes a number of triangles, above 0, or whole".into())
+}
+
+/// Default number of rays.
 pub const RAYS: u64 = 20_000_000;
 /// Fewer rays than this, and more than none, are mostly meant as millions.
 const FEW: u64 = 1_000;
@@ -90,87 +126,102 @@ impl SceneFlags {
         if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");
         }
-        for (flag, value) in [
-            ("--smallest-occluder", self.smallest_occluder),
-            ("--smallest-hole", self.smallest_hole),
-            ("--tube-radius", self.tube_radius),
-        ] {
-            if value.is_some_and(|v| !(v > 0.0 && v.is_finite())) {
-                return Err(CliError(format!("{flag} takes metres, above 0")));
-            }
-        }
         Ok(())
     }
 
     /// The files that are named.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
-        self.cells_file.iter().chain(self.files.paths())
+        self.cells_file().into_iter().chain(self.files.paths())
     }
 
     /// How to import.
     pub fn import(&self) -> ImportOptions {
-        let Self { unit: metres_per_unit, tube_radius, .. } = *self;
-        // Whole ones, where their size is a choice.
-        let object_triangles = self.object_triangles.unwrap_or(u32::MAX);
-        let (tubes, z_up) = (self.tubes == TubesFlag::Auto, self.up == Some(UpFlag::Z));
-        let smallest_hole = self.smallest_hole;
-        ImportOptions { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole, ..self.files.options() }
+        ImportOptions {
+            // Whole, if the size is chosen later.
+            object_triangles: self.most_triangles().unwrap_or(u32::MAX),
+            metres_per_unit: self.unit,
+            z_up: self.up == Some(UpFlag::Z),
+            tube_radius: if let Tubes::Radius(radius) = self.tubes { Some(radius) } else { None },
+            tubes: self.tubes != Tubes::Never,
+            smallest_hole: self.smallest_hole,
+            ..self.files.options()
+        }
     }
 
-    /// The scene with objects of the size that costs least, unless somebody said how large they are; and the sizes that were tried.
+    /// The scene with objects of the size that costs least, unless the size is given; and the sizes that were tried.
     pub fn sized(
         &self,
         scene: Scene,
         options: &mut BakeOptions,
         work: &Job<'_>,
     ) -> Result<(Scene, Option<ObjectSizes>), BakeError> {
-        if self.object_triangles.is_some() {
+        if self.most_triangles().is_some() {
             return Ok((scene, None));
         }
-        if !scene.tubes.tubes.is_empty() && !self.whole {
+        let is_whole = self.object_triangles == Some(ObjectTriangles::Whole);
+        if !scene.tubes.tubes.is_empty() && !is_whole {
             options.import.object_triangles = ImportOptions::default().object_triangles;
             return Ok((split_objects(scene, options.import.object_triangles), None));
         }
-        size_objects(scene, options, self.whole, work).map(|(scene, sizes)| (scene, Some(sizes)))
+        size_objects(scene, options, is_whole, work).map(|(scene, sizes)| (scene, Some(sizes)))
     }
 
     /// How to split.
     pub fn split(&self) -> SplitOptions {
-        let strategy = match self.cells {
-            CellsFlag::Auto => None,
-            CellsFlag::Authored => Some(Strategy::Authored),
-            CellsFlag::Plan => Some(Strategy::Plan),
-            CellsFlag::Bsp => Some(Strategy::Bsp),
-            CellsFlag::Leaves => Some(Strategy::Leaves),
+        let (strategy, smallest_occluder) = match self.cells {
+            Cells::Auto | Cells::File(_) => (None, None),
+            Cells::Authored => (Some(Strategy::Authored), None),
+            Cells::Plan => (Some(Strategy::Plan), None),
+            Cells::Bsp(smallest) => (Some(Strategy::Bsp), smallest),
+            Cells::Leaves => (Some(Strategy::Leaves), None),
         };
-        let smallest_occluder = self.smallest_occluder;
         SplitOptions { strategy, smallest_occluder, in_metres: self.unit.is_some(), ..SplitOptions::default() }
+    }
+
+    fn most_triangles(&self) -> Option<u32> {
+        if let Some(ObjectTriangles::Most(n)) = self.object_triangles { Some(n) } else { None }
+    }
+
+    fn cells_file(&self) -> Option<&PathBuf> {
+        if let Cells::File(path) = &self.cells { Some(path) } else { None }
     }
 
     /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.
     pub fn given(&self, input: &Path, scene: &Scene) -> Result<Option<CellGraph>, CliError> {
-        let ready = (is_indoorgml(input) && self.cells == CellsFlag::Auto).then_some(input);
-        self.cells_file.as_deref().or(ready).map(|path| cells_file(path, scene)).transpose()
+        let ready = (is_indoorgml(input) && self.cells == Cells::Auto).then_some(input);
+        self.cells_file().map(PathBuf::as_path).or(ready).map(|path| cells_file(path, scene)).transpose()
     }
 
     /// Flags that aren't the default, as they would be given again; `name` is what is left of a path.
     pub fn given_again(&self, name: &dyn Fn(&Path) -> String) -> Vec<(&'static str, String)> {
         let mut flags = Vec::new();
-        let cells = self.cells.to_possible_value().map(|v| v.get_name().to_owned());
-        flags.extend(cells.filter(|_| self.cells != CellsFlag::Auto).map(|v| ("--cells", v)));
-        flags.extend(self.smallest_occluder.map(|v| ("--smallest-occluder", v.to_string())));
+        let cells = match &self.cells {
+            Cells::Auto => None,
+            Cells::Authored => Some("authored".to_owned()),
+            Cells::Plan => Some("plan".to_owned()),
+            Cells::Bsp(None) => Some("bsp".to_owned()),
+            Cells::Bsp(Some(metres)) => Some(format!("bsp:{metres}")),
+            Cells::Leaves => Some("leaves".to_owned()),
+            Cells::File(path) => Some(name(path)),
+        };
+        flags.extend(cells.map(|v| ("--cells", v)));
         flags.extend(self.smallest_hole.map(|v| ("--smallest-hole", v.to_string())));
-        flags.extend(self.cells_file.as_deref().map(|path| ("--cells-file", name(path))));
         flags.extend(self.rays.map(|rays| ("--rays", count::text(rays))));
-        flags.extend(self.object_triangles.map(|triangles| ("--object-triangles", triangles.to_string())));
-        flags.extend(self.whole.then(|| ("--whole", String::new())));
+        let triangles = self.object_triangles.map(|size| match size {
+            ObjectTriangles::Whole => "whole".to_owned(),
+            ObjectTriangles::Most(n) => n.to_string(),
+        });
+        flags.extend(triangles.map(|v| ("--object-triangles", v)));
         flags.extend(self.unit.map(|v| ("--unit", v.to_string())));
         let up = self.up.and_then(|up| up.to_possible_value());
         flags.extend(up.map(|v| ("--up", v.get_name().to_owned())));
-        flags.extend(self.tube_radius.map(|v| ("--tube-radius", v.to_string())));
-        flags.extend((self.tubes == TubesFlag::Never).then(|| ("--tubes", "never".to_owned())));
+        let tubes = match self.tubes {
+            Tubes::Auto => None,
+            Tubes::Never => Some("never".to_owned()),
+            Tubes::Radius(metres) => Some(metres.to_string()),
+        };
+        flags.extend(tubes.map(|v| ("--tubes", v)));
         flags.extend(self.files.files_under.as_deref().map(|path| ("--files-under", name(path))));
-        flags.extend(self.files.roles.as_deref().map(|path| ("--roles", name(path))));
         flags
     }
 }

@@ -6,9 +6,9 @@ use super::compare::other_rows;
 use super::files::Files;
 use super::kinds::Kind;
 use super::level::{Input, SearchFlags};
-use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts};
+use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts, state_path};
 use super::stage_times::Stages;
-use super::{CliError, Outcome, VerboseFlag, at};
+use super::{CliError, Outcome, RunFlags, at};
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade_levels::compare::against;
@@ -36,18 +36,15 @@ pub struct Args {
     no_ambient: bool,
     #[command(flatten)]
     search: SearchFlags,
+    /// Print JSON to stdout; docs/cli.md lists the keys
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    run: RunFlags,
     #[command(flatten)]
     state: StateFlags,
     #[command(flatten)]
     workers: WorkerFlags,
-    /// Compare with rows of another tool: text as --rows writes it, or a .bsp that holds some
-    #[arg(long, value_name = "ROWS")]
-    against: Option<PathBuf>,
-    #[command(flatten)]
-    verbose: VerboseFlag,
-    /// Print JSON to stdout
-    #[arg(long)]
-    json: bool,
 }
 
 impl Args {
@@ -59,18 +56,18 @@ impl Args {
 
     /// What is read and written.
     pub fn files(&self) -> Files {
-        let alone = self.workers.with.is_none();
-        let state = self.state.path((&self.input, "vis-state")).filter(|_| alone);
+        let alone = self.workers.folder().is_none();
+        let state = state_path((&self.input, "vis-state")).filter(|_| alone);
         let files = Files::new().reads_too(&[self.input.clone(), self.input.with_extension("prt")]);
-        let files = files.reads_too(&self.against).writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
-        let files = files.writes(&state, Kind::State).writes(&self.workers.trace, Kind::Trace).fills(&self.workers.with);
+        let files = files.reads_too(&self.search.against).writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
+        let files = files.writes(&state, Kind::State).fills(&self.workers.folder());
         if self.is_in_place() { files.writes_back(&self.input, Kind::Bsp) } else { files }
     }
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let pool = super::pool(args.search.threads)?;
+    let pool = super::pool(args.run.threads)?;
     catch_interrupts()?;
     pool.install(|| vis_file(&args))
 }
@@ -85,11 +82,11 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         (Some(out), Some(_)) => Some(out.clone()),
         (None, _) => args.is_in_place().then(|| args.input.clone()),
     };
-    let theirs = args.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
+    let theirs = args.search.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
 
     // 2. Both sides of what is visible.
-    let options = args.search.options();
+    let options = args.search.options(args.run.seed);
     let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
     let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
     let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
@@ -133,8 +130,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         super::answer(&format!("{report:#}"))?;
     }
     let files = [args.rows.as_deref(), output.as_deref()];
-    super::prose(&prose(&report, files, args.verbose.is_set()), args.json)?;
-    if let (Some(path), Some(beside)) = (&args.against, &beside) {
+    super::prose(&prose(&report, files), args.json)?;
+    if let (Some(path), Some(beside)) = (&args.search.against, &beside) {
         super::prose(&super::compare::prose(beside, path), args.json)?;
     }
     Ok(Outcome::Done)
@@ -264,7 +261,7 @@ pub(super) fn report(input: &Input, found: &Totals) -> Value {
     })
 }
 
-fn prose(report: &Value, files: [Option<&Path>; 2], is_verbose: bool) -> String {
+fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
     let n = |p: &str| report.pointer(p).map(ToString::to_string).unwrap_or_default();
     let s = |p: &str| report.pointer(p).and_then(Value::as_f64).unwrap_or_default();
     let from = report["portals_from"].as_str().unwrap_or_default();
@@ -273,22 +270,8 @@ fn prose(report: &Value, files: [Option<&Path>; 2], is_verbose: bool) -> String 
         format!("{} clusters, {} portals ({from}), {} leaves", n("/clusters"), n("/portals"), n("/leaves")),
         format!("{kept:.0} % of the pairs of clusters are kept: {:.1} are visible from one on average", s("/mean_visible")),
     ];
-    if is_verbose {
-        lines.push(format!(
-            "of {} pairs {} are witnessed visible, {} proven hidden, {} undecided",
-            n("/total_pairs"),
-            n("/lower_pairs"),
-            s("/total_pairs") - s("/upper_pairs"),
-            n("/undecided_pairs"),
-        ));
-        lines.push(format!("{} lines, {} steps, {:.2} s", n("/lines"), n("/steps"), s("/seconds")));
-        if report.get("ambient_leaves").is_some() {
-            let n = |sound: &str| n(&format!("/ambient_leaves/{sound}"));
-            lines.push(format!("ambient sounds: {} leaves hear water, {} sky, {} lava", n("water"), n("sky"), n("lava")));
-        }
-        if s("/slivers") > 0.0 {
-            lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
-        }
+    if s("/slivers") > 0.0 {
+        lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
     }
     if s("/capped") > 0.0 {
         lines.push(format!("{} searches ran out of steps (--steps) and kept what might be seen", n("/capped")));

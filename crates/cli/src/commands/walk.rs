@@ -29,12 +29,9 @@ pub struct Args {
     model: PathBuf,
     #[command(flatten)]
     files: super::FilesFlag,
-    /// Camera path (JSON); without it, a path through every cell.
-    #[arg(long)]
-    path: Option<PathBuf>,
-    /// Instead of a path, so many random views.
-    #[arg(long, conflicts_with = "path", value_parser = clap::value_parser!(u32).range(1..=100_000), value_name = "N")]
-    random: Option<u32>,
+    /// A camera path, or N random views [default: a path through every cell]
+    #[arg(long, value_name = "P.json|random:N", value_parser = views)]
+    path: Option<Views>,
     /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of these; or exact: what is visible, and no more, at
     /// milliseconds a frame. May be given several times.
     #[arg(long = "mode", default_value = "both")]
@@ -69,6 +66,28 @@ pub struct Args {
     json: bool,
 }
 
+/// Where the cameras are.
+#[derive(Clone)]
+pub enum Views {
+    Path(PathBuf),
+    Random(u32),
+}
+
+impl Views {
+    fn path(&self) -> Option<&PathBuf> {
+        if let Self::Path(path) = self { Some(path) } else { None }
+    }
+}
+
+/// Most random views.
+const MOST_VIEWS: u32 = 100_000;
+
+fn views(text: &str) -> Result<Views, String> {
+    let Some(count) = text.strip_prefix("random:") else { return Ok(Views::Path(text.into())) };
+    let count = count.parse().ok().filter(|n| (1..=MOST_VIEWS).contains(n)).map(Views::Random);
+    count.ok_or_else(|| format!("takes 1 to {MOST_VIEWS} random views, as in random:100"))
+}
+
 /// What doors do.
 #[derive(Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 enum Doors {
@@ -83,7 +102,7 @@ impl Args {
     /// What is read and written.
     pub fn files(&self) -> Files {
         let files = Files::new().reads(&self.file, &["pvs"]).model(&self.model).reads_too(self.files.paths());
-        files.reads_too(&self.path).fills(&self.frames)
+        files.reads_too(self.path.as_ref().and_then(Views::path)).fills(&self.frames)
     }
 }
 
@@ -105,10 +124,10 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     }
     let files = args.files();
     let scene = scene.meshed(usual_sides);
-    let path = match (&args.path, args.random) {
-        (Some(path), _) => CameraPath::load(path).map_err(|e| at(path, e))?,
-        (None, Some(count)) => random_path(&scene, &file, count, args.seed),
-        (None, None) => tour(&file, args.seed),
+    let path = match &args.path {
+        Some(Views::Path(path)) => CameraPath::load(path).map_err(|e| at(path, e))?,
+        Some(Views::Random(count)) => random_path(&scene, &file, *count, args.seed),
+        None => tour(&file, args.seed),
     };
     if path.frames.is_empty() {
         return Err(at(&args.file, "has no cell to walk through; give a path with --path"));

@@ -20,7 +20,7 @@ const TOLD: usize = 20;
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file that `bake --keep-bounds` wrote, or a level
+    /// The file that `bake --rows both` wrote, or a level
     #[arg(value_name = "OUT.pvs|LEVEL.prt|LEVEL.bsp")]
     file: PathBuf,
     /// The cell that looks: 3, cell:3, or a room's name; of a level a cluster's number, or a place in it, as 480,-352,88
@@ -269,9 +269,9 @@ impl Teller<'_> {
                 )
             }
             Why::Behind => format!("{a} doesn't see {b}: all that it could see of it faces away"),
-            Why::Joined(1) => format!("{a} doesn't see {b}: proven before others were joined (--clusters)"),
+            Why::Joined(1) => format!("{a} doesn't see {b}: proven before others were joined"),
             Why::Joined(cells) => {
-                format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from (--clusters)")
+                format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from")
             }
             Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", because(doubt)),
         }

@@ -159,7 +159,7 @@ fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> boo
         }
         Inside::Leaks(Leak { from, way }) => {
             let leak = LeakHint { entity: from.class.clone(), from: from.at, way };
-            notes.push(Note::fault(format!("{leak} (--leak FILE writes it): {OPEN}")));
+            notes.push(Note::fault(format!("{leak}: {OPEN}")));
             builder.hints.leak = Some(leak);
             false
         }

@@ -298,10 +298,10 @@ impl BuildingReport<'_> {
         }
         let stats = &self.file.stats;
         for (count, what) in [
-            (stats.flow_capped, "searches ran out of steps and kept what might be seen"),
-            (stats.met_kept, "pairs were met by rays within the clearance of a surface only, and count as visible"),
+            (stats.flow_over_budget, "searches ran out of steps and kept what might be seen"),
+            (stats.kept_unproven, "pairs were met by rays within the clearance of a surface only, and count as visible"),
             (
-                stats.met_left_out,
+                stats.left_out_unproven,
                 "pairs were met by rays within the clearance of a surface only, and are left out: they would cost 1 % or more",
             ),
             (stats.contradictions, "pairs that portals took for hidden were proven visible, and kept: a fault of this tool"),

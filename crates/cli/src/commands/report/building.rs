@@ -94,7 +94,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let page = BuildingReport {
         building: &name(&args.input),
         command: &again(args),
-        seed: args.search.seed,
+        seed: args.run.seed,
         scene: &scene,
         file: &baked.file,
         pvs: &report.pvs.summary,
@@ -128,8 +128,8 @@ fn tell(args: &Args, report: &BakeReport, page: &BuildingReport<'_>, files: &[(P
 
 /// Those of the page's bake.
 fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOptions, CliError> {
-    let pvs = PvsOptions { seed: args.search.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
-    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.as_ref(), scene)?;
+    let pvs = PvsOptions { seed: args.run.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
+    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.view_cells.as_ref(), scene)?;
     Ok(BakeOptions {
         split: args.scene.split(),
         pvs,
@@ -201,19 +201,19 @@ impl Measured {
     ) -> Result<Self, CliError> {
         progress("held-out views", 0.0);
         let (file, pvs) = (&baked.file, &options.pvs);
-        let views = held_out(scene, file, args.search.seed, args.views);
+        let views = held_out(scene, file, args.run.seed, args.views);
         progress("runs with fewer rays", 0.0);
         let bench = Bench { scene, graph, options: pvs, views: &views };
         let mut curves = vec![bench.everything(file, cpu)?, bench.flow()?];
         curves.extend(Strategy::ALL.map(|strategy| bench.alone(strategy)));
         progress("tubes", 0.0);
-        let tubes = tubes(scene, file, args.search.seed);
+        let tubes = tubes(scene, file, args.run.seed);
         let found = baked.partition.as_ref().zip(options.view_cell_bytes);
         let splits = found.map(|(found, bytes)| Splits::new(bytes, found.full, &found.curve));
         progress("why", 0.0);
         let hardest = reasons(file, scene).map_err(|e| at(&args.input, e))?;
         let missed_pixels = file.object_rows.as_ref().map_or(0, |rows| views.missed_pixels(rows));
-        let (views, portal_costs) = (views.count(), portal_costs(file, args.search.seed));
+        let (views, portal_costs) = (views.count(), portal_costs(file, args.run.seed));
         Ok(Self { curves, tubes, splits, views, missed_pixels, portal_costs, hardest })
     }
 }
@@ -379,14 +379,14 @@ fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof
 fn again(args: &Args) -> String {
     let mut flags = args.scene.given_again(&name);
     flags.extend((args.views != super::VIEWS).then(|| ("--views", args.views.to_string())));
-    flags.extend(args.view_cells.as_ref().map(|v| {
+    flags.extend(args.view_cells.view_cells.as_ref().map(|v| {
         let value = match v {
             ViewCells::Auto(bytes) => format!("auto:{bytes}"),
             ViewCells::File(path) => name(path),
         };
         ("--view-cells", value)
     }));
-    flags.extend((args.search.seed != 0).then(|| ("--seed", args.search.seed.to_string())));
-    flags.extend(args.search.threads.map(|n| ("--threads", n.to_string())));
+    flags.extend((args.run.seed != 0).then(|| ("--seed", args.run.seed.to_string())));
+    flags.extend(args.run.threads.map(|n| ("--threads", n.to_string())));
     command(args, flags)
 }

@@ -28,11 +28,11 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let begin = Instant::now();
     // 1. What can be wrong with the input, before the long part.
     let input = Input::read(&args.input)?;
-    let theirs = args.rows.as_deref().map(|path| other_rows(path, &input)).transpose()?;
+    let theirs = args.search.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read_seconds = begin.elapsed().as_secs_f64();
 
     // 2. Both sides, and when.
-    let options = args.search.options();
+    let options = args.search.options(args.run.seed);
     let of = Of { digest: digest(&input.level, &options), beside: (output, super::STATE), outputs: &[] };
     let kept = Kept::open(&args.state, None, &of)?;
     let (result, moments) = match timed(&input.level, &options, &kept) {
@@ -42,9 +42,9 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let peak = peak_rss_mb();
 
     // 3. What to hold against them.
-    let lines_alone = lines_alone(&input.level, args.search.seed)?;
+    let lines_alone = lines_alone(&input.level, args.run.seed)?;
     let beside = theirs.map(|rows| against(&input.level, &result, &rows));
-    let other = args.rows.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
+    let other = args.search.against.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
         name: name(path),
         pairs: a.theirs,
         counts: counts(a),
@@ -93,7 +93,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         json["seconds"] = begin.elapsed().as_secs_f64().into();
         crate::commands::answer(&format!("{json:#}"))?;
     }
-    if let (Some(path), Some(a)) = (&args.rows, &beside) {
+    if let (Some(path), Some(a)) = (&args.search.against, &beside) {
         crate::commands::prose(&prose(a, path), args.json)?;
     }
     crate::commands::prose(&format!("{} and {} written", output.display(), table.display()), args.json)?;
@@ -202,8 +202,8 @@ fn left_out(args: &Args, input: &Input, result: &Vis) -> Vec<String> {
             result.stats.capped, args.search.steps
         ));
     }
-    if args.rows.is_none() {
-        all.push("no rows of another tool to compare with (--rows)".to_owned());
+    if args.search.against.is_none() {
+        all.push("no rows of another tool to compare with (--against)".to_owned());
     }
     all.push("rows are not written: `enfilade vis` does that".to_owned());
     all
@@ -215,10 +215,10 @@ fn again(args: &Args) -> String {
     let numbers = [
         ("--steps", args.search.steps, default.steps),
         ("--lines", args.search.lines, default.lines),
-        ("--seed", args.search.seed, default.seed),
+        ("--seed", args.run.seed, default.seed),
     ];
-    let rows = args.rows.as_deref().map(|rows| ("--rows", name(rows)));
+    let rows = args.search.against.as_deref().map(|rows| ("--against", name(rows)));
     let numbers = numbers.into_iter().filter(|n| n.1 != n.2).map(|(flag, value, _)| (flag, value.to_string()));
-    let threads = args.search.threads.map(|n| ("--threads", n.to_string()));
+    let threads = args.run.threads.map(|n| ("--threads", n.to_string()));
     command(args, rows.into_iter().chain(numbers).chain(threads))
 }

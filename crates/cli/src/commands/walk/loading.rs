@@ -1,7 +1,7 @@
 //! `enfilade walk --budget`.
 
 use super::super::bake::size;
-use super::{Args, Doors, at, print_json};
+use super::{Args, Doors, Views, at, print_json};
 use crate::commands::{CliError, Outcome};
 use enfilade::file::PvsFile;
 use enfilade::runtime::Culler;
@@ -26,15 +26,12 @@ pub struct Flags {
         long,
         value_name = "SIZE|PERCENT%",
         value_parser = budget,
-        conflicts_with_all = ["random", "modes", "frames", "size", "verify_pixels", "min_pixels", "every"]
+        conflicts_with_all = ["modes", "frames", "size", "verify_pixels", "min_pixels", "every"]
     )]
     budget: Option<Budget>,
-    /// Bytes that are loaded a second.
-    #[arg(long, value_name = "SIZE", value_parser = size, default_value = "20M", requires = "budget")]
-    bandwidth: u64,
-    /// Seconds that each load takes on top.
-    #[arg(long, value_name = "SECONDS", value_parser = latency, default_value = "0.05", requires = "budget")]
-    latency: f64,
+    /// The disk: bytes a second, and the seconds that each load takes besides
+    #[arg(long, value_name = "SIZE,SECONDS", value_parser = disk, default_value = "20M,0.05", requires = "budget")]
+    disk: Disk,
 }
 
 /// Memory for objects.
@@ -51,8 +48,20 @@ fn budget(text: &str) -> Result<Budget, String> {
     percent.map(Budget::Percent).ok_or_else(|| "takes bytes, as in 512M, or percent, as in 20%".into())
 }
 
-fn latency(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|s: &f64| *s >= 0.0 && s.is_finite()).ok_or_else(|| "takes seconds, 0 or more".into())
+/// What objects are loaded from.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Disk {
+    /// Bytes a second.
+    bandwidth: u64,
+    /// Seconds that each load takes besides.
+    latency: f64,
+}
+
+fn disk(text: &str) -> Result<Disk, String> {
+    let wrong = || "takes bytes a second and seconds, as in 20M,0.05".to_owned();
+    let (bandwidth, latency) = text.split_once(',').ok_or_else(wrong)?;
+    let latency = latency.parse().ok().filter(|s: &f64| *s >= 0.0 && s.is_finite()).ok_or_else(wrong)?;
+    Ok(Disk { bandwidth: size(bandwidth).map_err(|_| wrong())?, latency })
 }
 
 impl Flags {
@@ -64,7 +73,8 @@ impl Flags {
 /// Walks, and prints a line a method.
 pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
     let stroll = match &args.path {
-        Some(path) => Stroll::along(&CameraPath::load(path).map_err(|e| at(path, e))?, WALK / RATE),
+        Some(Views::Random(_)) => return Err(CliError("--budget walks along a path, not through random views".into())),
+        Some(Views::Path(path)) => Stroll::along(&CameraPath::load(path).map_err(|e| at(path, e))?, WALK / RATE),
         None => Stroll::through(file, args.seed, WALK / RATE),
     };
     if stroll.frames() == 0 {
@@ -81,7 +91,7 @@ pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
     if args.doors == Doors::AsFound {
         culler.shut_as_found();
     }
-    let Flags { bandwidth, latency, .. } = args.loading;
+    let Disk { bandwidth, latency } = args.loading.disk;
     let options = LoadingOptions { budget, bandwidth: bandwidth as f64, latency, aspect: ASPECT };
     for method in [Method::Rows, Method::OnDemand] {
         let summary = walk_loading(file, &culler, &bytes, &stroll, (method, &options), &mut |_| ());
@@ -130,9 +140,9 @@ mod tests {
         for bad in ["", "%", "-1%", "nan%", "inf%", "1e9%", "0", "20 %", "5T"] {
             assert!(budget(bad).is_err(), "{bad}");
         }
-        assert_eq!((latency("0"), latency("0.5")), (Ok(0.0), Ok(0.5)));
-        for bad in ["-0.1", "nan", "inf", "x"] {
-            assert!(latency(bad).is_err(), "{bad}");
+        assert_eq!(disk("1M,0.5"), Ok(Disk { bandwidth: 1 << 20, latency: 0.5 }));
+        for bad in ["", "1M", "1M,-0.1", "1M,nan", "1M,inf", "0,1", "x,1"] {
+            assert!(disk(bad).is_err(), "{bad}");
         }
     }
 }

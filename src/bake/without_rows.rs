@@ -7,7 +7,7 @@ use crate::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use crate::scene::{ImportOptions, Scene};
 
 /// The file of a scene as one open cell that holds and sees every object. It casts no ray, and takes a moment where a bake takes minutes.
-pub fn unbaked(scene: &Scene, import: &ImportOptions) -> PvsFile {
+pub fn without_rows(scene: &Scene, import: &ImportOptions) -> PvsFile {
     let graph = undivided_in_metres(scene);
     let (none, mut all) = (BitMatrix::new(1, scene.objects.len()), BitMatrix::new(1, scene.objects.len()));
     (0..scene.objects.len()).for_each(|object| _ = all.set(0, object));
@@ -20,7 +20,7 @@ pub fn unbaked(scene: &Scene, import: &ImportOptions) -> PvsFile {
         objects_lower: none.clone(),
         objects_upper: all.clone(),
         placement: Placement { matrix: all, boxes: None },
-        narrow: none,
+        unresolved: none,
         witnesses: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,
@@ -59,7 +59,7 @@ mod tests {
         let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
         let options = BakeOptions { given: Some(undivided(&scene)), pvs, keep_bounds: true, ..BakeOptions::default() };
         let baked = bake(&scene, options, &Job::quiet()).unwrap().file;
-        let quick = unbaked(&scene, &ImportOptions::default());
+        let quick = without_rows(&scene, &ImportOptions::default());
         assert_eq!(quick.cells, baked.cells);
         assert_eq!((quick.object_rows, quick.placement), (baked.object_rows, baked.placement));
         assert_eq!((quick.model_hash, quick.objects), (baked.model_hash, baked.objects));

@@ -79,7 +79,7 @@ fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
         objects_lower: none(),
         objects_upper: full(objects),
         placement: place_objects(scene, graph, 2.0 * scene.tolerance().clearance),
-        narrow: none(),
+        unresolved: none(),
         witnesses: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,

@@ -1,10 +1,10 @@
-//! Cells and portals that someone gives: `--cells-file`, in the form that `enfilade dump --json` writes (docs/cli.md).
+//! Cells and portals that someone gives: `--cells FILE`, in the form that `enfilade dump --json` writes (docs/cli.md).
 //!
 //! Checked here is what the graph's types promise: ids, numbers, pieces with a volume, windings that are planar and convex and
 //! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
 
 use crate::CellId;
-use crate::cells::single::{DECIMAL, SINGLE_UNIT, held, moved_back, unit};
+use crate::cells::f32_rounding::{DECIMAL, SINGLE_UNIT, held, moved_back, unit};
 use crate::cells::validate::lie_between;
 use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
 use crate::geom::{Aabb, Plane, area, middle, newell};

@@ -3,7 +3,7 @@
 //! They may lie across cells, and overlap each other; they bound nothing and hide nothing.
 
 use crate::cells::Piece;
-use crate::cells::given::cells_file::{GivenError, GivenPiece, Reader};
+use crate::cells::user_cells::cells_file::{GivenError, GivenPiece, Reader};
 use crate::scene::Scene;
 pub use crate::types::view_cell_name::ViewCellName;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,91 @@
+//! The shares of a bake's rays. Nothing else divides [`PvsOptions::ray_budget`](super::PvsOptions::ray_budget).
+//!
+//! A ray, a segment and a 1,500th of a visibility cube count as one. Shafts against triangles come on top: at most one for five rays, which take
+//! about as long.
+
+/// The share that tests what the others found.
+const TESTS: f64 = 0.05;
+/// The share for segments at pairs that flow leaves undecided.
+const AIMED: f64 = 0.15;
+/// The share of view cells, if there are any.
+const VIEW_CELLS: f64 = 1.0 / 3.0;
+/// Rays of view cells: the share that tests what the others found. Each row is tested alone, so it takes more than that of cells.
+const VIEW_CELL_TESTS: f64 = 0.2;
+/// A single open cell gets this share of the rays: its row is everything, whatever they show.
+const ONE_OPEN_CELL: f64 = 0.02;
+/// Rays that take about as long as a shaft.
+const RAYS_PER_SHAFT: u64 = 5;
+/// After an accuracy goal (`--unseen`) has cost more than this, segments and shafts get no more than for this many rays.
+const MOST_AFTER_GOAL: u64 = 20_000_000;
+
+/// What each step of a bake may spend, in rays. All shares together are at most the rays that were asked for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
+pub struct Budget {
+    /// Cubes and guided rays from cells.
+    pub sampling: u64,
+    /// Rays that test the rows of cells.
+    pub tests: u64,
+    /// Segments at pairs that flow leaves undecided; they also get what sampling and tests leave.
+    pub aimed: u64,
+    /// Cubes, segments and tests from view cells.
+    pub view_cells: u64,
+    /// Shafts against triangles.
+    pub shafts: u64,
+}
+
+impl Budget {
+    /// The shares of `rays` among cells alone.
+    pub fn of_cells(rays: u64) -> Self {
+        let share = |part: f64| (rays as f64 * part) as u64;
+        let (tests, aimed) = (share(TESTS), share(AIMED));
+        Self { sampling: rays - tests - aimed, tests, aimed, view_cells: 0, shafts: rays / RAYS_PER_SHAFT }
+    }
+
+    /// The shares of `rays` among cells and view cells.
+    pub fn with_view_cells(rays: u64) -> Self {
+        let view_cells = (rays as f64 * VIEW_CELLS) as u64;
+        Self { view_cells, ..Self::of_cells(rays - view_cells) }
+    }
+
+    /// The shares of `rays` for a single open cell.
+    pub fn of_one_open_cell(rays: u64) -> Self {
+        Self::of_cells((rays as f64 * ONE_OPEN_CELL) as u64)
+    }
+
+    /// The rays of cells.
+    pub fn cells(&self) -> u64 {
+        self.sampling + self.tests + self.aimed
+    }
+
+    /// The shares that are left after sampling towards a goal spent `rays`: the steps that follow cost their share of that, and no more than
+    /// without a goal.
+    pub(super) fn after_goal(&self, rays: u64) -> Self {
+        let all = (rays as f64 / (1.0 - AIMED)) as u64;
+        Self { view_cells: self.view_cells, ..Self::of_cells(self.cells().min(all).min(MOST_AFTER_GOAL)) }
+    }
+
+    /// Of `rays` for view cells, those that test.
+    pub(super) fn view_cell_tests(rays: u64) -> u64 {
+        (rays as f64 * VIEW_CELL_TESTS) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_add_up_to_what_was_asked_for() {
+        for rays in [0, 1, 7, 1000, 20_000_000, 1_000_000_000] {
+            let (cells, both) = (Budget::of_cells(rays), Budget::with_view_cells(rays));
+            assert_eq!((cells.cells(), cells.view_cells), (rays, 0));
+            assert_eq!(both.cells() + both.view_cells, rays);
+            assert!(Budget::of_one_open_cell(rays).cells() <= rays / 50 && both.shafts <= rays / 5);
+        }
+        let default = Budget::of_cells(20_000_000);
+        assert_eq!(
+            [default.sampling, default.tests, default.aimed, default.shafts],
+            [16_000_000, 1_000_000, 3_000_000, 4_000_000]
+        );
+    }
+}
