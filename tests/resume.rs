@@ -287,7 +287,10 @@ fn what_cannot_be_written_is_said_before_the_work() {
     std::fs::write(&state, "my own text, of more than a head's length").unwrap();
     let out = folder.join("o.pvs");
     let arguments = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--state"), &state];
-    refused(&run(&arguments), &["mine: is no state of an interrupted run, so it isn't replaced; name another with --state"]);
+    refused(
+        &run(&arguments),
+        &["mine: is not a state of an interrupted run, so it isn't replaced; name another with --state"],
+    );
     assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
     // What can't be baked leaves no state.
     let empty = folder.join("empty.obj");
