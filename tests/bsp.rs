@@ -265,17 +265,17 @@ fn damage_is_named() {
     let put = |at: usize, value: i32| move |f: &mut Vec<u8>| f[at..at + 4].copy_from_slice(&value.to_le_bytes());
     let short = |at: usize, value: i16| move |f: &mut Vec<u8>| f[at..at + 2].copy_from_slice(&value.to_le_bytes());
     assert_eq!(fault(&|f| f.truncate(100)), "ends after 100 bytes, within the header");
-    assert_eq!(fault(&|f| f[0] = 30), "a Half-Life level (bsp30) is not read; Quake's bsp29 and BSP2 are");
+    assert_eq!(fault(&|f| f[0] = 30), "a Half-Life level (bsp30) is not supported; Quake's bsp29 and BSP2 are");
     assert_eq!(
         fault(&|f| f[..4].copy_from_slice(b"IBSP")),
-        "a Quake 2 or Quake 3 level is not read; Quake's bsp29 and BSP2 are"
+        "a Quake 2 or Quake 3 level is not supported; Quake's bsp29 and BSP2 are"
     );
     assert!(fault(&put(4 + 8 * 5, i32::MAX)).starts_with("lump nodes ends at byte "));
     assert!(fault(&put(8 + 8 * 5, 25)).starts_with("lump nodes has 25 bytes, not a multiple of 24"));
     assert_eq!(fault(&put(8 + 8 * 10, 0)), "lump leaves is empty");
     assert_eq!(fault(&put(offset(5), 9999)), "lump nodes, entry 0: its plane 9999 doesn't exist");
-    assert_eq!(fault(&put(offset(1) + 8, 0)), "lump planes, entry 0: is no plane with a unit normal");
-    assert_eq!(fault(&put(offset(1) + 12, 0x7fc0_0000)), "lump planes, entry 0: is no plane with a unit normal");
+    assert_eq!(fault(&put(offset(1) + 8, 0)), "lump planes, entry 0: is not a plane with a unit normal");
+    assert_eq!(fault(&put(offset(1) + 12, 0x7fc0_0000)), "lump planes, entry 0: is not a plane with a unit normal");
     assert_eq!(fault(&short(offset(5) + 24 + 4, 0)), "lump nodes, entry 0: is reached twice");
     assert_eq!(fault(&short(offset(5) + 4, 999)), "lump nodes, entry 999: doesn't exist, but the tree leads to it");
     assert_eq!(fault(&short(offset(5) + 6, -99)), "lump leaves, entry 98: doesn't exist, but the tree leads to it");

@@ -170,7 +170,7 @@ const DAMAGES: [Damage; 18] = [
             let (_, object) = seen_pair(f);
             f.objects[object].bounds[1] = f.objects[object].bounds[0];
         },
-        Seen::Refused("a box that doesn't hold them"),
+        Seen::Refused("its box does not hold them"),
     ),
     ("the origin has moved", |f| f.origin.x += 0.5, Seen::Refused("the origin is")),
     ("the model's hash is stale", |f| f.model_hash ^= 1, Seen::Refused("is not the model")),

@@ -252,17 +252,21 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
         ("deep_open", b"<a>".repeat(1_000_000), "not well-formed XML"),
         ("other_root", b"<kml/>".to_vec(), "the root is <kml>"),
         ("other_namespace", document("http://example.org/", square, "#S1", "S1").into_bytes(), "not IndoorGML 1"),
-        ("laughs", [b"<!DOCTYPE a [<!ENTITY b \"c\">]>".as_slice(), whole.as_bytes()].concat(), "a document type"),
+        (
+            "laughs",
+            [b"<!DOCTYPE a [<!ENTITY b \"c\">]>".as_slice(), whole.as_bytes()].concat(),
+            "document types are not supported",
+        ),
         (
             "nan",
             document(core, &square.replacen('4', "NaN", 1), "#S1", "S1").into_bytes(),
             "line 4: `NaN` is not a coordinate",
         ),
         ("far", document(core, &square.replacen('4', "1e300", 1), "#S1", "S1").into_bytes(), "`1e300` is not a coordinate"),
-        ("plane", document(core, "0 0 4 0", "#S1", "S1").into_bytes(), "4 numbers; give three to a corner"),
+        ("plane", document(core, "0 0 4 0", "#S1", "S1").into_bytes(), "4 numbers; a corner needs three"),
         ("dangling", document(core, square, "#S9", "S1").into_bytes(), "`#S9`: nothing has this gml:id"),
         ("elsewhere", document(core, square, "other.gml#S1", "S1").into_bytes(), "is in another file"),
-        ("twice", document(core, square, "#S1", "C1").into_bytes(), "gml:id `C1` is given twice; its first place is line 2"),
+        ("twice", document(core, square, "#S1", "C1").into_bytes(), "gml:id `C1` occurs twice; first in line 2"),
     ];
     let folder = folder("gml");
     let (model, _) = maze(&folder);

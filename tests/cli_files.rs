@@ -89,8 +89,8 @@ fn no_input_is_written_over_by_any_of_its_names() {
     std::fs::create_dir(world.path("below")).unwrap();
     for (words, inputs) in TABLE {
         for input in inputs {
-            world.refuses(words, &world.path(input), "would be written over");
-            world.refuses(words, &world.path("below").join("..").join(input), "would be written over");
+            world.refuses(words, &world.path(input), "would be overwritten");
+            world.refuses(words, &world.path("below").join("..").join(input), "would be overwritten");
             #[cfg(unix)]
             for (link, name) in [(true, "soft"), (false, "hard")] {
                 let alias = world.path(name).with_extension("out");
@@ -99,7 +99,7 @@ fn no_input_is_written_over_by_any_of_its_names() {
                     true => std::os::unix::fs::symlink(input, &alias).unwrap(),
                     false => std::fs::hard_link(input, &alias).unwrap(),
                 }
-                world.refuses(words, &alias, "would be written over");
+                world.refuses(words, &alias, "would be overwritten");
                 std::fs::remove_file(alias).unwrap();
             }
         }
@@ -149,18 +149,18 @@ fn no_file_of_another_kind_is_written_over_and_none_that_is_protected() {
 fn pictures_of_frames_replace_pictures_and_nothing_else() {
     let world = World::new("frames");
     let words = |folder: &'static str| ["walk", "maze.pvs", "--model", "maze.glb", "--path", "random:1", "--frames", folder];
-    world.refuses(&words("maze.glb"), Path::new(""), "would be written over");
-    world.refuses(&words("rows.txt"), Path::new(""), "is no folder");
+    world.refuses(&words("maze.glb"), Path::new(""), "would be overwritten");
+    world.refuses(&words("rows.txt"), Path::new(""), "is not a folder");
     let pictures = world.path("p.d");
     std::fs::create_dir(&pictures).unwrap();
     let picture = pictures.join("frame_00000_both.png");
     std::fs::write(&picture, "my own text").unwrap();
-    world.refuses(&words("p.d"), Path::new(""), "frame_00000_both.png: is no PNG picture");
+    world.refuses(&words("p.d"), Path::new(""), "frame_00000_both.png: is not a PNG picture");
     #[cfg(unix)]
     {
         std::fs::remove_file(&picture).unwrap();
         std::os::unix::fs::symlink(world.path("maze.glb"), &picture).unwrap();
-        world.refuses(&words("p.d"), Path::new(""), "would be written over");
+        world.refuses(&words("p.d"), Path::new(""), "would be overwritten");
         std::fs::remove_file(&picture).unwrap();
     }
     let walked = || {

@@ -61,7 +61,7 @@ fn a_raster_that_cannot_be_read_is_told_with_its_place() {
     let world = World::new("raster");
     let whole = placed(plain(), 5e6).bytes();
     let cases: [(&str, Vec<u8>, &str); 10] = [
-        ("noise.tif", b"no tiff at all".to_vec(), "no TIFF: it begins with neither II nor MM; give a GeoTIFF"),
+        ("noise.tif", b"no tiff at all".to_vec(), "not a TIFF: it begins with neither II nor MM; give a GeoTIFF"),
         ("empty.tif", Vec::new(), "cut off: the file ends at byte 0; copy it again"),
         ("cut.tif", whole[..whole.len() / 2].to_vec(), "copy it again"),
         (
@@ -77,7 +77,7 @@ fn a_raster_that_cannot_be_read_is_told_with_its_place() {
         (
             "scale.tif",
             plain().doubles(33550, &[0.0; 3]).doubles(33922, &[0.0; 6]).bytes(),
-            "a pixel scale of 0 x 0; it is more than 0 and finite: write the file again",
+            "a pixel scale of 0 x 0; it must be finite and above 0: write the file again",
         ),
         ("cut.hgt", vec![0; 17], "17 bytes are no square of samples"),
         (
@@ -104,7 +104,7 @@ fn heights_that_are_no_ground_are_told_with_their_file() {
     let row = world.write("row.tif", &Tiff::wholes([9, 1], &[5; 9]).bytes());
     world.refuses(&[&row], &[], &["row.tif: 9 x 1 samples", "at least 2 x 2 samples"]);
     let flat = world.write("flat.tif", &Tiff::wholes([3, 3], &[5; 9]).bytes());
-    world.refuses(&[&flat], &["--spacing", "1e300"], &["flat.tif: the spacing is 0 or less, or the ground is endless"]);
+    world.refuses(&[&flat], &["--spacing", "1e300"], &["flat.tif: the spacing is not above 0, or the ground is infinite"]);
     // A flat ground is one, and so is one of heights that differ by next to nothing.
     let out = world.ground(&[&flat], &[]);
     done(&out);

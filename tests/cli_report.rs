@@ -61,7 +61,9 @@ fn the_page_says_what_vis_says() {
     }
     // 14 of 16 pairs.
     assert!(html.contains("<data value=\"14\">14</data>") && html.contains("<data value=\"2\">2</data>"));
-    assert!(html.contains("12.5 % of all pairs") && html.contains("None: each pair is on a line, or proven hidden."));
+    assert!(
+        html.contains("12.5 % of all pairs") && html.contains("None: each pair has a witness line or is proven hidden.")
+    );
     assert!(html.contains("data:image/png;base64,iVBORw0KGgo") && html.contains("<code>enfilade report level.prt</code>"));
     check_table(&table(&csv), &vis);
     assert_eq!(report["bounds"].as_array().unwrap().last().unwrap()["upper_pairs"], 14);

@@ -230,7 +230,7 @@ mod levels {
         assert_eq!(cells("(7 -1 0)", "4"), by_number(2, 4));
         for (place, said) in [
             ("4.5,1.5,0", "lies in a wall"),
-            ("-3,0,0", "lies in a wall, or beyond"),
+            ("-3,0,0", "lies in a wall or outside"),
             ("1,2", "takes a cluster's number, 0 to 4, or a place"),
             ("1,2,x", "three numbers"),
             ("7", "the level has clusters 0 to 4"),
@@ -257,9 +257,10 @@ mod levels {
         assert_eq!(from(), ("PRT2".into(), Some(2), "[]".into()));
         // Another level's, with other leaves; one with portals elsewhere; one that can't be read.
         let short = fitting.replace("\n5\n", "\n4\n").replace("2 3 4 -1", "2 3 -1");
-        let elsewhere = "1 of 1 portals lie where the tree has leaves of other clusters, or solid matter; the first, portal 0, around (7.0 0.0 0.0)";
+        let elsewhere =
+            "1 of 1 portals do not lie between leaves of their clusters; the first, portal 0, is near (7.0 0.0 0.0)";
         let others = [
-            (short, "level.prt has 4 leaves, the level 5: it isn't of this level, and portals are taken from the tree"),
+            (short, "level.prt has 4 leaves, the level 5: it is of another level; portals come from the BSP tree"),
             (fitting.replace("(9 ", "(7 "), elsewhere),
             (fitting.replace("PRT2", "PRT9"), "level.prt: line 1"),
         ];
@@ -325,7 +326,7 @@ fn bad_input_is_one_line_and_exit_2() {
     };
     let (good, bad) = (write("good.prt", LEVEL), write("bad.prt", &LEVEL.replace("4 1 2", "4 1 x")));
     let rows = write("rows.txt", "0 3: 0 1 2\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 3: 1 2 4\n");
-    refused(&enfilade!("vis", &bad), &["bad.prt: line 5, second cluster: 'x' where a whole number is due"]);
+    refused(&enfilade!("vis", &bad), &["bad.prt: line 5, second cluster: 'x' instead of a whole number"]);
     refused(&enfilade!("vis", &folder.join("none.prt")), &["none.prt: "]);
     refused(&enfilade!("vis", &folder), &["is named neither .prt nor .bsp"]);
     #[cfg(feature = "quake")]
@@ -338,10 +339,10 @@ fn bad_input_is_one_line_and_exit_2() {
     refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
     refused(&enfilade!("vis", &good, "--rows", &folder), &["cli_vis_bad: "]);
     let state = write("good.vis-state", "no state, and longer than the head of one, which has 56 bytes");
-    refused(&enfilade!("vis", &good), &["good.vis-state: is no state of an interrupted run"]);
+    refused(&enfilade!("vis", &good), &["good.vis-state: is not a state of an interrupted run"]);
     std::fs::remove_file(state).unwrap();
     refused(&enfilade!("check", &good), &["good.prt: holds no rows"]);
-    refused(&enfilade!("check", &good, "--rows", &rows), &["rows.txt: line 4, id 3: 4 is no cell"]);
+    refused(&enfilade!("check", &good, "--rows", &rows), &["rows.txt: line 4, id 3: 4 is not a cell"]);
     refused(&enfilade!("check", &good, "--model", &good), &["good.prt: a level is tested by its portals"]);
     refused(&enfilade!("check", &bad, "--rows", &rows), &["bad.prt: line 5"]);
 }

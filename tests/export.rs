@@ -180,7 +180,7 @@ fn what_is_no_object_stays() {
     let model = written(&folder, "rich.glb", &rich().bytes());
     let scene = import(&model, &options(16)).unwrap();
     let made = export(&model, &options(16), &file_of(&scene, &options(16))).unwrap();
-    assert_eq!(made.notes, ["1 surfaces of rooms and portals aren't drawn"]);
+    assert_eq!(made.notes, ["1 surfaces of rooms and portals are not drawn"]);
     let root = parts(&made.glb).0;
     let mesh = |node: usize| &root["meshes"][root["nodes"][node]["mesh"].as_u64().unwrap() as usize];
     // The lines of the mesh, once; no bound. The hidden node's mesh is an object, as any.
@@ -286,7 +286,7 @@ fn pictures_come_with_the_model() {
     assert_eq!(root["images"][4]["bufferView"], root["images"][0]["bufferView"], "each file once");
     assert_eq!((&root["images"][1]["uri"], &root["images"][2]["uri"]), (&json!("b.tga"), &json!("gone.jpg")));
     let told = made.notes.join("\n");
-    assert!(told.contains("picture 1 stays outside: `b.tga` is no picture that glTF has"), "{told}");
+    assert!(told.contains("picture 1 stays outside: `b.tga` is not a picture type of glTF"), "{told}");
     assert!(told.contains("picture 2 stays outside: `gone.jpg`"), "{told}");
 
     let obj = "mtllib a.mtl\nvt 0 0\nvt 1 0\nvt 1 0.25\nv 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nusemtl wall\nf 1/1 2/2 3/3 4/-3\n\

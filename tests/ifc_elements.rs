@@ -142,7 +142,7 @@ fn what_leads_nowhere_is_passed_over_in_one_line() {
     assert!(wall.sets.iter().all(|set| set.properties.is_empty()) && wall.kind.is_none(), "{wall:?}");
     assert!(elements.get("#26").is_some());
     let [note] = &elements.notes[..] else { panic!("{:?}", elements.notes) };
-    assert!(note.ends_with("references to types, sets and properties lead nowhere"), "{note}");
+    assert!(note.ends_with("references to types, sets and properties have no target"), "{note}");
 }
 
 #[test]

@@ -93,7 +93,7 @@ fn extruded_swept_and_revolved_circles_are_where_they_belong() {
     for (name, body, radius, from_curve, whole) in cases {
         let scene = read(&file(70, "IFCPIPESEGMENT", &format!("{SHAPE}{body}")));
         let [note, count] = &scene.source.notes[..] else { panic!("{name}: {:?}", scene.source.notes) };
-        assert_eq!(note, "70 round pipes are tubes, with sides by their radius", "{name}");
+        assert_eq!(note, "70 round pipes became tubes", "{name}");
         assert!(count.starts_with("70 tubes of "), "{name}: {count}");
         // One alone is as the reader has it: in the same place, but for the sides.
         let alone = read(&file(1, "IFCPIPESEGMENT", &format!("{SHAPE}{body}")));
@@ -167,8 +167,8 @@ fn notes_say_why_round_pipes_stay_meshes() {
     let body = body.replace("#PIPE", &format!("#{product}")).replace("#WHERE", &format!("#{}", product - 1));
     let scene = read(&file_of(&shapes, "IFCPIPESEGMENT", &body));
     let expected = [
-        "70 round pipes are tubes, with sides by their radius",
-        "5 round pipes stay meshes: 2 with other shapes, 1 cut by openings, 1 in booleans, 1 along curves that aren't lines and arcs",
+        "70 round pipes became tubes",
+        "5 round pipes stay meshes: 2 with other shapes, 1 cut by openings, 1 in booleans, 1 along curves other than lines and arcs",
     ];
     assert_eq!(scene.source.notes[..2], expected);
     let is_tube = |k: usize| scene.objects.iter().filter(|o| o.node == format!("pipe{k}")).all(|o| o.is_tube());
@@ -184,17 +184,17 @@ fn directrices_without_an_end() {
     let cases = [
         (
             "a loop",
-            "elements left out, their geometry can't be read: pipe70 (",
+            "elements left out: their geometry cannot be read: pipe70 (",
             disk_along("#150=IFCCOMPOSITECURVE((#152),.F.);\n#152=IFCCOMPOSITECURVESEGMENT(.CONTINUOUS.,.T.,#150);\n"),
         ),
         (
             "a million arcs",
-            "elements left out, their geometry can't be read: pipe70 (along a curve of too many parts)",
+            "elements left out: their geometry cannot be read: pipe70 (swept along a curve with too many parts)",
             disk_along(&points.replace("ARCS", &arcs)),
         ),
         (
             "an end before its start",
-            "1 round pipes stay meshes: 1 along curves that aren't lines and arcs",
+            "1 round pipes stay meshes: 1 along curves other than lines and arcs",
             disk_along(&points.replace("ARCS", &arcs[..20])).replace("100.,$,$,$)", "100.,$,0.9,0.1)"),
         ),
     ];
@@ -206,7 +206,7 @@ fn directrices_without_an_end() {
         let notes = &scene.source.notes;
         assert!(scene.tubes.sections.iter().flat_map(|s| s.place).all(f32::is_finite), "{name}");
         assert!(scene.tubes.sections.len() < 140 + (1 << 16), "{name}: {} sections", scene.tubes.sections.len());
-        for told in ["70 round pipes are tubes, with sides by their radius", told] {
+        for told in ["70 round pipes became tubes", told] {
             assert!(notes.iter().any(|note| note.starts_with(told)), "{name}: {notes:?}");
         }
     }
@@ -227,7 +227,7 @@ fn curves_of_too_many_parts_are_left_out_without_tubes_too() {
         let options = ImportOptions { tubes, ..ImportOptions::default() };
         let text = file_of(&[100, 400], "IFCPIPESEGMENT", &body);
         let scene = import_bytes(text.into_bytes(), "pipes", &options).unwrap();
-        let told = "elements left out, their geometry can't be read: pipe1 (along a curve of too many parts)";
+        let told = "elements left out: their geometry cannot be read: pipe1 (swept along a curve with too many parts)";
         assert!(scene.source.notes.iter().any(|note| note == told), "{what}: {:?}", scene.source.notes);
         assert!(scene.objects.iter().all(|object| object.node == "pipe0"), "{what}");
     }
@@ -240,7 +240,7 @@ fn pipes_and_bars_of_real_files_are_tubes() {
     // 100 pipe segments, 30 fittings with a bend and one with two cylinders; 63 sets of bars, 590 in all.
     for (name, count) in [("hvac_heating", 131), ("rebar_330", 63)] {
         let scene = import(&folder.join("tubes").join(format!("{name}.ifc")), &ImportOptions::default()).unwrap();
-        let note = format!("{count} round pipes are tubes, with sides by their radius");
+        let note = format!("{count} round pipes became tubes");
         assert!(scene.source.notes.iter().any(|told| *told == note), "{name}: {:?}", scene.source.notes);
     }
 }

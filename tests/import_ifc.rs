@@ -422,7 +422,7 @@ fn a_door_whose_opening_misses_its_wall_is_cut_and_told() {
         assert!(text.contains(sound));
         let read = |text: String| import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap();
         let (whole, cut) = (read(text.clone()), read(text.replace(sound, turned)));
-        let what = "1 openings are cut into their walls here, as rectangles: the reader of geometry left them shut: door-1";
+        let what = "1 openings that the geometry reader left closed are cut into their walls as rectangles: door-1";
         assert!(whole.source.notes.is_empty() && cut.source.notes == [what], "{:?}", cut.source.notes);
         let wall = |scene: &Scene| {
             let wall = scene.objects.iter().find(|o| o.node == "wall").unwrap();
@@ -485,7 +485,7 @@ fn gross_areas_and_shapeless_spaces_are_no_rooms() {
     let text = House { schema: Schema::Ifc4, ..House::default() }.text().replace(".EXTERNAL.", ".GFA.");
     let scene = import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap();
     assert_eq!(scene.hints.rooms.len(), 1);
-    assert_eq!(scene.source.notes, ["1 gross floor areas are not taken for rooms"]);
+    assert_eq!(scene.source.notes, ["1 gross floor areas do not count as rooms"]);
 }
 
 #[test]
@@ -701,7 +701,10 @@ fn zipped_files_are_read_as_what_is_in_them() {
         (text.as_bytes(), "not a zip archive"),
         (&archive(&[("house.txt", text.as_bytes())]), "no .ifc file in the archive"),
         (&other, "archive"),
-        (&archive(&[("house.ifc", &vec![b' '; 10_000_000])]), "its .ifc is more than 200 times as large"),
+        (
+            &archive(&[("house.ifc", &vec![b' '; 10_000_000])]),
+            "its .ifc file is more than 200 times larger than the archive",
+        ),
     ] {
         let error = of_zip(bytes).unwrap_err().to_string();
         assert!(error.contains(why) && !error.contains('\n'), "{error}");

@@ -37,7 +37,7 @@ fn lines_become_tubes_where_they_are() {
     assert!(
         near(branch.min + scene.origin, 1019.75, 9.75, -2010.0) && near(branch.max + scene.origin, 1020.25, 10.25, -2000.0)
     );
-    assert_eq!(scene.source.notes, ["2 lines became tubes of 4 sections", "1 features that are no lines left out"]);
+    assert_eq!(scene.source.notes, ["2 lines became tubes of 4 sections", "1 features left out: only lines become tubes"]);
 
     // Feet: everything is smaller, radii too.
     let feet = ImportOptions { metres_per_unit: Some(0.3048), ..ImportOptions::default() };
@@ -119,8 +119,8 @@ fn what_is_odd_is_told() {
     let notes = read(&file).unwrap().source.notes;
     let expected = [
         "1 lines became tubes of 4 sections",
-        "1 points stand where the one before them does",
-        "1 turns back, where a tube ends and another begins",
+        "1 points repeat the one before them",
+        "1 reversals: a tube ends there and another begins",
     ];
     assert_eq!(notes, expected);
 }
@@ -132,7 +132,7 @@ fn lines_of_no_length_are_left_out() {
     let dot = json!([[500, 0], [500, 0], [500, 0]]);
     let all = [line(dot.clone()), line(json!([[500, 0], [520, 0]])), line(json!([])), line(json!([[7, 7]]))];
     let scene = read(&json!({"type": "FeatureCollection", "features": all})).unwrap();
-    assert_eq!(scene.source.notes, ["1 lines became tubes of 2 sections", "3 lines without two different points left out"]);
+    assert_eq!(scene.source.notes, ["1 lines became tubes of 2 sections", "3 lines without two distinct points left out"]);
     assert_eq!(scene.objects.len(), 1);
     // The first place is told where there is nothing else.
     let none = json!({"type": "FeatureCollection", "features": [line(dot), line(json!([]))]});
@@ -147,7 +147,7 @@ fn a_line_of_no_length_refuses_no_model_that_has_a_mesh() {
     let scene = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 1\n").unwrap();
     assert_eq!(scene.triangles.len(), 1);
     assert!(
-        scene.source.notes.iter().any(|note| note == "1 lines without two different points left out"),
+        scene.source.notes.iter().any(|note| note == "1 lines without two distinct points left out"),
         "{:?}",
         scene.source.notes
     );
@@ -206,7 +206,7 @@ fn files_that_make_no_tubes_are_refused_with_the_place() {
     assert!(read(&named).is_ok(), "a file that names its system has no degrees");
     let points = json!({"type": "Point", "coordinates": [500, 0]});
     assert_eq!(refused(&points), "no lines: only LineString and MultiLineString make tubes");
-    assert_eq!(refused(&json!({"type": "Circle"})), "type: no GeoJSON object has this type");
+    assert_eq!(refused(&json!({"type": "Circle"})), "type: not a type of GeoJSON");
     let empty = geojson::from_slice(b"", "mains", &ImportOptions::default()).unwrap_err().to_string();
     assert_eq!(empty, "line 1: the file is empty");
     let cut = geojson::from_slice(b"{\"type\":\n\"Point", "mains", &ImportOptions::default()).unwrap_err().to_string();

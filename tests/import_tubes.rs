@@ -142,7 +142,7 @@ fn lines_of_obj_are_tubes_where_a_radius_is_given() {
     let scene = obj::from_slice(dots.as_bytes(), "mains", None, &options).unwrap();
     assert!((area(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area(&scene));
     assert!(
-        scene.source.notes.iter().any(|note| note == "2 lines without two different points left out"),
+        scene.source.notes.iter().any(|note| note == "2 lines without two distinct points left out"),
         "{:?}",
         scene.source.notes
     );

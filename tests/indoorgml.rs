@@ -114,7 +114,7 @@ fn spaces_are_cells_and_transitions_portals() {
         ([CellId(2), CellId(0)], PortalKind::Opening, Some("T2"))
     );
     assert!(stair.plane.n.distance(-DVec3::Y) < 1e-12 && (area(&stair.winding) - 20.0).abs() < 1e-9);
-    assert_eq!(graph.notes, ["transition T3: B and D share no surface, and it has no boundary: no portal"]);
+    assert_eq!(graph.notes, ["transition T3: B and D share no surface, and it has no boundary; no portal"]);
     sealed(&scene, &text, 20_000);
 }
 
@@ -146,8 +146,8 @@ fn layers_units_and_flat_spaces() {
     let text = flat.replace("<SpaceLayer>", "<SpaceLayer gml:id=\"first\">").replace("</multiLayeredGraph>", layer);
     let model = indoorgml::read(&text, 0.5).unwrap();
     assert_eq!((model.spaces.len(), model.transitions.len()), (4, 3));
-    assert_eq!(model.notes, ["2 space layers; first is read, the others are left out"]);
-    assert_eq!(indoorgml::read(&flat, 0.5).unwrap().notes, ["1 cell spaces without a solid are left out"]);
+    assert_eq!(model.notes, ["2 space layers; only first is read"]);
+    assert_eq!(indoorgml::read(&flat, 0.5).unwrap().notes, ["1 cell spaces without a solid left out"]);
     let half = ImportOptions { metres_per_unit: Some(0.5), ..ImportOptions::default() };
     let scene = indoorgml::from_str(&house(), "half", &half).unwrap();
     assert_eq!(scene.bounds().size(), DVec3::new(11.0, 3.0, 2.5));
@@ -193,8 +193,8 @@ fn what_two_spaces_both_hold_is_the_smaller_ones() {
     for (x, y, expected) in [(1.5, 1.5, "E room"), (0.5, 1.5, "A room"), (7.8, 1.0, "G room"), (7.4, 1.0, "B room")] {
         assert_eq!(name(DVec3::new(x, 1.5, -y)), Some(expected));
     }
-    let told: Vec<_> = graph.notes.iter().filter(|n| n.contains("both hold")).collect();
-    assert_eq!(told, ["E and A both hold 3.00 m3: taken as E's", "G and B both hold 3.00 m3: taken as G's"]);
+    let told: Vec<_> = graph.notes.iter().filter(|n| n.contains("overlap in")).collect();
+    assert_eq!(told, ["E and A overlap in 3.00 m3, which E keeps", "G and B overlap in 3.00 m3, which G keeps"]);
     sealed(&scene, &text, 20_000);
 }
 

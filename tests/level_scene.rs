@@ -235,7 +235,7 @@ fn damage_is_named_by_lump_and_entry() {
         (offset(6) + 32, &[99, 0], "lump texture infos, entry 0: its texture 99 doesn't exist"),
         (offset(13), &[255, 255, 0, 0], "lump faces, entry 0: its edge 65535 doesn't exist"),
         (offset(12) + 4, &[255, 255, 255, 255], "lump faces, entry 0: its vertex 65535 doesn't exist"),
-        (offset(14) + 60, &[255, 255, 0, 0], "lump models, entry 0: its faces go to 65535, of which there are "),
+        (offset(14) + 60, &[255, 255, 0, 0], "lump models, entry 0: its faces end at 65535, but there are "),
         (offset(10) + 28 + 22, &[255, 255], "lump leaves, entry 1: its mark surfaces go beyond the "),
         (offset(11), &[255, 255], "lump leaves, entry 1: its face 65535 doesn't exist"),
         (model, b"*9", "lump entities, entry 3: its model *9 doesn't exist"),

@@ -274,7 +274,7 @@ fn bad_maps_get_one_line() {
         (with("( -8 ", "( x "), "Line 4: "),
         (with("( -8 ", "( -1e9 "), "entity 0, brush 0, side 1: a number that is not within 1e7 of the origin"),
         (with("( -8 ", "( nan "), "entity 0, brush 0, side 1: a number that is not"),
-        (with("{\n( ", "{\npatchDef2\n( "), "line 4: patchDef is of Quake 3 and not read"),
+        (with("{\n( ", "{\npatchDef2\n( "), "line 4: patchDef is of Quake 3 and not supported"),
         (good[..good.len() - 3].to_owned(), "end-of-file"),
         (String::new(), "the file is empty"),
         (start("0 0 0"), "no triangles in it"),

@@ -149,7 +149,7 @@ fn fixtures_of_a_level_editor() {
     }
     assert_eq!(read("portaltest_prt2.prt").unwrap().leaves, read("portaltest_prt1am.prt").unwrap().leaves);
     let error = read("portaltest_prt1_invalid.prt").unwrap_err();
-    assert_eq!(error.to_string(), "line 6, second cluster: '(' where a whole number is due");
+    assert_eq!(error.to_string(), "line 6, second cluster: '(' instead of a whole number");
     assert_eq!(read("portaltest_prt1q3.prt").unwrap_err().fault, PrtFault::Dialect("Quake 3"));
 }
 

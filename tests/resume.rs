@@ -284,7 +284,7 @@ fn what_cannot_be_written_is_said_before_the_work() {
     std::fs::write(&state, "my own text, of more than a head's length").unwrap();
     let out = folder.join("o.pvs");
     let arguments = [Path::new("bake"), &model, Path::new("-o"), &out];
-    refused(&run(&arguments), &["o.bake-state: is no state of an interrupted run, so it isn't replaced; move it"]);
+    refused(&run(&arguments), &["o.bake-state: is not a state of an interrupted run, so it isn't replaced; move it"]);
     assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
     // What can't be baked leaves no state.
     let empty = folder.join("empty.obj");

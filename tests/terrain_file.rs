@@ -80,7 +80,7 @@ fn what_is_no_ground_is_told_in_one_line() {
     assert_eq!(refused(Vec::new()), not);
     assert_eq!(refused(b"P5 70 90 65535\n".to_vec()), not);
     assert_eq!(refused(with(1, 1)), not);
-    let version = "version 3 of the format, and this program reads 1: make the file again (`enfilade ground`)";
+    let version = "version 3 of the format, but this program reads 1; make the file again (`enfilade ground`)";
     assert_eq!(refused(with(8, 2)), version);
     assert_eq!(refused(with(57, 1)), "the header is damaged (wrong checksum); make the file again");
     assert_eq!(refused(with(104, 1)), "the header is damaged (wrong checksum); make the file again");
@@ -112,19 +112,19 @@ fn numbers_that_no_ground_has_are_refused_where_they_stand() {
     let word = |at: usize, value: u32| head(at, &value.to_le_bytes());
     let real = |at: usize, value: f64| head(at, &value.to_le_bytes());
     assert_eq!(word(12, 3), "byte 12: heights have 2 or 4 bytes; make the file again");
-    let size = "byte 16: no such number of columns, rows or samples a tile; make the file again";
+    let size = "byte 16: invalid number of columns, rows or samples per tile; make the file again";
     for (at, value) in [(16, 1), (20, 0), (16, u32::MAX), (24, 34), (24, 0), (28, 2)] {
         assert_eq!(word(at, value), size, "{at} {value}");
     }
     // Two numbers that are allowed, and of another file.
     assert!(word(16, 103).contains("and needs") || word(16, 103).contains("after its end"));
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e300, 1e-300, 1e38] {
-        let line = "byte 40: the spacing is 0 or less, or the ground is endless; make the file again";
+        let line = "byte 40: the spacing is not above 0, or the ground is infinite; make the file again";
         assert_eq!(real(48, value), line, "{value}");
     }
     assert_eq!(real(64, f64::NAN), "byte 56: the origin is not finite; make the file again");
     for value in [0.0, -1.0, f64::NAN, 1e300, 1e-300, 1e37] {
-        let line = "byte 80: the step of heights is 0 or less, or heights are endless; make the file again";
+        let line = "byte 80: the step of heights is not above 0, or heights are infinite; make the file again";
         assert_eq!(real(80, value), line, "{value}");
     }
     let voids = "byte 88: more samples without a height than samples; make the file again";
@@ -134,7 +134,7 @@ fn numbers_that_no_ground_has_are_refused_where_they_stand() {
         file.table[3][at..at + 4].copy_from_slice(&value.to_le_bytes());
         open(file.bytes(), 0).err().map(|e| e.to_string())
     };
-    let line = "byte 208: no tile has such heights or errors; make the file again";
+    let line = "byte 208: invalid heights or errors of a tile; make the file again";
     for (at, value) in [
         (0, f32::NAN),
         (0, 1e9),

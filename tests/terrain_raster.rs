@@ -116,7 +116,7 @@ fn more_samples_than_are_read_are_refused() {
     };
     for [columns, rows] in [[50_000, 42_950], [1 << 20, 2049], [2, (1 << 20) + 1], [(1 << 20) + 1, 2]] {
         let line =
-            format!("a.tif: {columns} x {rows} samples; 2^31 are read at most, and 2^20 on a side: cut it into parts");
+            format!("a.tif: {columns} x {rows} samples; at most 2^31 are supported, and 2^20 on a side: cut it into parts");
         assert_eq!(open("a.tif", sized([columns, rows])).expect_err("too large").to_string(), line);
     }
     // 2^31 to the sample: it is opened, and its rows are voids or 0.
@@ -183,7 +183,7 @@ fn bad_tiffs_are_refused_in_one_line() {
     let mut large = tiff();
     large.tags.extend([256, 257].map(|tag| (tag, 4, 1_000_000u32.to_le_bytes().to_vec())));
     assert!(refused("a.tif", large.bytes()).contains("strip") || refused("a.tif", large.bytes()).contains("2^31"));
-    assert!(refused("a.tif", b"PK\x03\x04 no tiff".to_vec()).contains("no TIFF"));
+    assert!(refused("a.tif", b"PK\x03\x04 no tiff".to_vec()).contains("not a TIFF"));
     for packed in [false, true] {
         let whole = Tiff { packed, tile: Some([16, 16]), ..tiff() }.bytes();
         for length in 0..whole.len() {
@@ -228,7 +228,7 @@ fn texts_are_read_by_rows() {
         ("1 2 3", "1 2,5 3", "decimals have a point"),
         ("NCOLS 3", "NCOLS 0", "line 1: ncols of 0"),
         ("cellsize 10", "cellsize 0", "samples are 0 apart"),
-        ("cellsize 10", "cell 10", "\"cell\" is no name of a header"),
+        ("cellsize 10", "cell 10", "\"cell\" is not a header name"),
     ] {
         let line = refused("a.asc", text.replace(from, to).into());
         assert!(line.contains(says), "{line}");
@@ -298,8 +298,7 @@ fn real_rasters_are_as_they_are_described() {
     // 90.975 US survey feet.
     let feet = of("ky4_elevation.tif");
     assert!(
-        (feet.spacing()[0] - 27.729_296).abs() < 1e-5
-            && feet.notes().iter().any(|n| n.contains("heights are taken as metres"))
+        (feet.spacing()[0] - 27.729_296).abs() < 1e-5 && feet.notes().iter().any(|n| n.contains("heights count as metres"))
     );
     assert_eq!(of("bigtujunga.tif").first()[0], 376_313.655_454_263_5 + 15.0);
 }

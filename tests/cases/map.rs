@@ -183,7 +183,7 @@ fn case_36_map_far() {
 fn case_37_map_q3() {
     let folder = case("37_map_q3");
     let error = imported(&folder.join("brushdef.map")).unwrap_err().to_string();
-    assert!(error.contains("brushDef is of Quake 3 and not read"), "{error}");
+    assert!(error.contains("brushDef is of Quake 3 and not supported"), "{error}");
 }
 
 #[test]

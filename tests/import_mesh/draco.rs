@@ -49,13 +49,13 @@ fn lies_about_compressed_bytes_are_refused() {
     let draco = "/meshes/0/primitives/0/extensions/KHR_draco_mesh_compression";
     let lies: [(&str, Value, &str); 9] = [
         ("/accessors/0/count", json!(u64::MAX), "triangles can't be in 1320 compressed bytes"),
-        ("/accessors/0/count", json!(1000), "more in it than the 333 triangles of its accessor"),
-        ("/accessors/0/count", json!(0), "more in it than the 0 triangles of its accessor"),
+        ("/accessors/0/count", json!(1000), "it holds more than the 333 triangles of its accessor"),
+        ("/accessors/0/count", json!(0), "it holds more than the 0 triangles of its accessor"),
         ("/accessors/1/normalized", json!(true), "normalized positions in Draco compression"),
         ("/bufferViews/0/byteLength", json!(1200), "Draco compression"),
         ("/bufferViews/0/byteLength", json!(1u64 << 40), "in a buffer of"),
         ("/bufferViews/0/byteOffset", json!(1), "in a buffer of"),
-        (draco, json!({ "bufferView": 0, "attributes": { "POSITION": 3 } }), "attribute 3 is no position"),
+        (draco, json!({ "bufferView": 0, "attributes": { "POSITION": 3 } }), "attribute 3 is not a position"),
         (draco, json!({ "bufferView": 0, "attributes": {} }), "without positions"),
     ];
     for (path, lie, expected) in lies {

@@ -204,7 +204,7 @@ fn what_is_no_triangle_is_left_out_with_a_note() {
         [
             "4 primitives of points or lines left out",
             "1 primitives without positions left out",
-            "1 corners left over at the end of triangle lists",
+            "1 incomplete triangles at the end of triangle lists left out (corners)",
             "1 triangles without area dropped",
         ]
     );
@@ -396,7 +396,7 @@ fn bounds_that_are_open_become_their_hull_and_closed_ones_stay() {
         let volume: f64 = room.surface.iter().map(|[a, b, c]| a.cross(*b).dot(*c) / 6.0).sum();
         assert!(room.drawn && (volume.abs() - 60.0).abs() < 1e-9, "{}: {volume}", room.id);
     }
-    assert_eq!(scene.source.notes, ["open-room: its bound is not closed; its convex hull is taken"]);
+    assert_eq!(scene.source.notes, ["open-room: its bound is not closed; its convex hull is used"]);
 }
 
 #[test]
@@ -420,8 +420,8 @@ fn what_is_odd_about_rooms_and_portals_is_told() {
     assert_eq!(
         scene.source.notes,
         [
-            "-portal: a portal that is not convex; its hull is taken",
-            "hall*2-Portal: a portal in no room; its near side is left to geometry",
+            "-portal: a portal that is not convex; its convex hull is used",
+            "hall*2-Portal: a portal in no room; geometry decides its near side",
             "void-room: a room without meshes, ignored",
             "hall-portal: a portal from a room into itself; its other side is left open",
         ]

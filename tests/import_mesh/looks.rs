@@ -86,7 +86,7 @@ fn textures_that_are_missing_are_told_in_one_note() {
     };
     let notes = |name: &str| textures(import(&folder.join(name), &ImportOptions::default()).unwrap());
     let told = |count: &str, names: &str| {
-        vec![format!("{count} textures are missing: {names}; rows don't need them: materials say what is see-through")]
+        vec![format!("{count} textures are missing: {names}; the bake does not need them: materials define transparency")]
     };
     let mut glb = textured(json!({"alphaMode": "MASK"}));
     std::fs::write(folder.join("within.glb"), glb.bytes()).unwrap();

@@ -80,8 +80,8 @@ fn a_material_library_says_what_is_see_through() {
     assert_eq!(found, [("wall", true), ("glass", false), ("leaf", false), ("lost", true)]);
     assert_eq!(scene.source.notes.len(), 3);
     assert!(scene.source.notes[2].starts_with("50 % of the triangles are see-through"));
-    assert!(scene.source.notes[0].starts_with("materials taken as opaque: `none.mtl` is missing"));
-    assert!(scene.source.notes[1].starts_with("materials taken as opaque: `../up.mtl` leads out of the model's folder"));
+    assert!(scene.source.notes[0].starts_with("materials count as opaque: `none.mtl` is missing"));
+    assert!(scene.source.notes[1].starts_with("materials count as opaque: `../up.mtl` leads out of the model's folder"));
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn what_is_skipped_is_noted() {
     assert_eq!(
         scene.source.notes,
         [
-            "1 lines left out; --tubes METRES makes tubes of them",
+            "1 lines left out; --tubes METRES makes them tubes",
             "1 points left out",
             "1 free-form curves and surfaces left out",
             "2 unknown statements skipped, the first is `frobnicate` in line 8",

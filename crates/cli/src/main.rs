@@ -16,7 +16,7 @@ struct Args {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Split a scene into cells, work out what can be seen from each, write a .pvs file.
+    /// Split a scene into cells, compute what each cell can see, and write a .pvs file.
     #[command(
         after_help = "Examples:\n  enfilade bake data/buildings/office.glb -o office.pvs\n  enfilade bake villa.glb --unseen 0.1% --rows sampled --view-cells auto --json"
     )]
@@ -26,38 +26,38 @@ enum Command {
         after_help = "Examples:\n  enfilade check office.pvs --model data/buildings/office.glb --rays 10M\n  enfilade check level.bsp --json"
     )]
     Check(commands::check::Args),
-    /// Walk a camera through a model and say what each culling mode draws.
+    /// Walk a camera through a model and print what each culling mode draws.
     #[command(
         after_help = "Examples:\n  enfilade walk office.pvs --model data/buildings/office.glb --mode all\n  enfilade walk office.pvs --model data/buildings/office.glb --path random:100 --verify-pixels --frames pictures"
     )]
     Walk(commands::walk::Args),
-    /// Say what is in a .pvs file.
+    /// Summarise a .pvs file.
     #[command(after_help = "Examples:\n  enfilade info office.pvs\n  enfilade info office.pvs --json")]
     Info(commands::info::Args),
-    /// Say why a cell sees an object or another cell, or doesn't.
+    /// Explain why a cell sees an object or another cell, or doesn't.
     #[command(
         after_help = "Examples:\n  enfilade why office.pvs cell:3 object:17\n  enfilade why office.pvs 3 cell:4 --model data/buildings/office.glb"
     )]
     Why(commands::why::Args),
-    /// Write out cells, portals, objects and rows.
+    /// Print cells, portals, objects and rows.
     #[command(after_help = "Examples:\n  enfilade dump office.pvs --rows cells\n  enfilade dump office.pvs --json")]
     Dump(commands::dump::Args),
-    /// Write the model with a node an object, as .glb, for engines.
+    /// Write the model as .glb with one node per object, for engines.
     #[command(
         after_help = "Examples:\n  enfilade export office.pvs --model data/buildings/office.glb -o objects.glb\n  enfilade export level.pvs --model level.map -o level.glb --json"
     )]
     Export(commands::export::Args),
-    /// Work out what can be seen in a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
+    /// Compute the visibility of a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
     #[command(
         after_help = "Examples:\n  enfilade vis level.bsp\n  enfilade vis level.prt --rows rows.txt --against other.txt"
     )]
     Vis(commands::vis::Args),
-    /// Draw what can be seen in a building or a level, both sides of it, against time, as a page of one file.
+    /// Write a page on the visibility in a building or a level: both bounds over time, costs and errors.
     #[command(
         after_help = "Examples:\n  enfilade report data/buildings/office.glb -o office.html\n  enfilade report level.prt --against other.txt"
     )]
     Report(commands::report::Args),
-    /// Make ground of rasters of heights: tiles that are drawn to within a stated number of pixels.
+    /// Make a ground from height rasters: tiles that are drawn within a stated error in pixels.
     #[command(
         after_help = "Examples:\n  enfilade ground north.tif south.tif -o hills.ground\n  enfilade ground hills.asc -o hills.ground --keep-out data/buildings/office.glb --place 120,2,-40,30"
     )]
@@ -69,7 +69,7 @@ enum Command {
     Generate(commands::generate::Args),
 }
 
-/// The arguments; where they can't be understood, one line says why.
+/// The arguments, or one line on the error.
 fn arguments() -> Result<Args, ExitCode> {
     Args::try_parse().map_err(|error| {
         if !error.use_stderr() {
@@ -78,14 +78,14 @@ fn arguments() -> Result<Args, ExitCode> {
         }
         let text = error.render().to_string();
         if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
-            // Nothing is wrong but that something is missing: what there is.
+            // An argument is missing: show the help.
             eprint!("{text}");
             return ExitCode::from(2);
         }
-        // What is wrong, and what may have been meant; the usage is left out.
-        let told = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
-        let told: Vec<&str> = told.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
-        eprintln!("enfilade: {} (try --help)", told.join(" ").trim_start_matches("error: ").replace(" tip: ", "; "));
+        // The error and a suggestion, without the usage.
+        let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));
+        let lines: Vec<&str> = lines.filter(|line| !line.is_empty() && !line.starts_with("For more information")).collect();
+        eprintln!("enfilade: {} (try --help)", lines.join(" ").trim_start_matches("error: ").replace(" tip: ", "; "));
         ExitCode::from(2)
     })
 }
@@ -107,7 +107,7 @@ fn main() -> ExitCode {
 }
 
 impl Command {
-    /// What it reads and writes.
+    /// Files that the command reads and writes.
     fn files(&self) -> commands::files::Files {
         match self {
             Self::Bake(args) => args.files(),
@@ -147,7 +147,7 @@ mod tests {
     use clap::CommandFactory;
     use std::path::{Path, PathBuf};
 
-    /// Commands with all their words, from the root on: `enfilade generate office` has three.
+    /// All commands as words, from the root on: `enfilade generate office` has three.
     fn commands() -> Vec<(Vec<String>, clap::Command)> {
         fn below(words: &[String], command: &clap::Command, into: &mut Vec<(Vec<String>, clap::Command)>) {
             let words: Vec<String> = words.iter().cloned().chain([command.get_name().to_owned()]).collect();
@@ -161,7 +161,7 @@ mod tests {
         all
     }
 
-    /// What an argument is given where the test doesn't care, so that it can be read.
+    /// A valid value for an argument that the test doesn't set.
     fn any(command: &str, id: &str) -> &'static str {
         match (command, id) {
             ("ground", "size") => "65",
@@ -177,7 +177,7 @@ mod tests {
         kind == std::any::TypeId::of::<PathBuf>() || kind == std::any::TypeId::of::<commands::bake::ViewCells>()
     }
 
-    /// Every path that a command takes is looked at before the work. A new flag with a path is found here by its type.
+    /// Every path of a command is checked before its work. The type of a new flag shows whether it is a path.
     #[test]
     fn every_path_of_every_command_is_among_its_files() {
         let mut count = 0;
@@ -186,10 +186,9 @@ mod tests {
             for arg in command.get_arguments().filter(|arg| takes_a_path(arg)) {
                 let path = "the-file.in-question";
                 let mut line = words.clone();
-                // What must stand beside it.
+                // Flags that this one requires.
                 let beside: &[&str] = match (name, arg.get_id().as_str()) {
-                    ("check", "leak") | ("dump", "obj") => &["--model", "other"],
-                    ("dump", "model") => &["--obj", "other"],
+                    ("check", "leak") => &["--model", "other"],
                     _ => &[],
                 };
                 line.extend(beside.iter().map(ToString::to_string));
@@ -266,7 +265,7 @@ mod tests {
         assert!(text == before, "docs/cli.md has other flags than the program; ENFILADE_WRITE_DOCS=1 writes them");
     }
 
-    /// The help of each command ends with two examples, and they can be read.
+    /// Each command's help ends with two examples, and they parse.
     #[test]
     fn every_help_ends_with_two_examples() {
         for mut command in Args::command().get_subcommands().cloned() {

@@ -1,4 +1,4 @@
-//! What a model says of its elements and spaces beside their shape: [`crate::elements()`] reads it on demand, and an import knows nothing of it.
+//! Names, types and properties of elements and spaces. [`crate::elements()`] reads them on demand; an import does not.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 pub struct Elements {
     /// In file order.
     pub all: Vec<Element>,
-    /// What was left out, one line each.
+    /// Problems found, one line each.
     pub notes: Vec<String>,
     by_id: HashMap<String, usize>,
 }
@@ -17,18 +17,18 @@ pub struct Elements {
 /// An element or a space.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Element {
-    /// Its GlobalId, or `#` and the record's number where it has none. It is the [`node`](enfilade::scene::Object::node) of its objects, and
-    /// the `source` of a space's cell.
+    /// Its GlobalId, or `#` and the record's number if it has none. It is the [`node`](enfilade::scene::Object::node) of its
+    /// objects, and the `source` of a space's cell.
     pub global_id: String,
     /// `IfcWallStandardCase`, ...
     pub class: String,
     /// `Name`.
     pub name: Option<String>,
-    /// `LongName`, which spaces have.
+    /// `LongName` of a space.
     pub long_name: Option<String>,
-    /// `Tag`, which elements have: their number in the program that wrote the file.
+    /// `Tag` of an element: its number in the authoring program.
     pub tag: Option<String>,
-    /// `ObjectType`: a type in words.
+    /// `ObjectType`: a type as text.
     pub object_type: Option<String>,
     /// Its type (IfcRelDefinesByType).
     pub kind: Option<Arc<ElementType>>,
@@ -45,7 +45,7 @@ pub struct ElementType {
     pub class: String,
     /// `Name`.
     pub name: Option<String>,
-    /// Its property sets, which its elements have, too.
+    /// Its property sets, which also apply to its elements.
     pub sets: Vec<Arc<PropertySet>>,
 }
 
@@ -72,15 +72,15 @@ pub struct Property {
 /// A value, in the file's own units.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Value {
-    /// Words; lists with commas between, `true`, `false` or `unknown`.
+    /// Text; lists are joined with commas. Also `true`, `false` or `unknown`.
     Text(String),
-    /// A finite number, and the symbol of its unit where it has one: `m²`, `°`, ...
+    /// A finite number, and the symbol of its unit if it has one: `m²`, `°`, ...
     Number(f64, Option<String>),
 }
 
-/// More decimals of a number aren't told: programs write 2.01 as 2.009999999999999.
+/// Decimals shown of a number: programs write 2.01 as 2.009999999999999.
 const DECIMALS: usize = 6;
-/// Numbers that are less than this would be told as 0 with [`DECIMALS`]; those above the second have too many digits to be read.
+/// Smaller numbers would show as 0 with [`DECIMALS`]; larger ones have too many digits to read.
 const PLAIN: (f64, f64) = (1e-6, 1e15);
 
 impl fmt::Display for Value {
@@ -103,7 +103,7 @@ impl fmt::Display for Value {
 }
 
 impl Elements {
-    /// Puts together what was read. Of several elements with one GlobalId, the first is found by it.
+    /// From the elements that were read. If several have one GlobalId, the first is found by it.
     #[cfg(feature = "ifc")]
     pub(crate) fn new(all: Vec<Element>, notes: Vec<String>) -> Self {
         let mut by_id = HashMap::with_capacity(all.len());
@@ -113,19 +113,19 @@ impl Elements {
         Self { all, notes, by_id }
     }
 
-    /// The element with a GlobalId: that of an object by its `node`, that of a space by its cell's `source`.
+    /// The element with a GlobalId: the `node` of an object, or the `source` of a space's cell.
     pub fn get(&self, global_id: &str) -> Option<&Element> {
         self.by_id.get(global_id).map(|&i| &self.all[i])
     }
 }
 
 impl Element {
-    /// What its type is called; without a type, `ObjectType`.
+    /// The name of its type; without a type, `ObjectType`.
     pub fn type_name(&self) -> Option<&str> {
         self.kind.as_ref().and_then(|kind| kind.name.as_deref()).or(self.object_type.as_deref())
     }
 
-    /// Its property sets and quantities, then those of its type. What both tell, the element's own overrides.
+    /// Its property sets and quantities, then those of its type. Its own values take precedence.
     pub fn all_sets(&self) -> impl Iterator<Item = &Arc<PropertySet>> {
         self.sets.iter().chain(self.kind.iter().flat_map(|kind| &kind.sets))
     }
@@ -136,10 +136,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_told_as_a_person_writes_them() {
-        let told = |x: f64, unit: Option<&str>| Value::Number(x, unit.map(str::to_owned)).to_string();
-        assert_eq!(told(2.009999999999999, Some("m")), "2.01 m");
-        assert_eq!([told(100.0, None), told(0.0, None), told(-0.0000001, None)], ["100", "0", "-1e-7"]);
-        assert_eq!([told(-1.5, Some("°")), told(3e20, None)], ["-1.5 °", "3e20"]);
+    fn numbers_are_written_as_people_write_them() {
+        let shown = |x: f64, unit: Option<&str>| Value::Number(x, unit.map(str::to_owned)).to_string();
+        assert_eq!(shown(2.009999999999999, Some("m")), "2.01 m");
+        assert_eq!([shown(100.0, None), shown(0.0, None), shown(-0.0000001, None)], ["100", "0", "-1e-7"]);
+        assert_eq!([shown(-1.5, Some("°")), shown(3e20, None)], ["-1.5 °", "3e20"]);
     }
 }

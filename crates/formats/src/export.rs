@@ -1,14 +1,14 @@
-//! A model cut as a file counts it, for engines: a `.glb` with a node an object, in the order of ids.
+//! Exports a model with the objects of a `.pvs` file, for engines: a `.glb` with one node per object, in the order of ids.
 //!
-//! Under `extras.enfilade` each node has `object`, its id, and `cells`, the ids of the cells that it is in, ascending. Positions are the
-//! model's own: metres, +Y up. What becomes of materials depends on the source:
+//! Under `extras.enfilade` each node has `object`, its id, and `cells`, the ids of its cells, ascending. Positions are the
+//! model's own: metres, +Y up. Materials depend on the source:
 //!
 //! | source | materials |
 //! | --- | --- |
 //! | glTF | all of the source, with all attributes of the vertices, pictures, animations, cameras and lights |
 //! | OBJ | colours and pictures of its material library, texture coordinates |
-//! | `.bsp` | a material a texture, named after it, without its picture; texture coordinates |
-//! | `.map` | a material a texture, named after it |
+//! | `.bsp` | one material per texture, with its name and without its picture; texture coordinates |
+//! | `.map` | one material per texture, with its name |
 //! | IFC, IndoorGML | two: opaque and glass |
 
 mod plain;
@@ -20,25 +20,25 @@ use enfilade_tubes::usual_sides;
 use serde_json::json;
 use std::path::Path;
 
-/// A model that was cut.
+/// An exported model.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Exported {
     /// The bytes of the `.glb`.
     pub glb: Vec<u8>,
     /// Number of meshes. Objects of equal shape may share one.
     pub meshes: usize,
-    /// What was left out, one line each.
+    /// Missing data, one line each.
     pub notes: Vec<String>,
 }
 
-/// Why a model can't be cut.
+/// Why a model cannot be exported.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// The model can't be read.
+    /// The model cannot be read.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// The file lies: it has other objects than the model that it names.
+    /// The file is damaged: it has other objects than the model that it names.
     #[error("{found} objects in the model, {expected} in the file that names it: the file is damaged")]
     OtherObjects {
         /// Of the model.
@@ -56,11 +56,11 @@ pub enum ExportError {
     },
 }
 
-/// Cuts a model into the objects of a file that was baked for it.
+/// Cuts a model into the objects of a file baked for it.
 ///
 /// # Errors
 ///
-/// If the model can't be read, is another one, or makes more than 4 GiB; and of glTF, more than 256 times the bytes of its source.
+/// If the model cannot be read, is a different one, or results in more than 4 GiB (for glTF, in more than 256 times its source).
 pub fn export(model: &Path, options: &ImportOptions, file: &PvsFile) -> Result<Exported, ExportError> {
     let check = |scene: &Scene| match (scene.hash(), scene.objects.len()) {
         (found, _) if found != file.model_hash => Err(ExportError::OtherModel { found, expected: file.model_hash }),
@@ -81,7 +81,7 @@ pub fn export(model: &Path, options: &ImportOptions, file: &PvsFile) -> Result<E
     Ok(plain::cut(&scene.meshed(usual_sides), model.parent(), options, &extras)?)
 }
 
-/// The cells that each object is in.
+/// The cells of each object.
 fn cells_of_objects(file: &PvsFile) -> Vec<Vec<usize>> {
     let mut cells = vec![Vec::new(); file.placement.columns()];
     for cell in 0..file.placement.rows() {

@@ -1,6 +1,6 @@
 //! GeoJSON (RFC 7946): lines with a radius become tubes, such as mains, wells and risers of a geographic system.
 //!
-//! Coordinates are metres in a projected system: east, north, up. `(x, y, z)` turns into `(x, z, -y)`.
+//! Coordinates are metres in a projected system: east, north, up. `(x, y, z)` becomes `(x, z, -y)`.
 
 use super::lines::{Line, Lines};
 use enfilade::scene::builder::short_name;
@@ -11,20 +11,20 @@ use glam::DVec3;
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// What longitudes and latitudes stay within.
+/// Greatest longitude and latitude.
 const DEGREES: [f64; 2] = [180.0, 90.0];
 
 /// Reads a file's lines.
 ///
 /// # Errors
 ///
-/// Where it can't be read, is no GeoJSON, has no lines, one without a radius, or degrees for coordinates.
+/// If the file cannot be read, is not GeoJSON, has no lines, has a line without a radius, or has coordinates in degrees.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     from_slice(&whole_file::model(path)?, &name, options)
 }
 
-/// The same of a file in memory.
+/// The same for a file in memory.
 pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let whole: Value = serde_json::from_slice(bytes).map_err(|e| {
         let what = if bytes.is_empty() { "the file is empty".to_owned() } else { e.to_string() };
@@ -55,14 +55,14 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
     }
     made.finish(&mut builder)?;
     if others > 0 {
-        builder.source.notes.push(Note::fault(format!("{others} features that are no lines left out")));
+        builder.source.notes.push(Note::fault(format!("{others} features left out: only lines become tubes")));
     }
     builder.finish(name)
 }
 
 /// A line with its radius.
 struct NamedLine {
-    /// Where it stands in the file.
+    /// Its place in the file.
     place: String,
     name: String,
     points: Vec<DVec3>,
@@ -71,16 +71,16 @@ struct NamedLine {
 
 /// Collects lines.
 struct Reader {
-    /// Metres of a unit.
+    /// Metres per unit.
     scale: f64,
-    /// Of lines that say none, metres.
+    /// Radius of lines without one, metres.
     radius: Option<f64>,
     lines: Vec<NamedLine>,
-    /// Geometries that are no lines.
+    /// Number of other geometries.
     others: u64,
 }
 
-/// What a feature says of the lines in it.
+/// Properties of the feature around a line.
 struct Feature<'f> {
     properties: Option<&'f Map<String, Value>>,
     name: String,
@@ -92,7 +92,7 @@ impl Reader {
         let member = |name: &str| format!("{place}{}{name}", if place.is_empty() { "" } else { "." });
         let malformed = |what: String| Err(ImportError::malformed(Place::File, what));
         let Some(kind) = value.get("type").and_then(Value::as_str) else {
-            return malformed(format!("{}: no GeoJSON object has this type", member("type")));
+            return malformed(format!("{}: not a type of GeoJSON", member("type")));
         };
         let all = |name: &str| value.get(name).and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
         match kind {
@@ -121,7 +121,7 @@ impl Reader {
                 self.others += 1;
                 Ok(())
             }
-            _ => malformed(format!("{}: no GeoJSON object has this type", member("type"))),
+            _ => malformed(format!("{}: not a type of GeoJSON", member("type"))),
         }
     }
 
@@ -138,7 +138,7 @@ impl Reader {
         let own = number("radius").or_else(|| number("diameter").map(|d| d / 2.0)).map(|radius| radius * self.scale);
         let radius = own.or(self.radius).ok_or_else(|| {
             malformed(format!(
-                "{place}: no radius; give the feature a property \"radius\" or \"diameter\", in its unit of length, or all of them \
+                "{place}: no radius; give the feature a property \"radius\" or \"diameter\", in the file's unit of length, or give all lines \
                  --tubes METRES"
             ))
         })?;
@@ -148,7 +148,7 @@ impl Reader {
     }
 }
 
-/// What a feature is called: its id, or a property that says so.
+/// The name of a feature: its id, or a property `name` or `id`.
 fn name_of(feature: &Value, properties: Option<&Map<String, Value>>) -> Option<String> {
     let text = |value: &Value| match value {
         Value::String(text) if !text.is_empty() => Some(text.clone()),

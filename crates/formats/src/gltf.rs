@@ -1,43 +1,43 @@
 //! glTF 2.0: `.glb`, and `.gltf` with `data:` uris or files beside it.
 //!
-//! Every node that the default scene shows becomes an object per mesh primitive, in metres, +Y up, under the node's world
-//! transform (worked out in `f64`; a mirrored node's triangles are turned round). Triangle lists, strips and fans, indexed or
-//! not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression with the feature
-//! `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing, KHR_node_visibility and MSFT_lod are read.
-//! Skins and morph targets stand as the file has them. What an animation moves, and what a skin bends, hides nothing; its object has a
-//! [`reach`](enfilade::scene::Object::reach) around all poses. Points, and lines without a radius, are left out with a note. A required extension that
-//! isn't known is refused by name. What engines don't draw, and coarser levels of detail, are told by names and extras
-//! (docs/undrawn.md).
+//! Every node that the default scene shows becomes one object per mesh primitive, in metres, +Y up, under the node's world
+//! transform (computed in `f64`; triangles of mirrored nodes are reversed). The importer reads triangle lists, strips and fans,
+//! indexed or not, plain, quantised (KHR_mesh_quantization) or compressed (EXT_meshopt_compression and KHR_meshopt_compression
+//! with the feature `meshopt`, KHR_draco_mesh_compression with `draco`), sparse accessors, EXT_mesh_gpu_instancing,
+//! KHR_node_visibility and MSFT_lod. Skins and morph targets keep the pose of the file. Animated and skinned meshes hide nothing;
+//! their objects have a [`reach`](enfilade::scene::Object::reach) around all poses. Points, and lines without a radius, are left
+//! out with a note. An unknown required extension is an error. Names and extras mark helpers that engines do not draw and coarser
+//! levels of detail (docs/undrawn.md).
 //!
-//! An object is named after its node, else its mesh, else `node N`; `/I` is added where the mesh has several primitives, and
-//! `@I` for instances. Materials that blend or are masked make it see-through, unless they have no alpha, and those that transmit light.
+//! An object is named after its node, else its mesh, else `node N`; `/I` is added if the mesh has several primitives, and `@I`
+//! for instances. Materials are see-through if they transmit light, or if they blend or are masked and have alpha.
 //!
 //! # Authored rooms and portals
 //!
-//! Nothing here is a guarantee; the split into cells takes them as [`Hints`](enfilade::scene::Hints). Node names are read as Godot 3 does:
+//! The partition into cells takes these as [`Hints`](enfilade::scene::Hints) only. Node names are those of Godot 3:
 //!
 //! | name | meaning |
 //! | --- | --- |
-//! | `kitchen-room` | a room; everything below it belongs to it |
-//! | `x-bound` in a room | the room's surface, its convex hull where it is not closed; not drawn. Without one: the box around the room's meshes |
+//! | `kitchen-room` | a room, with everything below it |
+//! | `x-bound` in a room | the room's surface, or its convex hull if it is open; not drawn. Default: the box around the room's meshes |
 //! | `outside-roomgroup` | rooms below it are open air; other groups only group |
-//! | `kitchen-portal`, `kitchen*1-portal` | a flat convex mesh: an opening from the room it is in to `kitchen`; not drawn |
-//! | `-portal` | the same, to whatever is on its other side |
+//! | `kitchen-portal`, `kitchen*1-portal` | a flat convex mesh: an opening from its room to `kitchen`; not drawn |
+//! | `-portal` | the same, to whichever room is on its other side |
 //!
-//! Suffixes may be in capitals; what follows an asterisk, and Blender's `.001`, only make a name unique. The extras of a node say
-//! the same:
+//! Suffixes may be in capitals. An asterisk and the text after it, and Blender's `.001`, only make a name unique. The extras of a
+//! node mean the same:
 //!
 //! ```json
 //! { "extras": { "enfilade": { "role": "structure|furnishing|door|window|stair|helper|sky", "room": "kitchen", "portal": ["kitchen", "hall"] } } }
 //! ```
 //!
-//! * `role` is the [`Role`] of the node's mesh and of everything below it that doesn't say otherwise. Doors and windows are
-//!   see-through, whatever their material.
-//! * `room` is a name (nodes with one name are parts of one room) or `true` (the node's own name); `false` undoes a `-room` name.
-//! * `portal` makes the node's mesh an opening between two rooms; an empty name leaves a side to geometry.
-//! * `tube` says that the node's lines are tubes of a `radius` (in the node's own unit): `{ "radius": 0.1, "inner": 0.09, "open": true,
-//!   "closed": true, "smooth": true, "points": [[0, 0, 0], [1, 0, 0]] }`, all but the radius as wanted. With `points`, the tube along
-//!   them stands for the node's mesh, which other readers show.
+//! * `role` is the [`Role`] of the node's mesh and of everything below it without its own role. Doors and windows are see-through
+//!   with any material.
+//! * `room` is a name (nodes with one name form one room) or `true` (the node's own name); `false` cancels a `-room` name.
+//! * `portal` makes the node's mesh an opening between two rooms; geometry decides a side with an empty name.
+//! * `tube` makes the node's lines tubes of a `radius` (in the node's own unit): `{ "radius": 0.1, "inner": 0.09, "open": true,
+//!   "closed": true, "smooth": true, "points": [[0, 0, 0], [1, 0, 0]] }`; all but the radius are optional. With `points`, the
+//!   tube along them replaces the node's mesh, which other readers show.
 
 mod alpha;
 mod authored;
@@ -91,60 +91,59 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     from_slice(&bytes, &name, path.parent(), options)
 }
 
-/// Reads a model that is in memory. `folder` is where its buffers are looked for; without one, buffers in other files are
-/// refused.
+/// Reads a model in memory. `folder` holds its buffers; without a folder, buffers in other files are an error.
 pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let (document, bin) = document::read(bytes)?;
     let json = if options.trace { Some(document::text(bytes)?.0) } else { None };
     Ok(read(&document, bin, json, name, folder, options)?.scene)
 }
 
-/// A document that was read, with what cutting it needs.
+/// A document that was read, with the data for cutting it.
 struct Reading<'a> {
     scene: Scene,
     buffers: Buffers<'a>,
-    /// By mesh and primitive, as far as they are drawn.
+    /// Drawn primitives, by mesh and primitive.
     parts: Vec<Option<Rc<Vec<Option<Part>>>>>,
     /// By mesh of the scene ([`Trace::meshes`](enfilade::scene::Trace::meshes)).
     drawn: Vec<Drawn>,
-    /// Nodes whose meshes are rooms' surfaces or portals.
+    /// Nodes whose meshes are surfaces of rooms or portals.
     undrawn: Vec<usize>,
 }
 
-/// A primitive that a node shows.
+/// A primitive drawn by a node.
 #[derive(Clone, Copy)]
 struct Drawn {
     node: usize,
     mesh: usize,
     primitive: usize,
-    /// Its triangles are those of a tube, not the primitive's.
+    /// Whether its triangles are those of a tube, not of the primitive.
     is_tube: bool,
-    /// Where the node has instances: of this one, within the node.
+    /// For nodes with instances: the instance, within the node.
     instance: Option<Placement>,
 }
 
-/// Where a node shows a mesh.
+/// A mesh drawn by a node.
 #[derive(Clone, Copy)]
 struct Place {
     node: usize,
     mesh: usize,
     instance: Option<Placement>,
-    /// Of the mesh, as the file stands.
+    /// World transform of the mesh in the file's pose.
     world: DAffine3,
-    /// Whether an animation moves the node, or one above it.
+    /// Whether an animation moves the node or an ancestor.
     moves: bool,
 }
 
 /// A primitive in the world.
 struct Placed {
     positions: Vec<DVec3>,
-    /// Around all poses; `None` where it has one.
+    /// Bounds of all poses; `None` if it has only one.
     reach: Option<Aabb>,
-    /// Whether an animation may move or bend it, or a skeleton.
+    /// Whether an animation or a skeleton may move or bend it.
     moves: bool,
 }
 
-/// Reads a document; `json` is its text, where somebody asks how it looks.
+/// Reads a document; `json` is its text, given if materials are needed.
 fn read<'a>(
     document: &'a Document,
     bin: Option<&'a [u8]>,
@@ -192,19 +191,19 @@ fn read<'a>(
     importer.finish(name)
 }
 
-/// A node still to be visited, with what it inherits.
+/// A node on the stack, with the properties that it inherits.
 #[derive(Clone, Copy)]
 struct Visit {
     node: usize,
     parent: DAffine3,
     role: Role,
-    /// What a name says of that.
+    /// Whether its name says glass or opaque.
     glass: Option<bool>,
-    /// Whether the author told the role, so that names count for nothing.
+    /// Whether the author set the role, so that names are ignored.
     told: bool,
-    /// Whether the author or a rules file did, so that neither a table nor an animation overrules it.
+    /// Whether the author or a rules file set it, so that neither a table nor an animation overrides it.
     by_hand: bool,
-    /// Whether engines don't draw it.
+    /// Whether engines do not draw it.
     helper: bool,
     /// Whether an animation moves it, or shows and hides it.
     moves: bool,
@@ -217,7 +216,7 @@ struct Visit {
 }
 
 impl Visit {
-    /// What a name says, unless the author told more.
+    /// Applies the meaning of a name, unless the author set more.
     fn is_named(&mut self, told: Option<Told>) {
         let Some(Told { kind, by_hand }) = told.filter(|told| !self.told && (told.by_hand || !self.by_hand)) else { return };
         self.by_hand |= by_hand;
@@ -230,15 +229,15 @@ impl Visit {
 
 struct Importer<'a> {
     document: &'a Document,
-    /// Of the scene, in the world: its axes and its unit.
+    /// World transform of the scene: its axes and its unit.
     root: DAffine3,
-    /// Of all nodes with a mesh, in small letters.
+    /// Lower-case names of all nodes with a mesh.
     names: HashSet<String>,
-    /// By node.
+    /// Levels of detail, by node.
     levels: Vec<Option<Level>>,
     helpers: Helpers,
     motion: Motion,
-    /// By skin.
+    /// Joints by skin.
     joints: HashMap<usize, Rc<Joints>>,
     /// Vertices of morph targets so far.
     morphs_read: usize,
@@ -252,17 +251,17 @@ struct Importer<'a> {
     alpha: Alpha,
     looks: Option<Looks>,
     builder: SceneBuilder,
-    /// By mesh and primitive, as they are first needed.
+    /// Primitives by mesh, read on first use.
     parts: Vec<Option<Rc<Vec<Option<Part>>>>>,
     authored: Authored,
     left_out: LeftOut,
     skinned: usize,
-    /// Of tubes along lines that say none, metres.
+    /// Radius of tubes along lines without one, metres.
     tube_radius: Option<f64>,
     lines: Lines,
     /// Meshes and primitives of lines that became tubes.
     lines_of_tubes: HashSet<(usize, usize)>,
-    /// Of [`Reading`].
+    /// See [`Reading`].
     drawn: Vec<Drawn>,
     undrawn: Vec<usize>,
 }
@@ -300,7 +299,7 @@ impl<'a> Importer<'a> {
         Ok(())
     }
 
-    /// Takes in a node; `visit.parent` is its own world transform by now, and `visit` becomes what its children inherit.
+    /// Adds a node; `visit.parent` is its own world transform by now, and `visit` becomes the state that its children inherit.
     fn visit(&mut self, node: &Node, visit: &mut Visit) -> Result<(), ImportError> {
         let mesh = node.mesh.map(|mesh| entry(&self.document.meshes, mesh, "mesh")).transpose()?;
         let mesh_name = mesh.and_then(|m| m.name.as_deref());
@@ -365,7 +364,7 @@ impl<'a> Importer<'a> {
         }
     }
 
-    /// True where a mesh can be the mark of an opening: flat, and without a picture.
+    /// Whether a mesh can mark an opening: flat, and without a picture.
     fn may_be_portal(&self, mesh: usize, parts: &[Option<Part>]) -> bool {
         let materials =
             self.document.meshes[mesh].primitives.iter().filter_map(|p| self.document.materials.get(p.material?));
@@ -374,7 +373,7 @@ impl<'a> Importer<'a> {
         !materials.into_iter().any(document::Material::has_picture) && authored::is_thin(&triangles)
     }
 
-    /// The primitives of a mesh, read once however often the mesh is used.
+    /// The primitives of a mesh, read once.
     fn parts_of(&mut self, mesh: usize) -> Result<Rc<Vec<Option<Part>>>, ImportError> {
         if let Some(parts) = &self.parts[mesh] {
             return Ok(Rc::clone(parts));
@@ -463,7 +462,7 @@ impl<'a> Importer<'a> {
         Ok(())
     }
 
-    /// Where a primitive's vertices are in the world, and where animations take them.
+    /// The vertices of a primitive in the world, and the bounds of all poses.
     fn placed(&mut self, place: &Place, primitive: &Primitive, part: &Part) -> Result<Placed, ImportError> {
         let (document, root) = (self.document, self.root);
         let Place { node, mesh, instance, world, moves } = *place;
@@ -507,7 +506,7 @@ impl<'a> Importer<'a> {
         Ok(joints)
     }
 
-    /// Adds the tubes of a node with a mesh. True if they stand for the whole mesh.
+    /// Adds the tubes of a node with a mesh. Returns true if they replace the whole mesh.
     fn add_tubes(
         &mut self,
         name: &str,
@@ -525,7 +524,7 @@ impl<'a> Importer<'a> {
         let scale = match tubes::scale(&world) {
             Some(scale) => scale,
             None if stands_for_mesh || default.is_some() => return Ok(false),
-            None => return Err(broken(format!("node {name}: a tube whose scale isn't the same in all directions"))),
+            None => return Err(broken(format!("node {name}: a tube needs the same scale in all directions"))),
         };
         let shape = tube.shape(scale);
         if stands_for_mesh && self.builder.has_tubes() {
@@ -572,7 +571,7 @@ impl<'a> Importer<'a> {
         Ok(())
     }
 
-    /// All triangles of a mesh that isn't drawn, in world coordinates.
+    /// All triangles of a mesh that is not drawn, in world coordinates.
     fn world_triangles(&mut self, parts: &[Option<Part>], world: DAffine3) -> Result<Vec<[DVec3; 3]>, ImportError> {
         let mirrored = world.matrix3.determinant() < 0.0;
         let mut out = Vec::new();
@@ -597,10 +596,10 @@ impl<'a> Importer<'a> {
         let notes = [
             (points_and_lines - self.lines_of_tubes.len(), NoteKind::Fault, "primitives of points or lines left out"),
             (without_positions, NoteKind::Detail, "primitives without positions left out"),
-            (leftover_corners, NoteKind::Detail, "corners left over at the end of triangle lists"),
-            (self.motion.unread, NoteKind::Fault, "animations are not as glTF has them; what they move is taken as still"),
+            (leftover_corners, NoteKind::Detail, "incomplete triangles at the end of triangle lists left out (corners)"),
+            (self.motion.unread, NoteKind::Fault, "animations are not valid glTF; their nodes count as still"),
             (self.skinned, NoteKind::Taken, SKINNED),
-            (moved, NoteKind::Taken, "meshes move: they hide nothing, and are seen wherever animations take them"),
+            (moved, NoteKind::Taken, "meshes are animated: they hide nothing, and rows contain them in all poses"),
             (self.bodies, NoteKind::Taken, BODIES),
         ];
         builder.source.notes.extend(notes.into_iter().filter_map(|(count, kind, what)| Note::counted(kind, count, what)));
@@ -612,24 +611,22 @@ impl<'a> Importer<'a> {
     }
 }
 
-/// What a note says of skinned meshes, and of bodies.
-const SKINNED: &str =
-    "skinned meshes hide nothing, and are seen wherever the file's animations take them; draw them always if others do";
-const BODIES: &str =
-    "meshes are physics bodies: they hide nothing; rows have them where they stand, so draw them always once they move";
+/// Notes about skinned meshes and about bodies.
+const SKINNED: &str = "skinned meshes hide nothing, and rows contain them in all poses of the file; draw them always if you play other animations";
+const BODIES: &str = "meshes are physics bodies: they hide nothing; rows contain them in their first place only, so draw them always once they move";
 
-/// Points without those that are nowhere.
+/// Finite points only.
 fn finite(points: Vec<DVec3>) -> impl Iterator<Item = DVec3> {
     points.into_iter().filter(|p| p.is_finite())
 }
 
-/// The corners of a triangle; the other way round where its node is mirrored.
+/// The corners of a triangle, reversed if its node is mirrored.
 fn turned<T>([a, b, c]: [T; 3], mirrored: bool) -> [T; 3] {
     if mirrored { [a, c, b] } else { [a, b, c] }
 }
 
-/// The roots of the scene to show: of the default scene, else the first, else every node without a parent. Checks the node
-/// graph: children exist, no node has two parents, and none is its own ancestor.
+/// The roots to show: of the default scene, else of the first, else every node without a parent. Checks the node graph: children
+/// exist, no node has two parents, and none is its own ancestor.
 fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
     let n = document.node_count();
     let mut has_parent = vec![false; n];
@@ -643,7 +640,7 @@ fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
         }
     }
     let orphans: Vec<usize> = (0..n).filter(|&i| !has_parent[i]).collect();
-    // With one parent at most, what can't be reached from an orphan hangs from a cycle.
+    // With at most one parent per node, every node not reached from an orphan is in or below a cycle.
     let mut reached = vec![false; n];
     let mut stack = orphans.clone();
     while let Some(node) = stack.pop() {
@@ -664,13 +661,13 @@ fn roots(document: &Document) -> Result<Vec<usize>, ImportError> {
     }
 }
 
-/// Names of all nodes with a mesh, in small letters.
+/// Lower-case names of all nodes with a mesh.
 fn names(document: &Document) -> HashSet<String> {
     let nodes = (0..document.node_count()).map(|i| document.node(i)).filter(|node| node.mesh.is_some());
     nodes.filter_map(|node| node.name.as_deref()).map(str::to_lowercase).collect()
 }
 
-/// Levels of detail by node: as MSFT_lod says, else by names.
+/// Levels of detail by node: from MSFT_lod, else from names.
 fn levels(document: &Document) -> Vec<Option<Level>> {
     let count = document.node_count();
     let mut parents = vec![None; count];
@@ -698,7 +695,7 @@ fn levels(document: &Document) -> Vec<Option<Level>> {
     levels
 }
 
-/// True where physics moves a node: by Godot's names, or by an extension.
+/// Whether physics moves a node: by Godot's names or by an extension.
 fn is_body(name: &str, extensions: &serde_json::Value) -> bool {
     let name = name.to_lowercase();
     let by_name = ["rigid", "vehicle", "wheel"].iter().any(|kind| {

@@ -1,48 +1,48 @@
-//! What engines don't draw, told by names, materials, extras and extensions: colliders, triggers, navigation meshes.
+//! Finds meshes that engines do not draw, by name, material, extras and extensions: colliders, triggers, navigation meshes.
 //!
-//! Engines and exporters each have a way to say so. A row of the table is one of them. What a row fits hides nothing and bounds no room, but stays an object:
-//! an engine that draws it after all loses no pixel. A role that was given by hand overrules the table.
+//! Engines and exporters have different conventions; each row of the table is one. A matching mesh hides nothing and bounds no
+//! room, but stays an object: an engine that draws it anyway loses no pixel. A role set by hand overrides the table.
 
 use enfilade::scene::naming::words;
 use enfilade::types::note::Note;
 use serde_json::Value;
 
-/// Where a row looks, and for what. All texts are in small letters.
+/// The place and the text that a row matches. All texts are lower case.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Sign {
     /// A word anywhere in the name, or two words in a row.
     Word(&'static str),
     /// The name begins with it and an underscore.
     Prefix(&'static str),
-    /// The name ends with it, after `-`, `_`, `$` or a dot; numbers after it don't count.
+    /// The name ends with it, after `-`, `_`, `$` or a dot; trailing numbers are ignored.
     Suffix(&'static str),
-    /// As [`Sign::Prefix`] and [`Sign::Suffix`], but some programs draw such a mesh. It is a helper where it has no material, or where a mesh
-    /// has the rest of its name.
+    /// As [`Sign::Prefix`] and [`Sign::Suffix`], but some programs draw such a mesh. It is a helper if it has no material, or if
+    /// a mesh has the rest of its name.
     MaybePrefix(&'static str),
     MaybeSuffix(&'static str),
-    /// The material's name, or what follows its last slash.
+    /// The material's name, or its part after the last slash.
     Material(&'static str),
-    /// The same, where the name has a slash.
+    /// The same, if the name has a slash.
     MaterialPath(&'static str),
     /// A key of extras or extensions whose value is true.
     True(&'static str),
     /// A key whose value is false.
     False(&'static str),
-    /// A key that is there.
+    /// A key.
     Key(&'static str),
     /// A key and its value, or one of its values.
     Value(&'static str, &'static str),
 }
 
-/// One way to say that a mesh isn't drawn. The page docs/undrawn.md is made of all of it.
+/// A convention for meshes that are not drawn. docs/undrawn.md lists all rows.
 #[cfg_attr(not(test), allow(dead_code))]
 struct Row {
     sign: Sign,
-    /// Who writes it.
+    /// Programs that write it.
     by: &'static str,
-    /// What it means.
+    /// Its meaning.
     means: &'static str,
-    /// Where that is told.
+    /// The document that defines it.
     source: &'static str,
 }
 
@@ -166,21 +166,21 @@ const TABLE: &[Row] = &[
     row(Sign::Key("omiphysicsshape"), "OMI_physics_shape, Godot", "collider", OMI),
 ];
 
-/// Keys of a value that says what a node is.
+/// Keys for the kind of a node.
 const KINDS: [&str; 6] = ["type", "kind", "role", "class", "nodetype", "objecttype"];
-/// Extras of tools are this deep at most; deeper ones are data.
+/// Extras of tools are at most this deep; deeper ones are data.
 const DEEPEST: usize = 4;
 
-/// What an engine may know a mesh by.
+/// Names by which an engine may recognise a mesh.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Mesh<'a> {
     pub name: &'a str,
     pub material: Option<&'a str>,
-    /// Whether a mesh has this name, in small letters.
+    /// Whether a mesh has this lower-case name.
     pub has_name: Option<&'a dyn Fn(&str) -> bool>,
 }
 
-/// Whether a name or a material says that the mesh isn't drawn.
+/// Whether a name or a material marks the mesh as not drawn.
 pub(super) fn is_helper(mesh: Mesh<'_>) -> bool {
     let name = mesh.name.to_lowercase();
     let stem = without_number(&name);
@@ -206,7 +206,7 @@ pub(super) fn is_helper(mesh: Mesh<'_>) -> bool {
     })
 }
 
-/// Whether extras or extensions say that what they belong to isn't drawn.
+/// Whether extras or extensions mark their owner as not drawn.
 pub(super) fn is_hidden(value: &Value) -> bool {
     says_hidden(value, DEEPEST)
 }
@@ -227,7 +227,7 @@ fn says_hidden(value: &Value, depth: usize) -> bool {
     })
 }
 
-/// A text without what only separates words, in small letters; and without the b of Unreal's names of truths.
+/// Lower-case letters and digits of a text, without the `b` of Unreal's booleans.
 fn squeezed(text: &str) -> String {
     let mut chars = text.chars();
     let text = match (chars.next(), chars.next()) {
@@ -237,7 +237,7 @@ fn squeezed(text: &str) -> String {
     text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// What a value says if it is meant as a truth.
+/// The value as a boolean, if it can be one.
 fn truth(value: &Value) -> Option<bool> {
     match value {
         Value::Bool(truth) => Some(*truth),
@@ -264,7 +264,7 @@ fn without_number(name: &str) -> &str {
     name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches(['.', '_', '-', ' '])
 }
 
-/// Meshes of a model that engines don't draw.
+/// Meshes of a model that engines do not draw.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Helpers {
     count: usize,
@@ -272,7 +272,7 @@ pub(super) struct Helpers {
 }
 
 impl Helpers {
-    /// Names that a note has.
+    /// Maximum names in a note.
     const NAMED: usize = 3;
 
     pub fn count(&mut self, name: &str) {
@@ -282,14 +282,14 @@ impl Helpers {
         }
     }
 
-    /// For the report, where there are some.
+    /// Note for the report, if there are any.
     pub fn note(&self) -> Option<Note> {
         let Self { count, first } = self;
         let and_more = if *count > first.len() { ", ..." } else { "" };
         let these = if *count == 1 { "1 mesh is".to_owned() } else { format!("{count} meshes are") };
         (*count > 0).then(|| {
             Note::taken(format!(
-                "{these} not drawn by engines, by name or extras ({}{and_more}): they hide nothing and bound no room; if one is a wall, \
+                "{these} not drawn by engines, by name or extras ({}{and_more}). They hide nothing and bound no room; if one is a wall, \
                  give it the role structure in MODEL.roles.json",
                 first.join(", ")
             ))
@@ -371,7 +371,7 @@ mod tests {
         ] {
             assert!(!is(name, None), "{name}");
         }
-        // Godot draws what ends with -col: with a material it is a wall, unless the wall itself is there as well.
+        // Godot draws a mesh ending with -col: with a material it is a wall, unless there is also a mesh of the wall.
         assert!(!is("wall-col", Some("bricks")) && is("wall_collider", Some("bricks")));
         let has = |name: &str| name == "wall";
         assert!(is_helper(Mesh { name: "Wall-col", material: Some("bricks"), has_name: Some(&has) }));

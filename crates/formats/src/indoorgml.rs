@@ -1,13 +1,12 @@
 //! IndoorGML 1.0 and 1.1 (OGC 14-005): a building as cell spaces and the transitions between them.
 //!
-//! [`read`] takes in the document; [`import`] makes a scene of it for a building that has no other mesh: every cell space's
-//! surface becomes an object, less the surfaces that transitions lead through. The graph itself is read by
-//! [`read_indoorgml`].
+//! [`read`] reads the document. [`import`] makes a scene of it for a building without another mesh: the surface of every cell
+//! space becomes an object, without the surfaces of transitions. [`read_indoorgml`] reads the graph itself.
 //!
-//! Understood: cell spaces (extensions of `CellSpace` too) with a solid of polygons, cell space boundaries with a polygon, states
-//! and transitions, and the links between them, in one file. Of several space layers the first that has transitions is taken.
-//! Lengths are metres unless [`ImportOptions::metres_per_unit`] says otherwise, +Z is up and becomes +Y: `(x, y, z)` turns into
-//! `(x, z, -y)`. Document types are refused, and with them every entity but XML's own.
+//! Supported: cell spaces (also extensions of `CellSpace`) with a solid of polygons, cell space boundaries with a polygon, states
+//! and transitions, and the links between them, in one file. Of several space layers the first with transitions is used. Lengths
+//! are metres unless [`ImportOptions::metres_per_unit`] is set; +Z up becomes +Y up: `(x, y, z)` becomes `(x, z, -y)`. Document
+//! types, and so entities other than XML's own, are errors.
 
 mod cells;
 mod surfaces;
@@ -25,15 +24,15 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 use surfaces::{Skin, hull, skin, triangles};
 
-/// A portal's hull may have this many times its area before a note says that it isn't convex.
+/// Ratio of the areas of a portal's hull and the portal above which a note is printed.
 const CONVEX: f64 = 1.05;
 
 const GML: [&str; 2] = ["http://www.opengis.net/gml/3.2", "http://www.opengis.net/gml"];
 const CORE: &str = "http://www.opengis.net/indoorgml/1.";
 const XLINK: &str = "http://www.w3.org/1999/xlink";
-/// Beyond this a coordinate means nothing, as in [`SceneBuilder`].
+/// Greatest valid coordinate, as in [`SceneBuilder`].
 const FARTHEST: f64 = 1e12;
-/// Corners may be this share of a polygon's extent off its plane before it is told.
+/// Distance of corners from a polygon's plane, as a share of its extent, above which a note is printed.
 const FLAT: f64 = 1e-3;
 
 /// A cell space: a room, a corridor, a stair.
@@ -41,20 +40,20 @@ const FLAT: f64 = 1e-3;
 pub struct CellSpace {
     /// Its `gml:id`.
     pub id: String,
-    /// Its `gml:name`; the id where it has none.
+    /// Its `gml:name`, else its id.
     pub name: String,
     /// The polygons of its solid, facing either way.
     pub(crate) surface: Vec<Polygon>,
 }
 
-/// Where one can go from one cell space to another.
+/// A connection from one cell space to another.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Transition {
     /// Its `gml:id`; of several between two cells through one place, the first.
     pub id: String,
-    /// The cell spaces that it joins, as indices.
+    /// Indices of its cell spaces.
     pub cells: [usize; 2],
-    /// The surface that it leads through, where the file gives one.
+    /// Its surface, if the file has one.
     pub boundary: Option<Boundary>,
 }
 
@@ -63,9 +62,9 @@ pub struct Transition {
 pub struct Boundary {
     /// Its `gml:id`.
     pub id: String,
-    /// The file calls it a connection or an anchor: a door.
+    /// Whether it is a connection or an anchor: a door.
     pub door: bool,
-    /// Its outline: planar and convex, at least its hull.
+    /// Its outline: planar and convex, if necessary its hull.
     pub winding: Vec<DVec3>,
 }
 
@@ -74,26 +73,26 @@ pub struct Boundary {
 pub struct IndoorGml {
     /// Cell spaces with a solid, in file order.
     pub spaces: Vec<CellSpace>,
-    /// Transitions in file order, each once, whichever way they lead.
+    /// Transitions in file order, each once, in either direction.
     pub transitions: Vec<Transition>,
-    /// What was left out or mended, one line each.
+    /// Problems and repairs, one line each.
     pub notes: Vec<Note>,
 }
 
 impl IndoorGml {
-    /// Grid and reach of everything that compares coordinates, metres: as [`enfilade::tolerance::Tolerance::coplanar`].
+    /// Tolerance for comparing coordinates, metres: as [`enfilade::tolerance::Tolerance::coplanar`].
     pub(crate) fn coplanar(&self) -> f64 {
         let corners = self.spaces.iter().flat_map(|s| &s.surface).flat_map(|p| p.rings.iter().flatten().copied());
         enfilade::tolerance::Tolerance::for_extent(enfilade::geom::Aabb::of(corners).diagonal()).coplanar
     }
 }
 
-/// Reads a document; coordinates become metres (`metres_per_unit` of them to a unit), +Y up.
+/// Reads a document; coordinates become metres (by `metres_per_unit`), +Y up.
 pub fn read(text: &str, metres_per_unit: f64) -> Result<IndoorGml, ImportError> {
     let document = Document::parse(text).map_err(|e| {
         let what = match &e {
-            roxmltree::Error::DtdDetected => "a document type, which isn't read; delete the <!DOCTYPE>".to_owned(),
-            // Its own place, which is told in front.
+            roxmltree::Error::DtdDetected => "document types are not supported; delete the <!DOCTYPE>".to_owned(),
+            // Without its own place, which precedes the message.
             e => e.to_string().rsplit_once(" at ").map_or_else(|| e.to_string(), |(what, _)| what.to_owned()),
         };
         ImportError::malformed(Place::Line(e.pos().row as usize), format!("not well-formed XML: {what}"))
@@ -114,12 +113,12 @@ pub fn read(text: &str, metres_per_unit: f64) -> Result<IndoorGml, ImportError> 
             && let Some(first) = reader.ids.insert(id, node)
         {
             let Place::Line(first) = line(&first) else { continue };
-            let what = format!("gml:id `{}` is given twice; its first place is line {first}", short_name(id));
+            let what = format!("gml:id `{}` occurs twice; first in line {first}", short_name(id));
             return Err(ImportError::malformed(line(&node), what));
         }
     }
     let mut model = reader.document(&root)?;
-    // Polygons that aren't flat are what their triangles are.
+    // Polygons that are not flat become their triangles.
     let eps = model.coplanar();
     for space in &mut model.spaces {
         let surface = std::mem::take(&mut space.surface).into_iter();
@@ -140,7 +139,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     from_str(text, &name, options)
 }
 
-/// Reads a document that is in memory into a scene.
+/// Reads a document in memory into a scene.
 pub fn from_str(text: &str, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let model = read(text, metres_per_unit)?;
@@ -196,26 +195,26 @@ fn broken<T>(node: &Node<'_, '_>, what: impl Into<String>) -> Result<T, ImportEr
     Err(ImportError::malformed(line(node), what))
 }
 
-/// The single element in a member such as `cellSpaceMember`.
+/// The element in a member such as `cellSpaceMember`.
 fn member<'a, 'i>(node: &Node<'a, 'i>) -> Option<Node<'a, 'i>> {
     node.children().find(Node::is_element)
 }
 
-/// The elements of a name below a node.
+/// The elements with a name below a node.
 fn named<'a, 'i>(below: &Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     below.descendants().filter(move |n| is_core(n, name))
 }
 
-/// What the members of a name below a node hold.
+/// The elements in the members with a name below a node.
 fn members<'a, 'i>(below: &Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     named(below, name).filter_map(|n| member(&n))
 }
 
-/// Which geometry an element of the graph stands for.
+/// Geometry of the elements of the graph.
 struct Duality<'a, 'i> {
-    /// By state.
+    /// Space by state.
     space_of: HashMap<Node<'a, 'i>, Node<'a, 'i>>,
-    /// By transition, where the boundary says so.
+    /// Boundary by transition, from links of boundaries.
     boundary_of: HashMap<Node<'a, 'i>, Node<'a, 'i>>,
 }
 
@@ -232,7 +231,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let layer = layers.iter().find(with_edges).or(layers.first()).copied().unwrap_or(*root);
         if layers.len() > 1 {
             let id = short_name(id_of(&layer).unwrap_or("without an id"));
-            self.notes.push(Note::taken(format!("{} space layers; {id} is read, the others are left out", layers.len())));
+            self.notes.push(Note::taken(format!("{} space layers; only {id} is read", layers.len())));
         }
         let dual = self.duality(root, &layer)?;
         let mut model = IndoorGml::default();
@@ -242,13 +241,13 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         self.transitions(&layer, &dual, &place, &mut model)?;
         if flat > 0 {
-            self.notes.push(Note::fault(format!("{flat} cell spaces without a solid are left out")));
+            self.notes.push(Note::fault(format!("{flat} cell spaces without a solid left out")));
         }
         model.notes = self.notes;
         Ok(model)
     }
 
-    /// Links may be written on either side, or on both.
+    /// Links may be on either side or on both.
     fn duality(&self, root: &Node<'a, 'i>, layer: &Node<'a, 'i>) -> Result<Duality<'a, 'i>, ImportError> {
         let mut dual = Duality { space_of: HashMap::new(), boundary_of: HashMap::new() };
         for state in members(layer, "stateMember") {
@@ -269,8 +268,8 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(dual)
     }
 
-    /// Adds cell spaces that have a solid: all, or those with a state in the layer. Returns the place of each in the model, and how many
-    /// have none.
+    /// Adds cell spaces with a solid: all, or those with a state in the layer. Returns the index of each in the model, and the
+    /// number without a solid.
     fn spaces(
         &mut self,
         root: &Node<'a, 'i>,
@@ -299,7 +298,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok((place, flat))
     }
 
-    /// Adds transitions, of which most are given twice, once each way.
+    /// Adds transitions; most occur twice, once in each direction.
     fn transitions(
         &mut self,
         layer: &Node<'a, 'i>,
@@ -317,7 +316,7 @@ impl<'a, 'i> Reader<'a, 'i> {
             let [Some(a), Some(b)] = cells else { continue };
             if a == b {
                 let id = short_name(id_of(&node).unwrap_or("a transition"));
-                self.notes.push(Note::fault(format!("{id} leads from a cell space into itself, left out")));
+                self.notes.push(Note::fault(format!("{id} leads from a cell space into itself; left out")));
                 continue;
             }
             let boundary = match self.linked(&node, "duality")?.first().or(dual.boundary_of.get(&node)) {
@@ -335,7 +334,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(())
     }
 
-    /// What a node's children of this name link to.
+    /// The targets of a node's children with this name.
     fn linked(&self, node: &Node<'a, 'i>, name: &str) -> Result<Vec<Node<'a, 'i>>, ImportError> {
         let mut found = Vec::new();
         for child in node.children().filter(|n| is_core(n, name)) {
@@ -353,7 +352,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         };
         match self.ids.get(id) {
             Some(node) => Ok(*node),
-            None => broken(from, format!("`{}`: nothing has this gml:id; correct the link", short_name(href))),
+            None => broken(from, format!("`{}`: no element has this gml:id; correct the link", short_name(href))),
         }
     }
 
@@ -383,12 +382,12 @@ impl<'a, 'i> Reader<'a, 'i> {
         let id = short_name(id_of(node).unwrap_or("a boundary"));
         let winding = hull(&polygon);
         if enfilade::geom::area(&winding) > CONVEX * enfilade::geom::area(&polygon.rings[0]) {
-            self.notes.push(Note::taken(format!("{id}: not convex; its hull is taken")));
+            self.notes.push(Note::taken(format!("{id}: not convex; its convex hull is used")));
         }
         Ok(Some(Boundary { id, door, winding }))
     }
 
-    /// `None` where it has no area.
+    /// `None` without area.
     fn polygon(&mut self, node: &Node<'a, 'i>) -> Result<Option<Polygon>, ImportError> {
         let mut rings = Vec::new();
         for side in ["exterior", "interior"] {
@@ -408,7 +407,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         Ok(polygon)
     }
 
-    /// The corners of a ring, the repeated last one left out.
+    /// The corners of a ring, without the repeated last one.
     fn ring(&self, node: &Node<'a, 'i>) -> Result<Vec<DVec3>, ImportError> {
         let mut corners: Vec<DVec3> = Vec::new();
         for list in node.descendants().filter(|n| is_gml(n, "pos") || is_gml(n, "posList")) {
@@ -420,7 +419,7 @@ impl<'a, 'i> Reader<'a, 'i> {
                 }
             }
             if numbers.len() % 3 != 0 || numbers.is_empty() {
-                return broken(&list, format!("{} numbers; give three to a corner", numbers.len()));
+                return broken(&list, format!("{} numbers; a corner needs three", numbers.len()));
             }
             // 0 - y, because -y would turn 0 into -0.
             corners.extend(numbers.chunks_exact(3).map(|p| DVec3::new(p[0], p[2], 0.0 - p[1])));
@@ -433,12 +432,12 @@ impl<'a, 'i> Reader<'a, 'i> {
     }
 }
 
-/// A ring that comes back to corners of its own as loops that don't, the largest first: exporters write an outline and its holes
-/// as one ring, and what only jumps from loop to loop bounds nothing.
+/// Splits a ring at repeated corners into simple loops, the largest first: some exporters write an outline and its holes as one
+/// ring; edges that only connect loops bound nothing.
 fn loops(ring: Vec<DVec3>) -> Vec<Vec<DVec3>> {
     let key = |p: DVec3| p.to_array().map(f64::to_bits);
     let mut found = Vec::new();
-    // The way so far, and whether a loop was closed at each corner.
+    // The path so far, and whether a loop was closed at each corner.
     let mut way: Vec<(DVec3, bool)> = Vec::with_capacity(ring.len());
     let mut place: HashMap<[u64; 3], usize> = HashMap::new();
     for p in ring {
@@ -469,7 +468,7 @@ fn is_surface(node: &Node<'_, '_>) -> bool {
     ["Polygon", "PolygonPatch", "Triangle", "Rectangle"].iter().any(|name| is_gml(node, name))
 }
 
-/// Whether two transitions between the same cells lead through the same place.
+/// Whether two transitions between the same cells are at the same place.
 fn is_same(a: &Option<Boundary>, b: &Option<Boundary>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => {

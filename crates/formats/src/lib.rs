@@ -1,7 +1,8 @@
-//! Models read and written: a file goes in, a [`Scene`] comes out.
+//! Readers and writers of models: a file goes in, a [`Scene`] comes out.
 //!
-//! A module a format; every importer hands its meshes to [`enfilade::scene::SceneBuilder`], which checks numbers, splits meshes above the object
-//! limit into clusters, picks the origin and orders triangles by object. [`mod@export`] writes a model with a node per object.
+//! There is one module per format. Every importer passes its meshes to [`enfilade::scene::SceneBuilder`], which checks numbers,
+//! splits meshes above the object limit into clusters, picks the origin and orders triangles by object. [`mod@export`] writes a
+//! model with a node per object.
 
 pub mod elements;
 pub mod export;
@@ -26,7 +27,7 @@ use enfilade::scene::{ImportError, ImportOptions, Picture, Scene, up};
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Reads a scene; the file's extension says which of [`FORMATS`] it is.
+/// Reads a scene; the file's extension selects one of [`FORMATS`].
 ///
 /// # Errors
 ///
@@ -40,7 +41,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     Ok(scene)
 }
 
-/// Reads what a model says of its elements beside their shape: names, types, properties. Formats but IFC say nothing.
+/// Reads names, types and properties of a model's elements. Only IFC has them.
 ///
 /// # Errors
 ///
@@ -63,10 +64,11 @@ fn missing(format: &'static Format) -> ImportError {
     ImportError::MissingFeature { format: format.name, feature: format.feature.unwrap_or_default() }
 }
 
-/// The file of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. The error is one line.
+/// The bytes of a material's picture (PNG, JPEG, WebP, KTX2 or DDS), for a model read from `path` with `options`. Errors have one
+/// line.
 pub fn picture<'p>(picture: &'p Picture, path: &Path, options: &ImportOptions) -> Result<Cow<'p, [u8]>, String> {
     match picture {
-        Picture::Within(bytes) if bytes.is_empty() => Err("a texture leads to no image that is read".to_owned()),
+        Picture::Within(bytes) if bytes.is_empty() => Err("a texture has no image of a supported type".to_owned()),
         Picture::Within(bytes) => Ok(Cow::Borrowed(bytes)),
         Picture::Named(uri) => Ok(Cow::Owned(gltf::pictures::Pictures::beside(path.parent(), options).read(uri)?.1)),
     }

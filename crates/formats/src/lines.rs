@@ -1,4 +1,4 @@
-//! Lines with a radius, of whatever format: each becomes a tube.
+//! Lines with a radius, of any format: each becomes a tube.
 
 use enfilade::scene::builder::short_name;
 use enfilade::scene::{ImportError, Place, Role, SceneBuilder};
@@ -9,18 +9,18 @@ use glam::DVec3;
 /// A line, in the model's own coordinates: metres, +Y up.
 pub(super) struct Line<'a> {
     pub name: &'a str,
-    /// Where it stands in the file, for errors.
+    /// Its place in the file, for errors.
     pub place: &'a str,
     pub role: Role,
     pub points: &'a [DVec3],
-    /// The last point is followed by the first one.
+    /// Whether the last point connects to the first.
     pub closed: bool,
-    /// The tube only touches the points, and goes smoothly between them.
+    /// Whether the tube passes smoothly through the points.
     pub smooth: bool,
     pub shape: Shape,
 }
 
-/// What the lines of a file came to.
+/// Results of a file's lines.
 #[derive(Default)]
 pub(super) struct Lines {
     counts: Counts,
@@ -28,12 +28,12 @@ pub(super) struct Lines {
     sections: usize,
     /// Lines without two different points.
     empty: u64,
-    /// Where the first of them stands.
+    /// Place of the first of them.
     first_empty: Option<String>,
 }
 
 impl Lines {
-    /// Adds a line's tube. A line without two different points is handed in without one.
+    /// Adds a line's tube. A line without two distinct points is added without one.
     pub fn add(&mut self, builder: &mut SceneBuilder, line: &Line<'_>) -> Result<(), ImportError> {
         let (mut tubes, mut counts, error) = (Tubes::default(), self.counts, usual_error(line.shape.radius));
         let Line { points, closed, shape, .. } = *line;
@@ -57,7 +57,7 @@ impl Lines {
         builder.add_tubes(short_name(line.name), line.role, tubes)
     }
 
-    /// Tells what there was, and what was odd. Fails where a model has nothing but lines, and none has two different points.
+    /// Adds notes on the lines and irregularities. Fails if a model has only lines, none with two distinct points.
     pub fn finish(&self, builder: &mut SceneBuilder) -> Result<(), ImportError> {
         if let Some(place) = self.first_empty.as_ref().filter(|_| builder.is_empty()) {
             return Err(malformed(place, TubeError::Points));
@@ -67,9 +67,9 @@ impl Lines {
             notes.push(Note::detail(format!("{} lines became tubes of {} sections", self.lines, self.sections)));
         }
         let odd = [
-            (self.empty, "lines without two different points left out"),
-            (self.counts.odd.twice, "points stand where the one before them does"),
-            (self.counts.odd.back, "turns back, where a tube ends and another begins"),
+            (self.empty, "lines without two distinct points left out"),
+            (self.counts.odd.twice, "points repeat the one before them"),
+            (self.counts.odd.back, "reversals: a tube ends there and another begins"),
             (self.counts.tight, "bends tighter than the tube's radius"),
         ];
         let odd = odd.into_iter().map(|(count, what)| Note::counted(NoteKind::Detail, count as usize, what));

@@ -1,19 +1,20 @@
-//! Levels of detail, told by names: `wall_LOD0`, `wall_LOD1`. The finest stands for all.
+//! Levels of detail, found by names: `wall_LOD0`, `wall_LOD1`. The finest represents all.
 //!
-//! The names are those of Unity's importer (`_LOD0` and up), Unreal's, O3DE's and Second Life's, where the finest has no number at all.
+//! The names are those of Unity's importer (`_LOD0` and up), and of Unreal, O3DE and Second Life, whose finest level has no
+//! number.
 
 use std::collections::BTreeMap;
 
-/// The part of a node in a group of levels of detail.
+/// A node's place in a group of levels of detail.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Level {
     pub group: u32,
-    /// Whether it stands for all of its group.
+    /// Whether it represents its group.
     pub is_finest: bool,
 }
 
-/// Levels by node of a list of nodes, each with its parent's number and its name. Nodes of one parent form a group where their names differ by
-/// level alone; so do nodes of different parents, where each level is there once.
+/// Levels by node, from each node's parent and name. Nodes of one parent form a group if their names differ by level only; so do
+/// nodes of different parents if each level occurs once.
 pub(super) fn levels(nodes: &[(Option<usize>, &str)]) -> Vec<Option<Level>> {
     let mut found = vec![None; nodes.len()];
     let named: Vec<Option<(String, i32)>> = nodes.iter().map(|(_, name)| level(name)).collect();
@@ -32,20 +33,20 @@ pub(super) fn levels(nodes: &[(Option<usize>, &str)]) -> Vec<Option<Level>> {
             group.push((-1, node));
         }
     }
-    let mut lone: BTreeMap<String, Vec<(i32, usize)>> = BTreeMap::new();
+    let mut by_stem: BTreeMap<String, Vec<(i32, usize)>> = BTreeMap::new();
     for ((_, stem), mut group) in groups {
         group.sort_unstable();
         if group[0].0 < group[group.len() - 1].0 {
-            tell(&mut found, &group, next);
+            set_levels(&mut found, &group, next);
             next += 1;
         } else if !stem.is_empty() {
-            lone.entry(stem).or_default().extend(group);
+            by_stem.entry(stem).or_default().extend(group);
         }
     }
-    for mut group in lone.into_values() {
+    for mut group in by_stem.into_values() {
         group.sort_unstable();
         if group.len() > 1 && group.windows(2).all(|pair| pair[0].0 < pair[1].0) {
-            tell(&mut found, &group, next);
+            set_levels(&mut found, &group, next);
             next += 1;
         }
     }
@@ -53,8 +54,8 @@ pub(super) fn levels(nodes: &[(Option<usize>, &str)]) -> Vec<Option<Level>> {
     found
 }
 
-/// Coarse levels whose finest one is there in parts: `wall_LOD2` beside `wall.0_LOD0` and `wall.1_LOD0`. Where none of it is there, a coarse
-/// level is one all the same, if the model has finer ones of other things.
+/// Coarse levels with a finest level in parts: `wall_LOD2` beside `wall.0_LOD0` and `wall.1_LOD0`. Without a finest level, a
+/// coarse one still counts as coarse if the model has finer levels of other things.
 fn join_parts(found: &mut [Option<Level>], named: &[Option<(String, i32)>], mut next: u32) {
     let Some(finest) = named.iter().flatten().map(|(_, level)| *level).min() else { return };
     let coarse: Vec<usize> = (0..named.len())
@@ -76,13 +77,13 @@ fn join_parts(found: &mut [Option<Level>], named: &[Option<(String, i32)>], mut 
     }
 }
 
-fn tell(found: &mut [Option<Level>], group: &[(i32, usize)], number: u32) {
+fn set_levels(found: &mut [Option<Level>], group: &[(i32, usize)], number: u32) {
     for &(level, node) in group {
         found[node] = Some(Level { group: number, is_finest: level == group[0].0 });
     }
 }
 
-/// What a name has without its level, in small letters, and its level.
+/// The name without its level, in lower case, and the level.
 fn level(name: &str) -> Option<(String, i32)> {
     let name = name.to_lowercase();
     // Blender adds `.001` to the names of copies.

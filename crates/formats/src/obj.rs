@@ -1,14 +1,14 @@
-//! Wavefront OBJ: vertices, faces, `o`, `g` and `usemtl`, and from the material library what is see-through.
+//! Wavefront OBJ: vertices, faces, `o`, `g` and `usemtl`, and the transparency of the material library.
 //!
-//! Based on: Wavefront Technologies, *Advanced Visualizer, appendix B1: object files (.obj)*, version 3.0. An own reader, because
-//! errors name their line and every index is checked against the vertices that are there. One unit is one metre unless the
-//! options say otherwise; OBJ has no up axis, +Y is taken.
+//! Based on: Wavefront Technologies, *Advanced Visualizer, appendix B1: object files (.obj)*, version 3.0. Its own reader names
+//! the line of each error and checks every index. One unit is one metre unless the options differ; OBJ has no up axis, so +Y is
+//! assumed.
 //!
-//! Each combination of `o`, `g` and `usemtl` is a mesh, in order of first use, named after its object, else its group (`o/g` where
-//! both are given), with `/material` added where one of those has several materials, else after its material, else `mesh`.
-//! Polygons are cut into triangles, concave ones by their ears. Points and free-form surfaces are left
-//! out with a note, and so are lines, unless [`ImportOptions::tube_radius`] makes tubes of them.
-//! Normals are skipped unread, and so are texture coordinates unless [`ImportOptions::trace`] asks for them.
+//! Each combination of `o`, `g` and `usemtl` is a mesh, in order of first use. It is named after its object, else its group
+//! (`o/g` if both exist), with `/material` added if one of those has several materials, else after its material, else `mesh`.
+//! Polygons are triangulated, concave ones by ear clipping. Points and free-form surfaces are left out with a note, and so are
+//! lines, unless [`ImportOptions::tube_radius`] makes tubes of them. Normals are ignored, and so are texture coordinates without
+//! [`ImportOptions::trace`].
 
 mod materials;
 pub(super) mod polygon;
@@ -36,8 +36,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     from_slice(&bytes, &name, path.parent(), options)
 }
 
-/// Reads a model that is in memory. `folder` is where its material libraries are looked for; a library that can't be read is
-/// only a note.
+/// Reads a model in memory. `folder` holds its material libraries; a library that cannot be read is only a note.
 pub fn from_slice(bytes: &[u8], name: &str, folder: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "OBJ".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
@@ -75,10 +74,10 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
     })
 }
 
-/// The number of a corner's texture coordinates where it has none.
+/// The number of texture coordinates of a corner without them.
 const NONE: u32 = u32::MAX;
 
-/// What engines know of a material. `Kd` is taken as sRGB, as the programs that write it show it.
+/// A material for engines. `Kd` counts as sRGB, as in the programs that write it.
 fn look(name: &str, material: Option<&Material>) -> enfilade::scene::Material {
     let linear = |x: f32| x.clamp(0.0, 1.0).powf(2.2);
     let [r, g, b] = material.and_then(|m| m.diffuse).map_or([0.6; 3], |kd| kd.map(linear));
@@ -94,7 +93,7 @@ fn look(name: &str, material: Option<&Material>) -> enfilade::scene::Material {
     }
 }
 
-/// Everything that tells one mesh from another: indices into [`Reader::names`].
+/// Identifies a mesh: indices into [`Reader::names`].
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 struct Key {
     object: Option<usize>,
@@ -113,12 +112,12 @@ struct Face {
 struct Reader {
     options: ImportOptions,
     metres_per_unit: f64,
-    /// Whether texture coordinates are wanted.
+    /// Whether texture coordinates are needed.
     is_traced: bool,
     positions: Vec<DVec3>,
     texture_coordinates: Vec<[f32; 2]>,
     corners: Vec<u32>,
-    /// For each corner its texture coordinates, [`NONE`] without; empty unless they are wanted.
+    /// Texture coordinates of each corner, or [`NONE`]; empty unless needed.
     textured: Vec<u32>,
     faces: Vec<Face>,
     names: Vec<String>,
@@ -127,7 +126,7 @@ struct Reader {
     number_of_key: HashMap<Key, usize>,
     current: Key,
     libraries: Vec<String>,
-    /// Of tubes along lines, metres.
+    /// Radius of tubes along lines, metres.
     tube_radius: Option<f64>,
     /// Lines that become tubes: names, and vertices.
     polylines: Vec<(Option<usize>, Face)>,
@@ -139,7 +138,7 @@ struct Reader {
 }
 
 impl Reader {
-    /// Takes in one line; the error says what is wrong with it.
+    /// Reads one line. Errors are texts.
     fn line(&mut self, number: usize, line: &str) -> Result<(), String> {
         let line = line.trim();
         let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
@@ -149,7 +148,7 @@ impl Reader {
             "vt" if self.is_traced => {
                 let mut numbers = rest.split_ascii_whitespace().map(|n| n.parse().unwrap_or(0.0f32));
                 let [u, v] = std::array::from_fn(|_| numbers.next().unwrap_or(0.0));
-                // From the lower left of the picture here, from the upper left in glTF.
+                // OBJ counts from the lower left of the picture, glTF from the upper left.
                 self.texture_coordinates.push([u, 1.0 - v]);
             }
             "f" | "fo" => self.face(number, rest)?,
@@ -217,7 +216,7 @@ impl Reader {
                 self.textured.push(u32::try_from(place).ok().filter(|_| index != 0).unwrap_or(NONE));
             }
             let index: i64 = text.parse().map_err(|_| format!("`{}` is not a vertex", short_name(corner)))?;
-            // From 1 up, or back from the vertex before this line. Vertices may still come: the range is checked at the end.
+            // Counts from 1 up, or back from the last vertex. More vertices may follow: the range is checked at the end.
             let position = if index > 0 { index - 1 } else { self.positions.len() as i64 + index };
             let position = u32::try_from(position).ok().filter(|_| index != 0);
             let have = self.positions.len();
@@ -238,7 +237,7 @@ impl Reader {
         Some(number)
     }
 
-    /// Hands all meshes to the builder.
+    /// Passes all meshes to the builder.
     fn finish(self, folder: Option<&Path>, naming: &Naming, builder: &mut SceneBuilder) -> Result<(), ImportError> {
         let beside = Sidecars { folder, under: self.options.files_under.as_deref() };
         let materials = self.materials(beside, &mut builder.source.notes);
@@ -267,13 +266,13 @@ impl Reader {
             }
             meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
         }
-        self.tell([concave, fanned], &mut builder.source.notes);
+        self.add_notes([concave, fanned], &mut builder.source.notes);
         let lines = self.lines_of(builder)?;
         let (names, mut by_name, mut helpers) = (self.mesh_names(), ByName::default(), Helpers::default());
         let known: HashSet<String> = names.iter().map(|name| name.to_lowercase()).collect();
         let has_name = |name: &str| known.contains(name);
         let levels = lod::levels(&names.iter().map(|name| (None, name.as_str())).collect::<Vec<_>>());
-        // Vertices are numbered over the whole file; a mesh takes those that it uses.
+        // Vertices are numbered in the whole file; a mesh takes those that it uses.
         for ((((key, node), triangles), coordinates), level) in
             self.keys.iter().zip(names).zip(meshes).zip(looks).zip(levels)
         {
@@ -288,9 +287,9 @@ impl Reader {
             let triangles = triangles.into_iter().map(|t| t.map(&mut renumber)).collect();
             let name = key.material.map_or("", |m| &self.names[m]);
             let material = materials.get(name);
-            let told = naming.of(&node, name);
-            let by_hand = told.is_some_and(|told| told.by_hand);
-            let (mut role, mut is_glass) = told.map_or((Role::Unknown, None), |told| told.kind.role());
+            let entry = naming.of(&node, name);
+            let by_hand = entry.is_some_and(|entry| entry.by_hand);
+            let (mut role, mut is_glass) = entry.map_or((Role::Unknown, None), |entry| entry.kind.role());
             let of_name = helpers::Mesh { name: &node, material: key.material.map(|_| name), has_name: Some(&has_name) };
             if !by_hand && (helpers::is_helper(of_name) || level.is_some_and(|level| !level.is_finest)) {
                 (role, is_glass) = (Role::Helper, Some(false));
@@ -315,12 +314,12 @@ impl Reader {
         lines.finish(builder)
     }
 
-    /// Says what was cut, and what was left out.
-    fn tell(&self, [concave, fanned]: [usize; 2], notes: &mut Vec<Note>) {
+    /// Adds notes on cut polygons and on missing parts.
+    fn add_notes(&self, [concave, fanned]: [usize; 2], notes: &mut Vec<Note>) {
         let counts = [
             (concave, NoteKind::Detail, "concave polygons cut into triangles"),
-            (fanned, NoteKind::Detail, "polygons that cross themselves (or have too many corners to look at) cut into fans"),
-            (self.lines, NoteKind::Fault, "lines left out; --tubes METRES makes tubes of them"),
+            (fanned, NoteKind::Detail, "polygons that cross themselves or have too many corners cut into fans"),
+            (self.lines, NoteKind::Fault, "lines left out; --tubes METRES makes them tubes"),
             (self.points, NoteKind::Detail, "points left out"),
             (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),
         ];
@@ -350,7 +349,7 @@ impl Reader {
         Ok(lines)
     }
 
-    /// The texture coordinates of that number; zeros where there are none.
+    /// The texture coordinates of a number; zeros without them.
     fn coordinates(&self, number: u32) -> [f32; 2] {
         self.texture_coordinates.get(number as usize).copied().unwrap_or_default()
     }
@@ -376,12 +375,12 @@ impl Reader {
         self.keys.iter().map(named).collect()
     }
 
-    /// The materials of all libraries that can be read, by name.
+    /// The materials of all readable libraries, by name.
     fn materials(&self, beside: Sidecars<'_>, notes: &mut Vec<Note>) -> HashMap<String, Material> {
         let mut out = HashMap::new();
         let mut read: HashSet<&str> = HashSet::new();
         for line in &self.libraries {
-            // One file name with spaces in it, or several.
+            // One file name with spaces, or several.
             let whole = beside.read(line).map(|bytes| vec![(line.as_str(), Ok(bytes))]);
             let files = whole.unwrap_or_else(|_| {
                 let names = line.split_ascii_whitespace();
@@ -391,12 +390,12 @@ impl Reader {
                 if read.insert(name) {
                     match file {
                         Ok(bytes) => materials::read(&bytes, &mut out),
-                        Err(why) => notes.push(Note::fault(format!("materials taken as opaque: {why}"))),
+                        Err(why) => notes.push(Note::fault(format!("materials count as opaque: {why}"))),
                     }
                 }
             }
         }
-        // In the order in which the model uses them.
+        // In the order of first use in the model.
         let used = self.names.iter().filter_map(|name| out.get(name));
         notes.extend(textures::note_of_missing(used.flat_map(Material::files).map(str::to_owned), beside));
         out

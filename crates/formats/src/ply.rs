@@ -1,5 +1,5 @@
-//! PLY, binary and text: the faces over its vertices as one mesh. It says neither its unit (metres are assumed) nor what is up (+Y is,
-//! unless [`ImportOptions::z_up`] says otherwise). Colours and normals are left out; points without faces are no model.
+//! PLY, binary and text: all faces as one mesh. The format has neither a unit (metres are assumed) nor an up axis (+Y, unless
+//! [`ImportOptions::z_up`] is set). Colours and normals are ignored; points without faces are no model.
 
 use super::obj::polygon;
 use enfilade::scene::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
@@ -15,11 +15,11 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     from_slice(&bytes, &path.file_stem().unwrap_or_default().to_string_lossy(), options)
 }
 
-/// What is read of a vertex or of a face.
+/// The needed properties of a vertex or a face.
 #[derive(Default)]
 struct Element {
     position: [f64; 3],
-    /// `None` where an index isn't a whole number from 0 on.
+    /// `None` if an index is not a whole number from 0 on.
     corners: Option<Vec<u32>>,
 }
 
@@ -45,7 +45,7 @@ impl PropertyAccess for Element {
     }
 }
 
-/// Reads a model that is in memory.
+/// Reads a model in memory.
 pub fn from_slice(mut bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "PLY".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
@@ -54,9 +54,9 @@ pub fn from_slice(mut bytes: &[u8], name: &str, options: &ImportOptions) -> Resu
     if !bytes.starts_with(b"ply") {
         return Err(broken(format!("not a PLY file: {}", whole_file::nature(bytes))));
     }
-    // The crate's messages quote the file, on lines of their own.
-    let told = |e: ParseError| broken(format!("not a PLY file: {}", e.to_string().lines().next().unwrap_or_default()));
-    let ply = Parser::<Element>::new().read_ply(&mut bytes).map_err(told)?;
+    // The crate's messages have further lines that quote the file.
+    let malformed = |e: ParseError| broken(format!("not a PLY file: {}", e.to_string().lines().next().unwrap_or_default()));
+    let ply = Parser::<Element>::new().read_ply(&mut bytes).map_err(malformed)?;
     let elements = |name: &str| ply.payload.get(name).map(Vec::as_slice).unwrap_or_default();
     let place = |vertex: &Element| options.upright(DVec3::from(vertex.position)) * metres_per_unit;
     let positions: Vec<DVec3> = elements("vertex").iter().map(place).collect();

@@ -1,5 +1,5 @@
-//! STL, binary and text: one mesh, whose equal corners are one. It says neither its unit (metres are assumed) nor what is up (+Y is,
-//! unless [`ImportOptions::z_up`] says otherwise), nor how anything looks.
+//! STL, binary and text: one mesh with equal corners merged. The format has neither a unit (metres are assumed) nor an up axis
+//! (+Y, unless [`ImportOptions::z_up`] is set), nor materials.
 
 use enfilade::scene::{ImportError, ImportOptions, Mesh, Place, Role, Scene, SceneBuilder, Source, whole_file};
 use glam::DVec3;
@@ -12,12 +12,12 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     from_slice(&bytes, &path.file_stem().unwrap_or_default().to_string_lossy(), options)
 }
 
-/// Reads a model that is in memory.
+/// Reads a model in memory.
 pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let metres_per_unit = options.metres_per_unit.unwrap_or(1.0);
     let source = Source { format: "STL".into(), metres_per_unit, up: options.up(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
-    // Binary STL begins with anything.
+    // Binary STL may begin with any bytes.
     let is_text = bytes.starts_with(b"solid");
     let broken = |e: std::io::Error| {
         let why = if is_text { e.to_string() } else { format!("{}, and {e}", whole_file::nature(bytes)) };

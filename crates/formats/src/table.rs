@@ -1,4 +1,4 @@
-//! The formats that are read: one table, which the import, its errors, the help texts, the file dialog and the search beside a `.pvs` go by.
+//! The table of supported formats, used by the import, errors, help texts, the file dialog and the search beside a `.pvs`.
 //!
 //! A new format is a module with an `import`, a line here, and a line in docs/cli.md.
 
@@ -7,22 +7,22 @@ use crate::{geojson, gltf, indoorgml, obj, ply, stl};
 use enfilade::scene::{ImportError, ImportOptions, Scene};
 use std::path::Path;
 
-/// What reads a model.
+/// Reader of a model.
 type Read = fn(&Path, &ImportOptions) -> Result<Scene, ImportError>;
-/// What reads what a model says of its elements.
+/// Reader of a model's elements.
 type ReadElements = fn(&Path) -> Result<Elements, ImportError>;
 
 /// A format of models.
 pub struct Format {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// Extensions of its files, in small letters.
+    /// Lower-case extensions of its files.
     pub extensions: &'static [&'static str],
     /// The cargo feature that reads it, if one is needed.
     pub feature: Option<&'static str>,
-    /// Whether its files leave open which axis is up.
+    /// Whether the format has no up axis.
     pub is_up_open: bool,
-    /// `None` where this build lacks the feature.
+    /// `None` if this build lacks the feature.
     pub(crate) read: Option<Read>,
     pub(crate) read_elements: Option<ReadElements>,
 }
@@ -59,7 +59,7 @@ const QUAKE: [Option<Read>; 2] = [Some(enfilade_levels::quake::import), Some(enf
 #[cfg(not(feature = "quake"))]
 const QUAKE: [Option<Read>; 2] = [None; 2];
 
-/// All formats, those that need a feature last.
+/// All formats; those that need a feature come last.
 pub const FORMATS: [Format; 9] = [
     Format::new("glTF", &["glb", "gltf"], Some(gltf::import)).with_open_up(),
     Format::new("OBJ", &["obj"], Some(obj::import)).with_open_up(),
@@ -72,19 +72,19 @@ pub const FORMATS: [Format; 9] = [
     Format::new("Quake map", &["map"], QUAKE[1]).needs("quake"),
 ];
 
-/// The format that a file's name says.
+/// The format by a file's extension.
 pub fn format_of(path: &Path) -> Option<&'static Format> {
     static ALL: [Format; FORMATS.len()] = FORMATS;
     let extension = path.extension()?.to_str()?.to_ascii_lowercase();
     ALL.iter().find(|format| format.extensions.contains(&extension.as_str()))
 }
 
-/// The extensions that this build reads, in small letters.
+/// The lower-case extensions that this build reads.
 pub fn extensions() -> impl Iterator<Item = &'static str> {
     FORMATS.into_iter().filter(Format::is_built).flat_map(|format| format.extensions.iter().copied())
 }
 
-/// All extensions, whether this build reads them or not: `.glb, .gltf, ... or .map`.
+/// All extensions, including those of missing features: `.glb, .gltf, ... or .map`.
 pub fn all_extensions() -> String {
     let all: Vec<String> = FORMATS.iter().flat_map(|format| format.extensions).map(|e| format!(".{e}")).collect();
     let (last, others) = all.split_last().expect("there are formats");

@@ -1,31 +1,31 @@
-//! Pictures that a model names and that did not come with it. A bake doesn't need them: materials say what is see-through. Who draws the
-//! model does.
+//! Missing pictures of a model. A bake does not need them, since materials define transparency; a program that draws the model
+//! does.
 
 use enfilade::scene::builder::short_name;
 use enfilade::scene::sidecar::Sidecars;
 use enfilade::types::note::Note;
 use std::collections::HashSet;
 
-/// Names that the note tells.
-const TOLD: usize = 3;
-/// Names that are looked for. More: a file made to do so keeps the disk busy.
-const LOOKED_FOR: usize = 10_000;
+/// Maximum names in the note.
+const NAMED: usize = 3;
+/// Maximum names looked up. More: a hostile file keeps the disk busy.
+const MOST_LOOKUPS: usize = 10_000;
 
-/// One note for all pictures that are missing; `None` where none is, and for a model that was not read from a folder. `names` are paths
-/// from the model's folder, as they are on disk.
+/// One note for all missing pictures; `None` if none is missing, and for a model that was not read from a folder. `names` are
+/// paths from the model's folder.
 pub(super) fn note_of_missing(names: impl Iterator<Item = String>, beside: Sidecars<'_>) -> Option<Note> {
     beside.folder?;
     let mut seen = HashSet::new();
-    let names = names.filter(|name| seen.insert(name.clone())).take(LOOKED_FOR);
+    let names = names.filter(|name| seen.insert(name.clone())).take(MOST_LOOKUPS);
     let (there, missing): (Vec<_>, Vec<_>) = names.partition(|name| beside.is_there(name));
     let count = missing.len();
     if count == 0 {
         return None;
     }
-    let told: Vec<String> = missing.iter().take(TOLD).map(|name| format!("`{}`", short_name(name))).collect();
-    let more = if count > TOLD { format!(" and {} more", count - TOLD) } else { String::new() };
-    let told = told.join(", ") + &more;
+    let named: Vec<String> = missing.iter().take(NAMED).map(|name| format!("`{}`", short_name(name))).collect();
+    let more = if count > NAMED { format!(" and {} more", count - NAMED) } else { String::new() };
+    let named = named.join(", ") + &more;
     let all = there.len() + count;
-    let says = "rows don't need them: materials say what is see-through";
-    Some(Note::detail(format!("{count} of {all} textures are missing: {told}; {says}")))
+    let why = "the bake does not need them: materials define transparency";
+    Some(Note::detail(format!("{count} of {all} textures are missing: {named}; {why}")))
 }

@@ -1,36 +1,36 @@
-//! Rows of somebody else's beside ours: what they keep that is proven hidden, and what they lack that a line proves.
+//! Compares our rows with those of another tool: its pairs that are proven hidden, and the proven pairs that it lacks.
 
 use super::{Level, Line, Vis};
 use enfilade::BitMatrix;
 use enfilade::geom::middle;
 
-/// Two sets of rows for one level. All pairs are ordered, each cell with itself among them.
+/// Two sets of rows for one level. All pairs are ordered and include each cell with itself.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Against {
-    /// Pairs in their rows.
+    /// Pairs in the other tool's rows.
     pub theirs: u64,
     /// Pairs in our rows: not proven hidden.
     pub ours: u64,
     /// Pairs in both.
     pub both: u64,
-    /// Pairs in their rows only. Each is proven hidden.
+    /// Pairs only in the other tool's rows. Each is proven hidden.
     pub refuted: u64,
-    /// Pairs of theirs that are theirs only one way: a sees b, b doesn't see a.
+    /// Pairs that the other tool has in one direction only: a sees b, b does not see a.
     pub one_way: u64,
-    /// Of `one_way`, those that are proven hidden. For the others they lack the way back.
+    /// Pairs of `one_way` that are proven hidden. For the rest the other tool lacks the reverse pair.
     pub one_way_refuted: u64,
-    /// Pairs that they lack and that may be visible: neither proven hidden nor on a known line.
+    /// Pairs that the other tool lacks and that may be visible: neither proven hidden nor on a known line.
     pub undecided: u64,
-    /// Pairs that they lack and that a line proves, ascending, each with that line from its first cell to its second. For
+    /// Pairs that the other tool lacks and a line proves, ascending, each with that line from its first cell to its second. For
     /// neighbours it is a point of their portal.
     pub lost: Vec<Line>,
 }
 
-/// Puts rows of another tool beside a result for the same level.
+/// Compares rows of another tool with a result for the same level.
 ///
 /// # Panics
 ///
-/// If `theirs` isn't square with a row for each cell.
+/// If `theirs` is not square with a row for each cell.
 pub fn against(level: &Level, vis: &Vis, theirs: &BitMatrix) -> Against {
     let n = level.cells;
     assert_eq!((theirs.rows(), theirs.columns()), (n, n), "a row and a column for each cell");
@@ -50,7 +50,7 @@ pub fn against(level: &Level, vis: &Vis, theirs: &BitMatrix) -> Against {
     }
 }
 
-/// The pairs that are witnessed and not theirs, each with the first line that passes both.
+/// The witnessed pairs that `theirs` lacks, each with the first line that passes both cells.
 fn lost(level: &Level, vis: &Vis, theirs: &BitMatrix) -> Vec<Line> {
     let mut wanted = BitMatrix::new(level.cells, level.cells);
     for a in 0..level.cells {

@@ -1,13 +1,13 @@
-//! `vis`: both sides of what can be seen through a ready portal graph.
+//! `vis`: lower and upper bounds of visibility in a finished portal graph.
 //!
-//! A pair of cells sees each other where a straight line passes a chain of portals from one to the other. Each pair ends up
-//! *witnessed* (a line that passes is known), *separated* (no chain lets a line through) or *undecided*.
+//! Two cells see each other if a straight line passes a chain of portals between them. Each pair ends up *witnessed* (such a line
+//! is known), *separated* (no chain lets a line through) or *undecided*.
 //!
-//! [`vis`] is the main path: `lines` finds most of what is visible, the portal flow of [`enfilade::pvs`] decides the rest, and
-//! each chain that it believes in becomes a line, too. [`why()`] tells the proof of a pair.
+//! [`vis`] is the main path: `lines` finds most visible pairs, the portal flow of [`enfilade::pvs`] decides the rest, and each
+//! chain that it accepts becomes a line, too. [`why()`] gives the proof of a pair.
 //!
-//! What is proven is proven for the graph: that lines stay inside a cell between two of its portals is the file's promise. It
-//! holds where cells are convex, as leaves and clusters of a level's tree are.
+//! Proofs hold for the graph: the file guarantees that lines stay inside a cell between two of its portals. This is true for
+//! convex cells, such as leaves and clusters of a level's tree.
 
 #[cfg(feature = "quake")]
 pub mod bsp;
@@ -37,12 +37,12 @@ use lines::Walker;
 use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::Xxh3;
 
-/// How to work.
+/// Options of `vis`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 pub struct VisOptions {
     /// Seed of the random lines.
     pub seed: u64,
-    /// Most flow steps that the search from one directed portal may take; what it has not decided then counts as visible.
+    /// Maximum flow steps for the search from one directed portal; its undecided pairs then count as visible.
     pub steps: u64,
     /// Random lines from each directed portal, before any search.
     pub lines: u64,
@@ -59,15 +59,15 @@ impl Default for VisOptions {
 pub struct Line {
     /// The cells at its ends.
     pub cells: [u32; 2],
-    /// A point in the first portal's window; or, for part of a line so thin that rounding would move it, before that.
+    /// A point in the first portal's window; or before it, for a part of a line so thin that rounding would move it.
     pub from: DVec3,
-    /// A point in the last portal's window; or likewise beyond that.
+    /// A point in the last portal's window; or likewise beyond it.
     pub to: DVec3,
     /// The portals that it crosses, in order, as `2 * portal + side`: side 0 leads from `cells[0]` to `cells[1]`, side 1 back.
     pub portals: Vec<u32>,
 }
 
-/// What it took.
+/// Work counters.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct VisStats {
     /// Random lines followed.
@@ -76,20 +76,20 @@ pub struct VisStats {
     pub steps: u64,
     /// Directed portals whose search ran out of steps.
     pub capped: u64,
-    /// Chains of portals that were asked exactly, because windows left it open whether a line passes.
+    /// Chains of portals that were tested exactly, because windows left them undecided.
     pub exact_asked: u64,
-    /// Those that no line passes.
+    /// Chains that no line passes.
     pub exact_refuted: u64,
-    /// Those that a line passes.
+    /// Chains that a line passes.
     pub exact_lines: u64,
 }
 
-/// Both sides.
+/// Both bounds.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Vis {
-    /// Cells x cells, symmetric, the diagonal set: pairs that a line proves, and neighbours. A subset of `upper`.
+    /// Cells x cells, symmetric, with the diagonal: pairs that a line proves, and neighbours. A subset of `upper`.
     pub lower: BitMatrix,
-    /// Cells x cells, symmetric, the diagonal set: pairs not proven hidden.
+    /// Cells x cells, symmetric, with the diagonal: pairs not proven hidden.
     pub upper: BitMatrix,
     /// Lines that prove `lower`: each pair lies along at least one of them, or shares a portal.
     pub lines: Vec<Line>,
@@ -97,21 +97,21 @@ pub struct Vis {
     pub stats: VisStats,
 }
 
-/// Called with both sides as they stand: after the flood, after the random lines, after each round of searches; `lower` never
-/// falls and `upper` never rises. In the end the result has pairs, too, that a line proves only through gaps that rounding made. The
-/// counts are the same on every run; what time it is, the caller knows.
+/// Called with both bounds after the flood, after the random lines and after each round of searches; `lower` never falls and
+/// `upper` never rises. The final result adds pairs that a line proves only through gaps made by rounding. Counts are the same on
+/// every run; times are the caller's.
 pub type Follow<'a> = &'a dyn Fn(&Bounds);
 
-/// Both sides at some moment of a run.
+/// Both bounds at some moment of a run.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Bounds {
-    /// What is done by then: `might-see`, `lines`, or a round of `flow`.
+    /// The stage that has ended: `might-see`, `lines`, or a round of `flow`.
     pub stage: &'static str,
     /// Flow steps so far.
     pub steps: u64,
-    /// Ordered pairs of cells, each with itself too, that are known to see each other.
+    /// Ordered pairs of cells that are proven to see each other, including each with itself.
     pub lower: u64,
-    /// The same, that are not proven hidden.
+    /// Likewise: pairs not proven hidden.
     pub upper: u64,
 }
 
@@ -121,7 +121,7 @@ pub enum VisError {
     /// The caller stopped it.
     #[error(transparent)]
     Stopped(#[from] Stopped),
-    /// A portal names a cell that isn't there.
+    /// A portal names a missing cell.
     #[error("portal {portal} leads to cell {cell}, but there are only {cells}")]
     NoSuchCell {
         /// Index of the portal.
@@ -133,7 +133,7 @@ pub enum VisError {
     },
 }
 
-/// Digest of everything that the result depends on: what a [journal](enfilade::job::Journal) belongs to.
+/// Digest of all inputs of the result; identifies a [journal](enfilade::job::Journal).
 pub fn digest(level: &Level, options: &VisOptions) -> Digest {
     let of_numbers = |numbers: &[u64]| {
         let mut hash = Xxh3::new();
@@ -150,10 +150,10 @@ pub fn digest(level: &Level, options: &VisOptions) -> Digest {
     Digest { input: hash.digest128(), options, build: 0 }
 }
 
-/// Decides what can be seen from each cell of `level`. Without `follow`, nothing is counted on the way, and parts of the level that no
-/// portal joins are worked out one after the other.
+/// Computes both bounds for each cell of `level`. Without `follow`, nothing is counted on the way, and disconnected parts of the
+/// level are processed one after the other.
 ///
-/// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
+/// The result is the same on every run, for any number of threads, and after an interruption.
 ///
 /// # Errors
 ///
@@ -161,37 +161,37 @@ pub fn digest(level: &Level, options: &VisOptions) -> Digest {
 pub fn vis(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
     check(level)?;
     if follow.is_some() {
-        return joined(level, options, follow, work);
+        return vis_joined(level, options, follow, work);
     }
     let parts = parts::parts(level);
     if let [part] = &parts[..]
         && part.cells.len() == level.cells
     {
-        return joined(&part.level, options, None, work);
+        return vis_joined(&part.level, options, None, work);
     }
     let mut all = Vis::of_none(level.cells);
     for part in parts {
-        all.take(&part, joined(&part.level, options, None, work)?);
+        all.take(&part, vis_joined(&part.level, options, None, work)?);
     }
     Ok(all)
 }
 
-/// What [`vis_rows`] keeps of a level.
+/// Result of [`vis_rows`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct VisRows {
-    /// By cell, the cells that are not proven hidden from it, itself among them, ascending.
+    /// By cell, the cells that are not proven hidden from it, including itself, ascending.
     pub rows: Vec<Vec<u32>>,
-    /// Ordered pairs that see each other, and that are not proven hidden; each cell with itself among them.
+    /// Ordered pairs that are proven to see each other, including each cell with itself.
     pub lower_pairs: u64,
-    /// Likewise.
+    /// Likewise: pairs not proven hidden.
     pub upper_pairs: u64,
-    /// Number of lines that prove the former.
+    /// Number of lines that prove `lower_pairs`.
     pub lines: usize,
     /// Counters.
     pub stats: VisStats,
 }
 
-/// As [`vis`], whose journal it can go on from, for who only needs rows: takes memory for the largest of the parts that no portal joins, and for what is visible.
+/// As [`vis`], with the same journal, for rows only. Memory depends on the largest connected part and on the visible pairs.
 ///
 /// # Errors
 ///
@@ -201,7 +201,7 @@ pub fn vis_rows(level: &Level, options: &VisOptions, work: &Job<'_>) -> Result<V
     let mut all = VisRows { rows: (0..level.cells as u32).map(|cell| vec![cell]).collect(), ..VisRows::default() };
     (all.lower_pairs, all.upper_pairs) = (level.cells as u64, level.cells as u64);
     for part in parts::parts(level) {
-        let Vis { lower, upper, lines, stats } = joined(&part.level, options, None, work)?;
+        let Vis { lower, upper, lines, stats } = vis_joined(&part.level, options, None, work)?;
         let itself = part.cells.len() as u64;
         all.lower_pairs += lower.count_ones() - itself;
         all.upper_pairs += upper.count_ones() - itself;
@@ -214,9 +214,9 @@ pub fn vis_rows(level: &Level, options: &VisOptions, work: &Job<'_>) -> Result<V
     Ok(all)
 }
 
-/// Decides a level whose parts aren't looked at.
-fn joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
-    // 1. The portals, and a cheap superset of what each sees.
+/// Computes a level without looking for parts.
+fn vis_joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work: &Job<'_>) -> Result<Vis, VisError> {
+    // 1. The portals, and a cheap superset of the cells that each sees.
     work.tell("might-see", 0.0);
     let net = net(level);
     let might_see = MightSee::new(&net);
@@ -226,7 +226,7 @@ fn joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work:
         }
     };
 
-    // 2. Random lines: most of what is visible.
+    // 2. Random lines find most visible pairs.
     work.tell("lines", 0.0);
     let walker = Walker::new(level, &net);
     let mut lower = BitMatrix::new(level.cells, level.cells);
@@ -239,7 +239,7 @@ fn joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work:
     let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
     bounds("lines", 0, &lower, flooded);
 
-    // 3. Flow: searches for every pair that is left, in rounds.
+    // 3. Flow: searches for every remaining pair, in rounds.
     let mut pairs = Cells::new(&net, might_see, &lower, options.steps, |_| true);
     let all = level.cells as u64 * level.cells as u64;
     for k in 0..pairs.rounds() {
@@ -254,7 +254,7 @@ fn joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work:
         bounds("flow", pairs.tally.steps, &lower, all - pairs.hidden.count_ones());
     }
 
-    // 4. What is not hidden may be visible; and what lines prove only through gaps that rounding made, too.
+    // 4. Pairs that are not hidden may be visible; so are pairs that lines prove only through gaps made by rounding.
     let mut upper = BitMatrix::new(level.cells, level.cells);
     for i in 0..level.cells {
         (0..level.cells).filter(|&j| !pairs.hidden.get(i, j)).for_each(|j| _ = upper.set(i, j));
@@ -271,7 +271,7 @@ fn joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, work:
     Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
 }
 
-/// Ordered pairs of cells that the flood leaves possible, both ways; neighbours are.
+/// Ordered pairs of cells that the flood leaves possible in both directions, and neighbours.
 fn flooded(net: &Net, might_see: &MightSee) -> u64 {
     let mut rows = BitMatrix::new(net.cells, net.cells);
     for i in 0..net.cells {
@@ -281,7 +281,7 @@ fn flooded(net: &Net, might_see: &MightSee) -> u64 {
     (0..net.cells).map(|i| rows.ones(i).filter(|&j| rows.get(j, i)).count() as u64).sum()
 }
 
-/// That every portal leads to cells that are there.
+/// Checks that every portal leads to existing cells.
 fn check(level: &Level) -> Result<(), VisError> {
     let cells = level.cells;
     for (portal, p) in level.portals.iter().enumerate() {
@@ -292,14 +292,14 @@ fn check(level: &Level) -> Result<(), VisError> {
     Ok(())
 }
 
-/// Corners within this fraction of the level's size of their winding's plane were meant to lie in it.
+/// Corners within this fraction of the level's size of their winding's plane count as in the plane.
 const COPLANAR: f64 = 1e-8;
-/// Of rounded coordinates, so are those within so many times the farthest that a corner is off its own winding, but no more than so many
-/// times the rounding. Larger: slits are lost. Smaller: portals of one wall see each other through gaps that rounding made, and such
-/// pairs stay undecided.
+/// For rounded coordinates: corners also count as in the plane within this multiple of the largest distance of a corner from its
+/// own winding, up to this multiple of the rounding. Larger: slits are lost. Smaller: portals of one wall see each other through
+/// gaps made by rounding, and such pairs stay undecided.
 const ROUNDED: [f64; 2] = [2.0, 4.0];
 
-/// How far corners are from a plane that they were meant to lie in, at most, as far as rounding tells.
+/// Greatest distance of corners from their intended plane, as far as rounding explains it.
 fn coplanar(level: &Level) -> f64 {
     let off = |winding: &[DVec3]| {
         let plane = plane(winding);
@@ -317,7 +317,7 @@ fn plane(winding: &[DVec3]) -> Plane {
     Plane::through(middle, newell(&relative).normalize_or_zero())
 }
 
-/// A level's portals, laid out for flow. Every cell that they name is there.
+/// A level's portals, prepared for flow. All their cells exist.
 fn net(level: &Level) -> Net {
     let portals: Vec<NetPortal<'_>> =
         level.portals.iter().map(|p| NetPortal { cells: p.cells, plane: plane(&p.winding), winding: &p.winding }).collect();

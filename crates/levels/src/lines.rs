@@ -1,8 +1,8 @@
-//! Lines: which cells a straight line passes, with a margin that makes it a proof, and random ones.
+//! Lines: the cells that a straight line passes, with a margin that makes it a proof; and random lines.
 //!
-//! Based on: Bittner, Mattausch, Wonka, Havran, Wimmer, *Adaptive global visibility sampling*, 2009: a line serves every pair
-//! of cells that it passes. Lines start in random points of portals and aim at random points of portals that might be seen
-//! from there, half of them; the others take any direction.
+//! Based on: Bittner, Mattausch, Wonka, Havran, Wimmer, *Adaptive global visibility sampling*, 2009: a line serves every pair of
+//! cells that it passes. Lines start at random points of portals. Half of them aim at random points of portals that might be
+//! visible from there; the others take any direction.
 
 use super::{Level, Line};
 use enfilade::BitMatrix;
@@ -17,16 +17,16 @@ use enfilade::random::Prng;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// A line that rises less than this over a portal's plane, a unit of its length, runs along it.
+/// A line with a smaller slope against a portal's plane runs along it.
 const ALONG: f64 = 1e-9;
 
-/// Directed portals whose random lines one task follows.
+/// Directed portals per task.
 const TASK: usize = 64;
 
-/// Tasks between two looks at what is known by then.
+/// Tasks between two updates of the known pairs.
 const BATCH: usize = 16;
 
-/// A line keeps this many times the rounding of coordinates away from the edges of every window that it passes.
+/// Distance of a line from the edges of windows, in multiples of the rounding of coordinates.
 const MARGIN: f64 = 4.0;
 
 /// The portals of a net, for lines.
@@ -34,11 +34,11 @@ pub(super) struct Walker<'n> {
     level: &'n Level,
     net: &'n Net,
     margin: f64,
-    /// Corners are rounded to multiples of this power of two before they are asked exactly.
+    /// Corners are rounded to multiples of this power of two for exact tests.
     grid: f64,
-    /// The plane of each directed portal; none that a line can pass where there is none.
+    /// The plane of each directed portal; a degenerate one, which no line can pass, if it has none.
     planes: Vec<Plane>,
-    /// Planes through the edges of each, normals pointing out of the window, and where those of each portal begin.
+    /// Planes through the edges of each portal, normals pointing out of the window, and where each portal's begin.
     edges: Vec<Plane>,
     first_edge: Vec<u32>,
 }
@@ -48,7 +48,7 @@ pub(super) struct Walker<'n> {
 pub(crate) struct Walk {
     /// Directed portals that it crosses, in order.
     pub portals: Vec<u32>,
-    /// Points in the first and in the last of them.
+    /// Points in the first and the last of them.
     pub ends: [DVec3; 2],
 }
 
@@ -63,7 +63,7 @@ impl<'n> Walker<'n> {
             if let Some(plane) = plane {
                 let mut a = window.corner(window.len() - 1);
                 for b in window.iter() {
-                    // Edges as short as rounding have no direction; the ones beside them close the gap.
+                    // Edges as short as rounding have no direction; their neighbours close the gap.
                     edges.extend((b - a).cross(plane.n).try_normalize().map(|n| Plane::through(a, n)));
                     a = b;
                 }
@@ -74,7 +74,7 @@ impl<'n> Walker<'n> {
         Self { level, net, margin: MARGIN * net.slack.strict, grid, planes, edges, first_edge }
     }
 
-    /// Where a line crosses a portal the way it leads, if it does so inside the window.
+    /// Distance at which a line crosses a portal in its direction, if it does so inside the window.
     #[inline]
     fn hit(&self, portal: usize, origin: DVec3, direction: DVec3) -> Option<f64> {
         let plane = &self.planes[portal];
@@ -111,12 +111,12 @@ impl<'n> Walker<'n> {
         t
     }
 
-    /// The whole line through two points that crosses `portal`, both ways as far as it goes; `None` where it misses it.
+    /// The whole line through two points that crosses `portal`, in both directions; false if it misses the portal.
     pub fn walk(&self, portal: usize, [a, b]: [DVec3; 2], walk: &mut Walk) -> bool {
         walk.portals.clear();
         let Some(direction) = (b - a).try_normalize() else { return false };
         let Some(t) = self.hit(portal, a, direction) else { return false };
-        // Backwards first, so that the list can be turned round.
+        // Backwards first; the list is then reversed.
         let start = -self.follow(self.net.twin[portal] as usize, -t, a, -direction, &mut walk.portals);
         walk.portals.reverse();
         walk.portals.iter_mut().for_each(|p| *p = self.net.twin[*p as usize]);
@@ -132,7 +132,7 @@ impl<'n> Walker<'n> {
         first.into_iter().chain(walk.portals.iter().map(|&p| self.net.target[p as usize]))
     }
 
-    /// A walk as the caller of `vis` sees it.
+    /// A walk in the form that `vis` returns.
     pub fn line(&self, walk: &Walk) -> Line {
         let [first, last] = [walk.portals[0], walk.portals[walk.portals.len() - 1]].map(|p| p as usize);
         let [from, to] = walk.ends;
@@ -144,10 +144,10 @@ impl<'n> Walker<'n> {
         }
     }
 
-    /// Asks exactly whether a line passes a chain.
+    /// Tests exactly whether a line passes a chain.
     ///
-    /// Corners are rounded first, to what flow takes for touching: a file's -320.0000000000001 beside -320 would else be a slit,
-    /// but no line that is made of numbers like these passes it. A line that is found holds for the corners as they are.
+    /// Corners are rounded first, to the tolerance of flow: otherwise a file's -320.0000000000001 beside -320 would be a slit
+    /// that no real line passes. A line that is found holds for the original corners.
     pub fn ask(&self, chain: &[u32]) -> Answer {
         if chain.iter().any(|&p| self.net.plane(p as usize).is_none()) {
             return Answer::Open; // nothing is known of that portal
@@ -160,7 +160,7 @@ impl<'n> Walker<'n> {
         }
     }
 
-    /// True where a line crosses the planes of `chain` one after the other, or several at once.
+    /// Whether a line crosses the planes of `chain` in order; several may coincide.
     fn in_order(&self, chain: &[u32], [a, b]: [DVec3; 2]) -> bool {
         let (a, Some(direction)) = (a - self.net.origin, (b - a).try_normalize()) else { return false };
         let mut last = f64::NEG_INFINITY;
@@ -223,8 +223,8 @@ impl Prover for Walker<'_> {
     }
 }
 
-/// Follows `count` random lines from each directed portal. Sets all pairs of cells along each in `lower`; returns those lines
-/// that set any.
+/// Follows `count` random lines from each directed portal. Sets all pairs of cells along each in `lower`; returns the lines that
+/// set any.
 pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, seed: u64, count: u64, lower: &mut BitMatrix) -> Vec<Walk> {
     let net = walker.net;
     let portals: Vec<usize> = (0..net.portals()).filter(|&p| net.plane(p).is_some()).collect();
@@ -263,7 +263,7 @@ pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, seed: u64, count
     kept
 }
 
-/// Sets all pairs of cells along a line. True where some were not known before.
+/// Sets all pairs of cells along a line. Returns true if some were new.
 pub(super) fn keep(walker: &Walker<'_>, walk: &Walk, lower: &mut BitMatrix) -> bool {
     let more = shows_more(walker.cells(walk), lower);
     if more {
@@ -278,12 +278,12 @@ pub(super) fn keep(walker: &Walker<'_>, walk: &Walk, lower: &mut BitMatrix) -> b
     more
 }
 
-/// True where two of these cells are not known to see each other.
+/// Whether any two of these cells are not yet known to see each other.
 fn shows_more(cells: impl Iterator<Item = u32> + Clone, known: &BitMatrix) -> bool {
     after(cells).any(|(a, mut rest)| rest.any(|b| !known.get(a as usize, b as usize)))
 }
 
-/// Each item, with those after it.
+/// Each item with the items after it.
 fn after<I: Iterator<Item = u32> + Clone>(mut items: I) -> impl Iterator<Item = (u32, I)> {
     std::iter::from_fn(move || items.next().map(|a| (a, items.clone())))
 }

@@ -1,28 +1,28 @@
-//! Parts of a level that no portal joins. No line leads from one to another, so each is worked out by itself: time and memory follow what
-//! can be come to, and not the square of what there is.
+//! Connected parts of a level. No line leads from one to another, so each is processed alone: time and memory follow the
+//! reachable pairs, not the square of all cells.
 
 use super::{Level, LevelPortal, Line, Vis, VisStats};
 use enfilade::BitMatrix;
 
-/// Cells that portals join, with those portals; ascending.
+/// A connected set of cells with its portals; ascending.
 pub(super) struct Part {
     /// Its cells, by the level's numbers.
     pub cells: Vec<u32>,
     /// Its portals, by the level's numbers.
     portals: Vec<u32>,
-    /// The same as a level of its own.
+    /// The part as a separate level.
     pub level: Level,
 }
 
-/// The parts that have portals, by their first cells. Every cell that portals name is there.
+/// The parts with portals, by their first cells. All cells of portals exist.
 pub(super) fn parts(level: &Level) -> Vec<Part> {
-    // 1. The least cell that each is joined to.
+    // 1. The least cell in each part.
     let mut least: Vec<u32> = (0..level.cells as u32).collect();
     for portal in &level.portals {
         let [a, b] = portal.cells.map(|cell| root(&mut least, cell));
         least[a.max(b) as usize] = a.min(b);
     }
-    // 2. Cells and portals by that.
+    // 2. Cells and portals by part.
     let mut parts: Vec<Part> = Vec::new();
     let mut number = vec![None; level.cells];
     for (p, portal) in level.portals.iter().enumerate() {
@@ -39,7 +39,7 @@ pub(super) fn parts(level: &Level) -> Vec<Part> {
         }
     }
     parts.sort_by_key(|part| part.cells[0]);
-    // 3. Levels of their own.
+    // 3. The parts as levels.
     for part in &mut parts {
         let place = |cell: u32| part.cells.partition_point(|&c| c < cell) as u32;
         let portal = |&p: &u32| {
@@ -52,7 +52,7 @@ pub(super) fn parts(level: &Level) -> Vec<Part> {
     parts
 }
 
-/// The least cell that a cell is known to be joined to.
+/// The least cell known to be connected with a cell.
 fn root(least: &mut [u32], mut cell: u32) -> u32 {
     while least[cell as usize] != cell {
         let above = least[least[cell as usize] as usize];
@@ -63,7 +63,7 @@ fn root(least: &mut [u32], mut cell: u32) -> u32 {
 }
 
 impl Part {
-    /// A line of the part in the level.
+    /// A line of the part, in the level's numbers.
     fn line(&self, line: Line) -> Line {
         let cells = line.cells.map(|cell| self.cells[cell as usize]);
         let portals = line.portals.into_iter().map(|p| 2 * self.portals[p as usize / 2] + p % 2).collect();
@@ -72,14 +72,14 @@ impl Part {
 }
 
 impl Vis {
-    /// Of cells that see nothing but themselves.
+    /// The result for cells that see only themselves.
     pub(super) fn of_none(cells: usize) -> Self {
         let mut alone = BitMatrix::new(cells, cells);
         (0..cells).for_each(|cell| _ = alone.set(cell, cell));
         Self { lower: alone.clone(), upper: alone, lines: Vec::new(), stats: VisStats::default() }
     }
 
-    /// Takes over what was found in a part.
+    /// Adds the result of a part.
     pub(super) fn take(&mut self, part: &Part, found: Vis) {
         for (all, found) in [(&mut self.lower, &found.lower), (&mut self.upper, &found.upper)] {
             for (row, &cell) in part.cells.iter().enumerate() {
@@ -92,7 +92,7 @@ impl Vis {
 }
 
 impl VisStats {
-    /// Adds what something else took.
+    /// Adds other counters.
     pub fn add(&mut self, other: &Self) {
         let Self { lines, steps, capped, exact_asked, exact_refuted, exact_lines } = other;
         self.lines += lines;

@@ -1,4 +1,4 @@
-//! Why a pair is in the rows or not: the line, or the chains of portals and what ends them.
+//! Why a pair is in the rows or not: the line, or the chains of portals and the proof that ends each.
 
 use super::lines::{Walk, Walker};
 use super::{Level, Line, Vis, VisError, VisOptions, check, net};
@@ -12,36 +12,35 @@ use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
-/// The answer to: why is this pair in the rows, or not?
+/// The reason why a pair is in the rows or not.
 #[derive(Clone, PartialEq, Debug)]
 pub enum PairProof {
-    /// They see each other: a line from one to the other. For neighbours it is a point of their portal, for a cell and itself
-    /// it has no portals.
+    /// They see each other: a line from one to the other. For neighbours it is a point of their portal; for a cell and itself it
+    /// has no portals.
     Witnessed(Line),
-    /// No line passes: each chain of portals that leads from the first cell to the second ends in one of these. None at all:
-    /// the planes of the portals alone leave no chain.
+    /// No line passes: each chain of portals from the first cell to the second ends in one of these. Empty: the planes of the
+    /// portals alone leave no chain.
     Separated(Vec<ChainProof>),
-    /// Not decided: a chain of portals (`2 * portal + side`) that may or may not let a line through. Empty where the search
-    /// ran out of steps.
+    /// Undecided: a chain of portals (`2 * portal + side`) that may let a line through. Empty if the search ran out of steps.
     Undecided(Vec<u32>),
 }
 
-/// The proof that no line goes on to the goal from a chain of portals.
+/// The proof that no line reaches the goal beyond a chain of portals.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ChainProof {
     /// Portals, as `2 * portal + side`, from the first cell on.
     pub chain: Vec<u32>,
-    /// All that lines through the chain meet beyond it is inside these planes, and inside them no way through portals leads to
-    /// the goal. Empty: no line passes the chain at all.
+    /// All points that lines through the chain reach beyond it are inside these planes, and no path through portals inside them
+    /// leads to the goal. Empty: no line passes the chain at all.
     pub planes: Vec<Plane>,
-    /// Where it took the exact question to know that no line passes the chain: sums, one for each part of the lines, told apart
-    /// by which side they pass of edges that are none of the windings'. Each is zero for every line, though a line of its part
-    /// that passes the chain would make every term positive. Corners are rounded as far as rounding has moved them already.
+    /// If an exact test proved that no line passes the chain: sums, one for each part of the lines; the parts differ by the side
+    /// on which lines pass edges that belong to no winding. Each sum is zero for every line, but a line of its part that passes
+    /// the chain would make every term positive. Corners are rounded within the rounding of the file.
     pub sums: Vec<Vec<Term>>,
 }
 
-/// Why cells `a` and `b` are in the rows of `vis`, or not. Proofs of separation are searched for anew, from `a` and if that is
-/// not enough from `b`; chains are told from the cell that they were found from.
+/// Why cells `a` and `b` are in the rows of `vis`, or not. Proofs of separation are searched again, from `a` and if necessary
+/// from `b`; chains start at the cell from which they were found.
 ///
 /// # Errors
 ///
@@ -115,7 +114,7 @@ impl Line {
     }
 }
 
-/// Looks for `goal` from `cell`.
+/// Searches for `goal` from `cell`.
 fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> PairProof {
     let walker = Recorder { walker: Walker::new(level, net), open: Mutex::default(), sums: Mutex::default() };
     let mut wanted = vec![0; net.cells.div_ceil(64)];
@@ -134,7 +133,7 @@ fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, 
         return PairProof::Undecided(ids(&open));
     }
     if let Some(walk) = goals.into_proofs().first() {
-        // Only where the rows were made with other lines.
+        // Only if the rows were made with other lines.
         let line = walker.walker.line(walk);
         return PairProof::Witnessed(line);
     }
@@ -148,7 +147,7 @@ fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, 
     PairProof::Separated(search.ends.take().unwrap_or_default().into_iter().map(separation).collect())
 }
 
-/// Keeps what came of chains that were asked exactly.
+/// Keeps the results of exact tests.
 struct Recorder<'n> {
     walker: Walker<'n>,
     /// The last chain that stayed open.

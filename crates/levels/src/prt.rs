@@ -1,6 +1,6 @@
-//! Portal files (`.prt`), as level compilers write them for their vis: what joins which cluster, and which leaf lies in which.
+//! Portal files (`.prt`) of level compilers: the portals between clusters, and the cluster of each leaf.
 //!
-//! Three dialects of one idea, in text, a record a line:
+//! Three dialects of a text format, a record per line:
 //!
 //! ```text
 //! PRT1      clusters, portals; then the portals. Every leaf is a cluster.
@@ -9,8 +9,8 @@
 //! portal    points a b (x y z) (x y z) ...      counter-clockwise seen from b
 //! ```
 //!
-//! The reader is strict: each count, index and number is checked, nothing is allocated on the word of a header, and the first
-//! fault is reported with its line and the name of the field. It has no limit on points that silently changes anything.
+//! The reader is strict: it checks each count, index and number, allocates nothing for unchecked counts, and reports the first
+//! fault with its line and field. No limit silently changes the data.
 
 use crate::{FARTHEST, Level, LevelPortal, MOST_CLUSTERS};
 use enfilade::geom::newell;
@@ -18,22 +18,22 @@ use glam::DVec3;
 use std::fmt;
 use std::str::Lines;
 
-/// A winding with less of its circumscribed square's area than this has none: its normal is rounding.
+/// Least ratio of a winding's area to its circumscribed square; below it the normal is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Corners may lie this far off their portal's plane, and outside each other's edges, in the level's units. Tools that round to
-/// three decimals stay below a tenth of it; compilers that write full doubles are at 1e-12. Larger: what passes "through" a
-/// portal is no longer one question. Smaller: rounded files are refused.
+/// Greatest distance of corners from their portal's plane, and outside of each other's edges, in the level's units. Tools that
+/// round to three decimals stay below a tenth of it; compilers that write full doubles are at 1e-12. Larger: passing a portal
+/// becomes ambiguous. Smaller: rounded files are refused.
 pub const FLATNESS: f64 = 0.01;
-/// Most corners of a portal.
+/// Maximum corners of a portal.
 pub const MOST_POINTS: usize = 1024;
-/// Clusters that no portal leads to, at most; a level has a few of them, a false header any number.
+/// Maximum clusters without portals; a level has a few of them, a false header any number.
 pub const MOST_ISOLATED: u64 = 1024;
 
-/// Which grammar a file follows.
+/// Grammar of a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Dialect {
-    /// `PRT1`: leaves are clusters (Quake's own tools; Quake 2's call them clusters).
+    /// `PRT1`: leaves are clusters (Quake's tools; those of Quake 2 call them clusters).
     Prt1,
     /// `PRT2`: leaves listed by cluster.
     Prt2,
@@ -62,49 +62,49 @@ pub struct Prt {
     pub leaves: Vec<u32>,
 }
 
-/// Characters that editors put at the beginning or the end of a text.
+/// Characters that editors add at the beginning or the end of a text.
 const UNSEEN: [(char, &str); 3] = [('\u{feff}', "a byte-order mark"), ('\u{1a}', "Ctrl-Z"), ('\0', "a zero byte")];
 
-/// What is wrong, and where.
+/// The fault and its place.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[error("line {line}, {field}: {fault}")]
 pub struct PrtError {
-    /// Line of the file, from 1; one past the last where something is missing at the end.
+    /// Line of the file, from 1; one past the last if something is missing at the end.
     pub line: usize,
-    /// Which field: `magic`, `clusters`, `points`, `first cluster`, `point 3 y`, ...
+    /// The field: `magic`, `clusters`, `points`, `first cluster`, `point 3 y`, ...
     pub field: String,
-    /// What is wrong with it.
+    /// The fault.
     pub fault: PrtFault,
 }
 
-/// What can be wrong with a portal file.
+/// Faults of a portal file.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrtFault {
     /// Bytes that are not UTF-8.
     #[error("not text")]
     NotText,
-    /// A character that some editors leave behind and nobody sees.
-    #[error("U+{:04X} ({name}) is no part of a portal file; save it as plain text without that", u32::from(*.character))]
+    /// An invisible character left by an editor.
+    #[error("U+{:04X} ({name}) is not allowed in a portal file; save it as plain text", u32::from(*.character))]
     Unseen {
         /// The character.
         character: char,
         /// Its name.
         name: &'static str,
     },
-    /// Neither of the three magics.
-    #[error("'{0}' begins no portal file; PRT1, PRT2 and PRT1-AM are read")]
+    /// Another magic.
+    #[error("a portal file does not begin with '{0}'; PRT1, PRT2 and PRT1-AM are supported")]
     NotPrt(String),
-    /// A dialect that is not read.
-    #[error("a {0} portal file is not read; PRT1, PRT2 and PRT1-AM are")]
+    /// An unsupported dialect.
+    #[error("{0} portal files are not supported; PRT1, PRT2 and PRT1-AM are")]
     Dialect(&'static str),
-    /// Nothing where something is due.
+    /// A missing field.
     #[error("missing")]
     Missing,
-    /// Not what is due.
-    #[error("'{0}' where {1} is due")]
+    /// An unexpected field.
+    #[error("'{0}' instead of {1}")]
     Unexpected(String, &'static str),
-    /// A whole number beyond what it may be.
+    /// A whole number out of its range.
     #[error("{value} is not in {least}..={most}")]
     OutOfRange {
         /// The number.
@@ -114,7 +114,7 @@ pub enum PrtFault {
         /// Greatest allowed.
         most: u64,
     },
-    /// A coordinate that is infinite, no number, or absurdly far.
+    /// A coordinate that is infinite, NaN or too far away.
     #[error("'{0}' is not within {FARTHEST:e} of the origin")]
     Coordinate(String),
     /// A portal that joins a cluster with itself.
@@ -129,22 +129,22 @@ pub enum PrtFault {
     /// A winding that turns the wrong way, or twice around.
     #[error("not convex: a point is {0} outside an edge, more than {FLATNESS}")]
     NotConvex(f64),
-    /// More than the grammar has.
+    /// Text after the end of a line or the file.
     #[error("'{0}' follows the end")]
     Trailing(String),
-    /// More clusters than the portals can account for.
-    #[error("{clusters} are promised, but portals lead to {named} only")]
+    /// More clusters than portals lead to.
+    #[error("the header has {clusters}, but portals lead to only {named}")]
     Isolated {
         /// In the header.
         clusters: u64,
-        /// Named by portals.
+        /// Number that portals lead to.
         named: u64,
     },
     /// A leaf that is in two clusters, or twice in one.
-    #[error("leaf {0} is listed before")]
+    #[error("leaf {0} is listed twice")]
     LeafTwice(u32),
-    /// Clusters' lists don't hold every leaf.
-    #[error("{promised} are promised, {found} are listed")]
+    /// Lists of clusters that do not hold every leaf.
+    #[error("the header has {promised}, the lists have {found}")]
     Leaves {
         /// In the header.
         promised: u64,
@@ -171,14 +171,14 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
     }
     let mut reader = Reader { lines: text.lines(), line: 0, decimals: 0 };
 
-    // 1. The grammar, and how much of everything is promised.
+    // 1. The grammar and the counts of the header.
     let dialect = reader.magic()?;
     let before = if dialect == Dialect::Prt2 { Some(reader.count("leaves", u64::from(u32::MAX))?) } else { None };
     let clusters = reader.count("clusters", MOST_CLUSTERS)?;
     let portal_count = reader.count("portals", u64::from(u32::MAX / 2))?;
     let leaf_count = match (dialect, before) {
         (_, Some(leaves)) => leaves,
-        // Where there are no clusters there is none for a leaf to lie in.
+        // Without clusters there can be no leaves.
         (Dialect::Prt1Am, None) => reader.count("leaves", if clusters > 0 { u64::from(u32::MAX) } else { 0 })?,
         (_, None) => clusters,
     };
@@ -186,7 +186,7 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
         reader.refuse_quake3()?;
     }
 
-    // 2. Portals, and who is named by them.
+    // 2. Portals and the clusters that they name.
     let clusters_line = if dialect == Dialect::Prt2 { 3 } else { 2 };
     let mut portals = Vec::new();
     for _ in 0..portal_count {
@@ -201,7 +201,7 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
         return Err(PrtError { line: clusters_line, field: "clusters".into(), fault });
     }
 
-    // 3. Which leaf is where.
+    // 3. The cluster of each leaf.
     let leaves = match dialect {
         Dialect::Prt1 => (0..clusters as u32).collect(),
         Dialect::Prt2 => reader.leaves_by_cluster(clusters, leaf_count)?,
@@ -215,9 +215,9 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
 /// Lines, without blank ones.
 struct Reader<'t> {
     lines: Lines<'t>,
-    /// Of the line read last; one past the last at the end.
+    /// Of the last line read; one past the last line at the end.
     line: usize,
-    /// Most decimals of a coordinate.
+    /// Greatest number of decimals in a coordinate.
     decimals: usize,
 }
 
@@ -232,17 +232,17 @@ impl<'t> Reader<'t> {
         }
     }
 
-    fn due(&mut self, field: &str) -> Result<Fields<'t>, PrtError> {
+    fn expect(&mut self, field: &str) -> Result<Fields<'t>, PrtError> {
         self.next().ok_or_else(|| PrtError { line: self.line, field: field.into(), fault: PrtFault::Missing })
     }
 
     fn magic(&mut self) -> Result<Dialect, PrtError> {
-        let mut fields = self.due("magic")?;
+        let mut fields = self.expect("magic")?;
         let dialect = match fields.next() {
             Some("PRT1") => Dialect::Prt1,
             Some("PRT2") => Dialect::Prt2,
             Some("PRT1-AM") => Dialect::Prt1Am,
-            // Half-Life's tools begin with the number of leaves.
+            // Half-Life's files begin with the number of leaves.
             Some(n) if n.parse::<u32>().is_ok() => {
                 return Err(fields.error("magic", PrtFault::Dialect("Half-Life")));
             }
@@ -257,13 +257,13 @@ impl<'t> Reader<'t> {
 
     /// A line with one count.
     fn count(&mut self, field: &str, most: u64) -> Result<u64, PrtError> {
-        let mut fields = self.due(field)?;
+        let mut fields = self.expect(field)?;
         let count = fields.whole(field, 0, most)?;
         fields.end(field)?;
         Ok(count)
     }
 
-    /// Quake 3's begin alike, but count solid faces, too: a line with one number where a portal is due.
+    /// Quake 3's files begin alike, but also count solid faces: a line with one number in place of a portal.
     fn refuse_quake3(&mut self) -> Result<(), PrtError> {
         let mut ahead = Reader { lines: self.lines.clone(), line: self.line, decimals: 0 };
         let Some(mut fields) = ahead.next() else { return Ok(()) };
@@ -272,7 +272,7 @@ impl<'t> Reader<'t> {
     }
 
     fn portal(&mut self, clusters: u64) -> Result<LevelPortal, PrtError> {
-        let mut fields = self.due("portal")?;
+        let mut fields = self.expect("portal")?;
         let points = fields.whole("points", 3, MOST_POINTS as u64)?;
         let most = clusters.saturating_sub(1);
         let a = fields.whole("first cluster", 0, most)? as u32;
@@ -289,18 +289,18 @@ impl<'t> Reader<'t> {
         Ok(LevelPortal { cells: [a, b], winding })
     }
 
-    /// A line a cluster, its leaves ended by -1.
+    /// A line per cluster: its leaves, ended by -1.
     fn leaves_by_cluster(&mut self, clusters: u64, leaves: u64) -> Result<Vec<u32>, PrtError> {
         let mut listed = Vec::new();
         for cluster in 0..clusters as u32 {
             let field = format!("leaves of cluster {cluster}");
-            let mut fields = self.due(&field)?;
+            let mut fields = self.expect(&field)?;
             while !fields.ends_with_minus_one() {
                 listed.push((fields.whole(&field, 0, leaves.saturating_sub(1))? as u32, cluster, self.line));
             }
             fields.end(&field)?;
         }
-        // Each once, so in order they are 0, 1, 2, ...
+        // Each once, so sorted they are 0, 1, 2, ...
         listed.sort_unstable();
         if let Some(twice) = listed.windows(2).find(|w| w[0].0 == w[1].0) {
             let (leaf, cluster, line) = twice[1];
@@ -313,19 +313,19 @@ impl<'t> Reader<'t> {
         Ok(listed.into_iter().map(|(_, cluster, _)| cluster).collect())
     }
 
-    /// A line a leaf.
+    /// A line per leaf.
     fn cluster_by_leaf(&mut self, clusters: u64, leaves: u64) -> Result<Vec<u32>, PrtError> {
         let mut list = Vec::new();
         for leaf in 0..leaves {
             let field = format!("cluster of leaf {leaf}");
-            let mut fields = self.due(&field)?;
+            let mut fields = self.expect(&field)?;
             list.push(fields.whole(&field, 0, clusters.saturating_sub(1))? as u32);
             fields.end(&field)?;
         }
         Ok(list)
     }
 
-    /// Half of the last place of all coordinates; 0 where they have so many that they are not rounded.
+    /// Half a unit of the coordinates' last decimal; 0 if they have enough decimals to count as exact.
     fn rounding(&self) -> f64 {
         if self.decimals > MOST_DECIMALS { 0.0 } else { 0.5 * 10f64.powi(-(self.decimals as i32)) }
     }
@@ -338,10 +338,10 @@ impl<'t> Reader<'t> {
     }
 }
 
-/// Coordinates with more decimals than this are those of doubles, as they are.
+/// Coordinates with more decimals count as exact doubles.
 const MOST_DECIMALS: usize = 9;
 
-/// Decimals of a number; more than any has where it has an exponent.
+/// Decimals of a number; above the maximum if it has an exponent.
 fn decimals_of(text: &str) -> usize {
     match text.split_once('.') {
         _ if text.contains(['e', 'E']) => MOST_DECIMALS + 1,
@@ -350,7 +350,7 @@ fn decimals_of(text: &str) -> usize {
     }
 }
 
-/// The fields of a line: what stands between blanks, brackets on their own.
+/// The fields of a line, separated by blanks; brackets are fields.
 struct Fields<'t> {
     line: usize,
     rest: &'t str,
@@ -372,16 +372,16 @@ impl<'t> Fields<'t> {
         PrtError { line: self.line, field: field.into(), fault }
     }
 
-    fn due(&mut self, field: &str) -> Result<&'t str, PrtError> {
+    fn expect(&mut self, field: &str) -> Result<&'t str, PrtError> {
         self.next().ok_or_else(|| self.error(field, PrtFault::Missing))
     }
 
-    fn unexpected(&self, field: &str, found: &str, due: &'static str) -> PrtError {
-        self.error(field, PrtFault::Unexpected(found.chars().take(32).collect(), due))
+    fn unexpected(&self, field: &str, found: &str, expect: &'static str) -> PrtError {
+        self.error(field, PrtFault::Unexpected(found.chars().take(32).collect(), expect))
     }
 
     fn whole(&mut self, field: &str, least: u64, most: u64) -> Result<u64, PrtError> {
-        let text = self.due(field)?;
+        let text = self.expect(field)?;
         let value: i64 = text.parse().map_err(|_| self.unexpected(field, text, "a whole number"))?;
         match u64::try_from(value) {
             Ok(n) if (least..=most).contains(&n) => Ok(n),
@@ -389,7 +389,7 @@ impl<'t> Fields<'t> {
         }
     }
 
-    /// True, and read, where -1 comes next.
+    /// Reads -1 if it comes next.
     fn ends_with_minus_one(&mut self) -> bool {
         let before = self.rest;
         let found = self.next() == Some("-1");
@@ -406,7 +406,7 @@ impl<'t> Fields<'t> {
         let mut p = [0.0; 3];
         for (value, axis) in p.iter_mut().zip(["x", "y", "z"]) {
             let field = format!("{name} {axis}");
-            let text = self.due(&field)?;
+            let text = self.expect(&field)?;
             let number: f64 = text.parse().map_err(|_| self.unexpected(&field, text, "a number"))?;
             if !(-FARTHEST..=FARTHEST).contains(&number) {
                 return Err(self.error(&field, PrtFault::Coordinate(text.chars().take(32).collect())));
@@ -418,10 +418,10 @@ impl<'t> Fields<'t> {
         Ok(DVec3::from_array(p))
     }
 
-    fn bracket(&mut self, field: &str, bracket: &str, due: &'static str) -> Result<(), PrtError> {
-        match self.due(field)? {
+    fn bracket(&mut self, field: &str, bracket: &str, expect: &'static str) -> Result<(), PrtError> {
+        match self.expect(field)? {
             found if found == bracket => Ok(()),
-            found => Err(self.unexpected(field, found, due)),
+            found => Err(self.unexpected(field, found, expect)),
         }
     }
 
@@ -433,13 +433,13 @@ impl<'t> Fields<'t> {
     }
 }
 
-/// Whether a winding has an area, is flat and convex.
+/// Checks that a winding has an area, is flat and convex.
 fn sound(winding: &[DVec3]) -> Result<(), PrtFault> {
     let middle = enfilade::geom::middle(winding);
     let around: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
     let normal = newell(&around);
     let reach = around.iter().map(|p| p.length()).fold(0.0, f64::max);
-    // Below this, the normal is nothing but rounding.
+    // Below this the normal is rounding.
     if normal.length() <= reach * reach * ROUNDING {
         return Err(PrtFault::NoArea);
     }
@@ -448,7 +448,7 @@ fn sound(winding: &[DVec3]) -> Result<(), PrtFault> {
     if off > FLATNESS {
         return Err(PrtFault::NotPlanar(off));
     }
-    // Every point is on the inner side of every edge: convex, and once around.
+    // Every point is on the inner side of every edge: convex and winding once.
     for (&a, &b) in around.iter().zip(around.iter().cycle().skip(1)) {
         let Some(inwards) = normal.cross(b - a).try_normalize() else { continue };
         let outside = around.iter().map(|p| inwards.dot(a - *p)).fold(0.0, f64::max);

@@ -1,9 +1,9 @@
-//! Rows as text: a line a cell, `c n: id id id ...`, `c` itself among the ids, ids ascending.
+//! Rows as text: a line per cell, `c n: id id id ...`, with `c` among the ids, ids ascending.
 
 use enfilade::BitMatrix;
 use std::io::{self, Write};
 
-/// What is wrong, and where.
+/// The fault and its place.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("line {line}, {field}: {fault}")]
 pub struct RowsError {
@@ -11,11 +11,11 @@ pub struct RowsError {
     pub line: usize,
     /// `cell`, `number of ids`, `id 7`, ...
     pub field: String,
-    /// What is wrong with it.
+    /// The fault.
     pub fault: RowsFault,
 }
 
-/// What can be wrong with rows.
+/// Faults of rows.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RowsFault {
@@ -30,28 +30,28 @@ pub enum RowsFault {
         /// Cells of the level.
         cells: usize,
     },
-    /// No `:`, or nothing where a number is due.
+    /// A missing `:` or number.
     #[error("missing")]
     Missing,
     /// Not a whole number.
     #[error("'{0}' is not a whole number")]
     NotANumber(String),
     /// Lines are in order, from 0.
-    #[error("{found} where {due} is due")]
+    #[error("{found} instead of {due}")]
     Order {
         /// The number found.
         found: u32,
-        /// The number due.
+        /// The expected number.
         due: u32,
     },
-    /// An id of no cell.
-    #[error("{0} is no cell")]
+    /// An id without a cell.
+    #[error("{0} is not a cell")]
     NoSuchCell(u32),
     /// Ids ascend.
     #[error("{0} is not above the id before it")]
     NotAscending(u32),
     /// The number before the `:` is wrong.
-    #[error("{promised} ids are promised, {found} follow")]
+    #[error("{promised} ids are announced, {found} follow")]
     Count {
         /// The number before the `:`.
         promised: u32,
@@ -67,16 +67,16 @@ pub enum RowsFault {
 ///
 /// # Errors
 ///
-/// Those of `out`.
+/// Errors of writing to `out`.
 pub fn write_rows(rows: &BitMatrix, out: &mut dyn Write) -> io::Result<()> {
     (0..rows.rows()).try_for_each(|row| write_row(row, rows.count_row(row) as usize, rows.ones(row), out))
 }
 
-/// Writes square rows that are lists of ids, ascending.
+/// Writes square rows given as ascending lists of ids.
 ///
 /// # Errors
 ///
-/// Those of `out`.
+/// Errors of writing to `out`.
 pub fn write_lists(rows: &[Vec<u32>], out: &mut dyn Write) -> io::Result<()> {
     let ids = |row: &[u32]| row.iter().map(|&id| id as usize).collect::<Vec<_>>();
     rows.iter().enumerate().try_for_each(|(i, row)| write_row(i, row.len(), ids(row).into_iter(), out))
@@ -97,7 +97,7 @@ fn write_row(row: usize, count: usize, ids: impl Iterator<Item = usize>, out: &m
 ///
 /// # Errors
 ///
-/// The first fault, with its line and field. Memory is taken only once the file has a line for every cell.
+/// The first fault, with its line and field. Memory is only allocated once the file has a line for every cell.
 pub fn read_rows(bytes: &[u8], cells: usize) -> Result<BitMatrix, RowsError> {
     let at = |line: usize, field: &str, fault: RowsFault| RowsError { line, field: field.into(), fault };
     let text = std::str::from_utf8(bytes).map_err(|e| {

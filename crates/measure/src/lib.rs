@@ -1,6 +1,6 @@
-//! Judges of a bake: they share nothing with it but the scene and the file.
+//! Judges of a bake: they share only the scene and the file with it.
 //!
-//! [`verify`] is `check`, [`walkthrough`] is `walk`, [`pages`] is `report`, [`exact`] is what is visible from a point, without sampling.
+//! [`verify`] is `check`, [`walkthrough`] is `walk`, [`pages`] is `report`, and [`exact`] is exact visibility from a point.
 
 pub mod exact;
 pub mod pages;

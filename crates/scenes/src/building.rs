@@ -1,4 +1,4 @@
-//! What a generator makes: a model, and what is known of it.
+//! The result of a generator: a model and the facts about it.
 
 use super::facts::Facts;
 use super::model::{Material, Model};
@@ -8,18 +8,18 @@ use super::solid::cuboid;
 use enfilade::scene::Role;
 use glam::DVec3;
 
-/// What each generator hands back.
+/// The result of a generator.
 pub(super) struct Building {
     pub name: String,
     pub seed: u64,
-    /// What the caller counted, and how many of each.
+    /// Kinds that the generator counted, with their numbers.
     pub counted: Vec<(&'static str, usize)>,
     pub model: Model,
     pub facts: Facts,
     pub path: CameraPath,
 }
 
-/// The ground around and under a plan, `margin` metres wider on every side, its top where the ground floor's slab stands.
+/// The ground around and under a plan, `margin` metres wider on every side; its top is the underside of the ground floor's slab.
 pub(super) fn ground(model: &mut Model, plan: &Plan, margin: f64) {
     let ends = |pick: fn(&PlanRoom) -> [i32; 2]| {
         let (from, to) = plan.rooms.iter().map(pick).fold((i32::MAX, i32::MIN), |(a, b), r| (a.min(r[0]), b.max(r[1])));

@@ -1,16 +1,16 @@
 //! Two cities of one size, dense and sparse: buildings and trees at random on a plane, in a scene graph of four levels.
 //!
-//! Based on: V. Cunha, M. Leitão, *Exploração da Remoção Hierárquica por Oclusão em Simulações em Tempo Real*, ISEP, undated
-//! (its latest reference is of 2008). From there come the levels (root, groups, areas, objects; 1,024 square areas, 4 x 4 of
-//! them to a group), the numbers of objects (table 1), the share of the plane (2 % and 22 %), and that places, sizes and turns
-//! of buildings are random.
+//! Based on: V. Cunha, M. Leitão, *Exploração da Remoção Hierárquica por Oclusão em Simulações em Tempo Real*, ISEP, undated (its
+//! latest reference is of 2008). From it: the levels (root, groups, areas, objects; 1,024 square areas, 4 x 4 of them per group),
+//! the numbers of objects (table 1), the share of the plane (2 % and 22 %), and the random places, sizes and rotations of
+//! buildings.
 //!
-//! Other than there:
+//! Differences:
 //! * Objects don't overlap, and a street runs along every area's border, so that a camera can walk.
-//! * Buildings alone take up the share of the plane, to a ten-thousandth of it; the study counts all objects, roughly.
+//! * Buildings alone cover this share of the plane, within a ten-thousandth of it; the study counts all objects, roughly.
 //! * A building is one to three boxes on each other, not a model of thousands of vertices.
-//! * The plane's size, the heights and the way of the camera aren't published. The camera goes at a steady speed from where
-//!   buildings stand all around to the rim, where half of the view is empty.
+//! * The plane's size, the heights and the camera path aren't published. Here the camera moves at a steady speed from a
+//!   place with buildings all around to the rim, where half of the view is empty.
 
 use super::building::Building;
 use super::facts::Facts;
@@ -24,31 +24,31 @@ use glam::{DAffine3, DMat3, DVec2, DVec3};
 /// Random streams.
 const SIZES: u64 = 1;
 const PLACES: u64 = 2;
-/// Areas along the city's edge, and along a group's.
+/// Areas along the city's edge and along a group's edge.
 const AREAS: usize = 32;
 const GROUPED: usize = 4;
 /// Edge of an area, metres: with it a building of the dense city is 15 m square on average.
 const AREA: f64 = 160.0;
 /// Width of the streets between areas, metres.
 const STREET: f64 = 8.0;
-/// Least passage between two objects, metres. With less nobody walks through; with 6 m some buildings of the dense city find
-/// no place any more, and the search doesn't end.
+/// Narrowest passage between two objects, metres. Less: nobody can walk through. At 6 m some buildings of the dense city find no
+/// place, and the search doesn't end.
 const PASSAGE: f64 = 2.0;
-/// Edges of a building before all are fitted to their share of the plane, metres.
+/// Range of a building's edges before they are scaled to their share of the plane, metres.
 const EDGES: [f64; 2] = [8.0, 22.0];
 /// Height of a storey, metres.
 const STOREY: f64 = 3.0;
 /// Metres from one frame to the next.
 const STEP: f64 = 1.0;
-/// Crossings of streets where the camera turns, counted in areas.
+/// Street crossings where the camera turns, in areas.
 const WAY: [(u32, u32); 6] = [(24, 16), (27, 16), (27, 13), (30, 13), (30, 11), (32, 11)];
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// Rounded to millimetres, which keeps the file short.
-fn tidy(x: f64) -> f64 {
+/// Rounds to millimetres, to keep the file short.
+fn round_mm(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
@@ -86,24 +86,24 @@ pub(super) fn city(dense: bool, seed: u64) -> Building {
     }
     model.leave();
 
-    let way = WAY.map(|(x, z)| v(f64::from(x) * AREA, 0.0, f64::from(z) * AREA));
+    let waypoints = WAY.map(|(x, z)| v(f64::from(x) * AREA, 0.0, f64::from(z) * AREA));
     let counted = vec![("buildings", buildings), ("trees", trees), ("areas", areas), ("groups", groups * groups)];
-    let path = CameraPath::along(&way, STEP);
+    let path = CameraPath::along(&waypoints, STEP);
     Building { name: name.into(), seed, counted, model, facts: Facts::default(), path }
 }
 
-/// Sizes of footprints whose areas add up to `total` square metres.
+/// Random footprints with a total area of `total` square metres.
 fn footprints(count: usize, total: f64, rng: &mut Prng) -> Vec<DVec2> {
     let [least, most] = EDGES;
     let mut sizes: Vec<DVec2> = (0..count).map(|_| DVec2::new(rng.range(least, most), rng.range(least, most))).collect();
     let fit = (total / sizes.iter().map(|s| s.x * s.y).sum::<f64>()).sqrt();
     for size in &mut sizes {
-        *size = (*size * fit).map(tidy);
+        *size = (*size * fit).map(round_mm);
     }
     sizes
 }
 
-/// Deals `count` things to `areas` as evenly as can be; chance says where one more is.
+/// Distributes `count` things over `areas` as evenly as possible; the remainder goes to random areas.
 fn deal(count: usize, areas: usize, rng: &mut Prng) -> Vec<usize> {
     let mut dealt: Vec<usize> = (0..areas).map(|i| count / areas + usize::from(i < count % areas)).collect();
     rng.shuffle(&mut dealt);
@@ -114,7 +114,7 @@ fn deal(count: usize, areas: usize, rng: &mut Prng) -> Vec<usize> {
 struct Plot {
     middle: DVec2,
     half: DVec2,
-    /// Cosine and sine of how far it is turned.
+    /// Cosine and sine of its rotation.
     turn: (f64, f64),
 }
 
@@ -125,13 +125,13 @@ impl Plot {
         [DVec2::new(c, -s), DVec2::new(s, c)]
     }
 
-    /// How far it reaches from its middle along a direction.
+    /// Half its extent along a direction.
     fn reach(&self, direction: DVec2) -> f64 {
         let [u, w] = self.axes();
         self.half.x * u.dot(direction).abs() + self.half.y * w.dot(direction).abs()
     }
 
-    /// True where a line along an edge of either one parts them, [`PASSAGE`] wide.
+    /// True if a line along an edge of either separates them by [`PASSAGE`].
     fn is_clear_of(&self, other: &Self) -> bool {
         let way = other.middle - self.middle;
         let parts = |axis: &DVec2| way.dot(*axis).abs() >= self.reach(*axis) + other.reach(*axis) + PASSAGE;
@@ -142,21 +142,21 @@ impl Plot {
 struct Area<'m> {
     model: &'m mut Model,
     name: String,
-    /// Its least corner, in (x, z).
+    /// Its lowest corner, in (x, z).
     low: DVec2,
-    /// What stands there.
+    /// Occupied plots.
     plots: Vec<Plot>,
 }
 
 impl Area<'_> {
-    /// Takes a random place for a rectangle, off the streets and clear of the others. In three dense cities no search was longer
-    /// than 82 places; the mean was 4.
+    /// Finds a random free place for a rectangle, off the streets and clear of other plots. In three dense cities the longest
+    /// search took 82 tries, the mean 4.
     fn take(&mut self, size: DVec2, rng: &mut Prng) -> &Plot {
         let mut plot = Plot { middle: DVec2::ZERO, half: size / 2.0, turn: turn(rng.unit()) };
         loop {
             let margin = DVec2::new(plot.reach(DVec2::X), plot.reach(DVec2::Y)) + STREET / 2.0;
             let at = margin + (DVec2::splat(AREA) - 2.0 * margin) * DVec2::new(rng.unit(), rng.unit());
-            plot.middle = (self.low + at).map(tidy);
+            plot.middle = (self.low + at).map(round_mm);
             if self.plots.iter().all(|other| plot.is_clear_of(other)) {
                 self.plots.push(plot);
                 return &self.plots[self.plots.len() - 1];
@@ -164,7 +164,7 @@ impl Area<'_> {
         }
     }
 
-    /// Buildings with these footprints, the largest first, while there is most room.
+    /// Adds buildings with these footprints, the largest first, while there is most room.
     fn build(&mut self, mut sizes: Vec<DVec2>, rng: &mut Prng) {
         sizes.sort_by(|a, b| (b.x * b.y).total_cmp(&(a.x * a.y)));
         for (i, size) in sizes.into_iter().enumerate() {
@@ -180,24 +180,24 @@ impl Area<'_> {
         }
     }
 
-    /// Trees of 3 to 5 m across.
+    /// Adds trees 3 to 5 m wide.
     fn plant(&mut self, count: usize, rng: &mut Prng) {
         for i in 0..count {
-            let across = tidy(rng.range(3.0, 5.0));
+            let across = round_mm(rng.range(3.0, 5.0));
             let placement = placement(self.take(DVec2::splat(across), rng), 1.8 * across);
             self.model.place(format!("{}/t{i:02}", self.name), Role::Furnishing, placement, "tree", Material::Leaf, tree);
         }
     }
 }
 
-/// Stretches a solid of 1 x 1 x 1 m, its origin in the middle of its foot, to a plot and a height.
+/// Scales a solid of 1 x 1 x 1 m, with its origin in the middle of its base, to a plot and a height.
 fn placement(plot: &Plot, height: f64) -> DAffine3 {
     let [u, w] = plot.axes().map(|axis| v(axis.x, 0.0, axis.y));
     let linear = DMat3::from_cols(u * (2.0 * plot.half.x), DVec3::Y * height, w * (2.0 * plot.half.y));
     DAffine3::from_mat3_translation(linear, v(plot.middle.x, 0.0, plot.middle.y))
 }
 
-/// Square boxes on each other as one closed solid: edge and upper end of each.
+/// Square boxes on top of each other as one closed solid: edge and upper end of each.
 fn stack(boxes: &[(f64, f64)]) -> Solid {
     let ring = |edge: f64, y: f64| {
         [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, z)| v(x * edge, 2.0 * y, z * edge) / 2.0)

@@ -1,14 +1,13 @@
 //! An offshore platform: four decks of modules, full of pipes with flanges, valves and clips, of beams, gratings, railings,
 //! vessels and machines.
 //!
-//! It stands in for a model that isn't public, the platform P-38 of P. Ivson, *Técnicas de Otimização para Visualização de
-//! Modelos Massivos*, PUC-Rio, 2006, section 6.1. From there come 90,867 objects with 4,717,749 vertices, and that most of
-//! them have few triangles and that they are spread unevenly in space (section 6.4.4). All else is made up: modules of 16 m
-//! in four decks 8 m apart, a third of them closed (a blast wall or a room around all that is in it); each module has as
-//! much as chance gives it; pipes go in runs, from elbow to elbow. The camera goes round the platform first, where all of it
-//! is in view, and then along the passages of the second deck.
+//! It replaces a model that isn't public, the platform P-38 of P. Ivson, *Técnicas de Otimização para Visualização de Modelos
+//! Massivos*, PUC-Rio, 2006, section 6.1. From it: 90,867 objects with 4,717,749 vertices, most of them with few triangles and
+//! spread unevenly in space (section 6.4.4). The rest is made up: modules of 16 m in four decks 8 m apart, a third of them closed
+//! (by a blast wall or a room around their contents), with random amounts of objects; pipes run from elbow to elbow. The camera
+//! first circles the platform with all of it in view, then follows the passages of the second deck.
 //!
-//! A platform of fewer objects has fewer modules. Objects may stick in each other.
+//! A platform with fewer objects has fewer modules. Objects may intersect.
 
 mod parts;
 
@@ -28,24 +27,22 @@ const FILLING: u64 = 2;
 const DECKS: usize = 4;
 const EDGE: f64 = 16.0;
 const HEIGHT: f64 = 8.0;
-/// Objects of a module in the mean.
+/// Mean number of objects per module.
 const A_MODULE: f64 = 946.0;
-/// Width of the passages along a module's sides towards -x and -z, metres.
+/// Width of the passages along a module's sides at -x and -z, metres.
 const PASSAGE: f64 = 2.0;
-/// Shares of modules that are rooms of sheet with a gate, that have a blast wall, and whose floor is a plate and not
-/// gratings.
+/// Shares of modules with a sheet-metal room and gate, with a blast wall, and with a plate floor instead of gratings.
 const ROOMS: f64 = 0.3;
 const WALLS: f64 = 0.4;
 const PLATES: f64 = 0.7;
-/// Radii of pipes, metres: those towards the front are likelier.
+/// Radii of pipes, metres: the first ones are likelier.
 const RADII: [f64; 10] = [0.02, 0.03, 0.04, 0.05, 0.08, 0.1, 0.15, 0.2, 0.3, 0.4];
-/// From which of these on a pipe has more sides.
+/// Index of the radius from which a pipe has more sides.
 const MIDDLE: usize = 4;
 const THICK: usize = 7;
-/// A straight pipe that would be shorter than so many of its radii ends the run.
+/// A straight pipe shorter than this, in radii, ends the run.
 const SHORTEST: f64 = 8.0;
-/// The camera's distance from the middle at first and at last, in widths of the platform; how often it goes round meanwhile;
-/// frames.
+/// The camera's first and last distance from the middle, in widths of the platform; its revolutions; its frames.
 const DISTANCES: [f64; 2] = [1.4, 0.8];
 const ROUND: f64 = 0.75;
 const FRAMES: usize = 300;
@@ -57,23 +54,23 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// Rounded to millimetres, which keeps the file short.
-fn tidy(x: f64) -> f64 {
+/// Rounds to millimetres, to keep the file short.
+fn round_mm(x: f64) -> f64 {
     (x * 1e3).round() / 1e3
 }
 
-/// Stretched and moved, with +x along `along` and +y along `up` (unit vectors at a right angle).
+/// Scales, rotates and moves: +x to `along`, +y to `up` (perpendicular unit vectors).
 fn placed(at: DVec3, [along, up]: [DVec3; 2], stretch: DVec3) -> DAffine3 {
     let turned = DMat3::from_cols(along * stretch.x, up * stretch.y, along.cross(up) * stretch.z);
-    DAffine3::from_mat3_translation(turned, at.map(tidy))
+    DAffine3::from_mat3_translation(turned, at.map(round_mm))
 }
 
-/// Upright, stretched.
+/// Scales and moves.
 fn upright(at: DVec3, stretch: DVec3) -> DAffine3 {
     placed(at, [DVec3::X, DVec3::Y], stretch)
 }
 
-/// A platform of so many objects.
+/// A platform of `objects` objects.
 pub(super) fn deck(objects: usize, seed: u64) -> Building {
     let site = Site::of(objects);
     let mut model = Model::default();
@@ -115,7 +112,7 @@ pub(super) fn deck(objects: usize, seed: u64) -> Building {
     Building { name: "deck".into(), seed, counted, model, facts: Facts::default(), path: site.path() }
 }
 
-/// Legs under the platform, and what stands on top: a helideck and two lattices.
+/// Legs under the platform, and the parts on top: a helideck and two lattices.
 const LEGS: usize = 8;
 const OUTBOARD: usize = LEGS + 3;
 
@@ -126,24 +123,24 @@ struct Site {
 }
 
 impl Site {
-    /// Half as long again as wide, about.
+    /// About one and a half times as long as wide.
     fn of(objects: usize) -> Self {
         let modules = (objects as f64 / (DECKS as f64 * A_MODULE)).round().max(1.0) as usize;
         let rows = ((modules as f64 / 1.5).sqrt().round() as usize).max(1);
         Self { columns: modules.div_ceil(rows), rows }
     }
 
-    /// Of a deck.
+    /// Modules per deck.
     fn modules(&self) -> usize {
         self.columns * self.rows
     }
 
-    /// The far corner of the topmost deck.
+    /// Size of the platform, metres.
     fn size(&self) -> DVec3 {
         v(self.columns as f64 * EDGE, DECKS as f64 * HEIGHT, self.rows as f64 * EDGE)
     }
 
-    /// Deals objects to the modules of all decks, some five times as many to one as to another.
+    /// Distributes objects to the modules of all decks; some get five times as many as others.
     fn shares(&self, objects: usize, rng: &mut Prng) -> Vec<usize> {
         let weights: Vec<f64> = (0..DECKS * self.modules()).map(|_| 0.4 + 1.8 * rng.unit() * rng.unit()).collect();
         let total: f64 = weights.iter().sum();
@@ -168,7 +165,7 @@ impl Site {
         Module { model, name, low, rim, inner, left: share, made: 0 }
     }
 
-    /// Round the platform from afar, then along passages on the second deck.
+    /// Around the platform from afar, then along passages on the second deck.
     fn path(&self) -> CameraPath {
         let (size, middle) = (self.size(), self.size() * 0.5);
         let width = size.x.max(size.z);
@@ -187,16 +184,16 @@ impl Site {
     }
 }
 
-/// A module while it is being filled; it closes its group in the end.
+/// A module under construction; it closes its group when dropped.
 struct Module<'m> {
     model: &'m mut Model,
     name: String,
     low: DVec3,
-    /// Whether its sides towards -z, -x, +z and +x are the platform's.
+    /// Whether its sides towards -z, -x, +z and +x are at the platform's edge.
     rim: [bool; 4],
-    /// Corners of the space that is filled.
+    /// Corners of its space for equipment.
     inner: [DVec3; 2],
-    /// Objects that it may still have.
+    /// Remaining objects.
     left: usize,
     made: usize,
 }
@@ -218,7 +215,7 @@ impl Module<'_> {
         }
     }
 
-    /// Floor, beams, a column, railings, walls: what the rest hangs on.
+    /// Floor, beams, a column, railings, walls.
     fn build(&mut self, rng: &mut Prng) {
         let low = self.low;
         if rng.chance(PLATES) {
@@ -249,7 +246,7 @@ impl Module<'_> {
         }
     }
 
-    /// Along the sides that are the platform's, but across no passage.
+    /// Railings along the platform's edge, but not across passages.
     fn railings(&mut self) {
         let low = self.low;
         let sides = [
@@ -265,7 +262,7 @@ impl Module<'_> {
         }
     }
 
-    /// Thick pipes over the passages, from one end of the module to the other.
+    /// Thick pipes over the passages, through the whole module.
     fn headers(&mut self, rng: &mut Prng) {
         for along in [DVec3::X, DVec3::Z] {
             let across = v(along.z, 0.0, along.x);
@@ -281,7 +278,7 @@ impl Module<'_> {
         }
     }
 
-    /// Walls and a roof around all that comes now, with a gate.
+    /// Walls with a gate, and a roof around the equipment.
     fn room(&mut self, rng: &mut Prng) {
         let [low, high] = self.inner;
         let size = high - low + v(0.2, 0.0, 0.2);
@@ -292,7 +289,7 @@ impl Module<'_> {
             (v(high.x, low.y, high.z), DVec3::NEG_X, size.x),
             (v(high.x, low.y, low.z), DVec3::Z, size.z),
         ];
-        // A gate to either passage; the others have none.
+        // One of the walls beside a passage has the gate.
         let open = rng.below(2);
         for (i, (at, along, length)) in walls.into_iter().enumerate() {
             let part = if i == open { &parts::GATE } else { &parts::WALL };
@@ -301,19 +298,19 @@ impl Module<'_> {
         self.put(&parts::PLATE, upright(v(low.x, high.y, low.z), v(size.x, 1.0, size.z)));
     }
 
-    /// Equipment first, then runs of pipes and small things, until it has all its objects.
+    /// Equipment first, then pipe runs and small parts, until the module has all its objects.
     fn fill(&mut self, rng: &mut Prng) {
         for _ in 0..rng.below(4) {
             let at = self.floor(rng, 4.5);
             match rng.below(4) {
                 0 => self.vessel(at, rng),
                 1 => {
-                    let r = tidy(rng.range(0.8, 2.5));
-                    self.put(&parts::TANK, upright(at, v(r, tidy(rng.range(2.0, 6.0)), r)));
+                    let r = round_mm(rng.range(0.8, 2.5));
+                    self.put(&parts::TANK, upright(at, v(r, round_mm(rng.range(2.0, 6.0)), r)));
                 }
                 _ => {
                     for k in 0..1 + rng.below(3) {
-                        let (at, size) = (at + DVec3::Z * (1.6 * k as f64 - 1.6), tidy(rng.range(0.6, 1.4)));
+                        let (at, size) = (at + DVec3::Z * (1.6 * k as f64 - 1.6), round_mm(rng.range(0.6, 1.4)));
                         self.put(&parts::MACHINE, upright(at, DVec3::splat(size)));
                     }
                 }
@@ -328,21 +325,21 @@ impl Module<'_> {
         }
     }
 
-    /// A place on the floor, so far from the sides.
+    /// A random point of the floor, at least `margin` from the sides.
     fn floor(&self, rng: &mut Prng, margin: f64) -> DVec3 {
         let [low, high] = self.inner;
         v(rng.range(low.x + margin, high.x - margin), low.y - 0.2, rng.range(low.z + margin, high.z - margin))
     }
 
-    /// A place anywhere in the module.
+    /// A random point in the module.
     fn place(&self, rng: &mut Prng) -> DVec3 {
         let [low, high] = self.inner;
         low + (high - low) * v(rng.unit(), rng.unit(), rng.unit())
     }
 
-    /// A lying vessel, some with tubes inside.
+    /// A horizontal vessel, in some cases with tubes inside.
     fn vessel(&mut self, at: DVec3, rng: &mut Prng) {
-        let r = tidy(rng.range(0.6, 1.3));
+        let r = round_mm(rng.range(0.6, 1.3));
         let along = [DVec3::X, DVec3::Z][rng.below(2)];
         let placement = placed(at + DVec3::Y * (1.3 * r), [along, DVec3::Y], DVec3::splat(r));
         self.put(&parts::VESSEL, placement);
@@ -351,14 +348,14 @@ impl Module<'_> {
         }
     }
 
-    /// Straight pipes from elbow to elbow, with what is on them.
+    /// Straight pipes and elbows with their fittings.
     fn run(&mut self, rng: &mut Prng) {
         let luck = rng.unit();
         let size = (luck * luck * RADII.len() as f64) as usize;
         let (r, kind) = (RADII[size], usize::from(size >= MIDDLE) + usize::from(size >= THICK));
         let (mut at, mut along) = (self.place(rng), AXES[rng.below(6)]);
         for _ in 0..rng.steps(2, 8, 1) {
-            let length = tidy(self.room_ahead(at, along).min(6.0) * rng.range(0.3, 1.0));
+            let length = round_mm(self.room_ahead(at, along).min(6.0) * rng.range(0.3, 1.0));
             if length < SHORTEST * r {
                 return;
             }
@@ -375,14 +372,14 @@ impl Module<'_> {
         self.put(&parts::FLANGE, placed(at, [along, side(along)], DVec3::splat(r)));
     }
 
-    /// Metres to the module's side.
+    /// Distance to the module's side, metres.
     fn room_ahead(&self, at: DVec3, along: DVec3) -> f64 {
         let [low, high] = self.inner;
         let side = if along.min_element() < 0.0 { low } else { high };
         (side - at).dot(along)
     }
 
-    /// A pipe of a length and a radius; flanges, a valve and clips on it.
+    /// A straight pipe with flanges, a valve and clips.
     fn straight(&mut self, at: DVec3, axes: [DVec3; 2], [length, r]: [f64; 2], kind: usize, rng: &mut Prng) {
         self.put(&parts::PIPES[kind], placed(at, axes, v(length, r, r)));
         let on = |share: f64| at + axes[0] * (share * length);
@@ -395,18 +392,18 @@ impl Module<'_> {
             self.put(&parts::VALVE, placed(on(rng.range(0.6, 0.8)), [axes[0], side(axes[0])], DVec3::splat(r)));
         }
         for k in 1..=(length / 1.5) as u32 {
-            let (from, size) = (on(f64::from(k) * 1.5 / length), v(0.06, 2.4 * r, 2.6 * r).map(tidy));
+            let (from, size) = (on(f64::from(k) * 1.5 / length), v(0.06, 2.4 * r, 2.6 * r).map(round_mm));
             self.put(&parts::BLOCK, placed(from - axes[1] * (1.2 * r), axes, size));
         }
     }
 
-    /// One of what there are very many of.
+    /// A small part of a frequent kind.
     fn small(&mut self, rng: &mut Prng) {
         let at = self.place(rng);
         let axes = [[DVec3::X, DVec3::Y], [DVec3::Z, DVec3::Y]][rng.below(2)];
         let room = self.room_ahead(at, axes[0]).max(0.5);
-        // Mostly near the lower end.
-        let size = |rng: &mut Prng, low: f64, high: f64| tidy(low + (high - low) * rng.unit() * rng.unit() * rng.unit());
+        // Mostly near the lower bound.
+        let size = |rng: &mut Prng, low: f64, high: f64| round_mm(low + (high - low) * rng.unit() * rng.unit() * rng.unit());
         match rng.below(20) {
             0..=7 => {
                 let edges = v(size(rng, 0.04, 0.6), size(rng, 0.02, 0.5), size(rng, 0.04, 0.4));
@@ -417,9 +414,9 @@ impl Module<'_> {
                 self.put(&parts::GAUGE, placed(at, axes, DVec3::splat(edge)));
             }
             11..=12 => self.put(&parts::LAMP, placed(at, axes, DVec3::splat(0.3))),
-            13..=15 => self.put(&parts::PIPES[0], placed(at, axes, v(tidy(room), 0.012, 0.012))),
-            16..=17 => self.put(&parts::TRAY, placed(at, axes, v(tidy(room), 1.0, 1.0))),
-            18 => self.put(&parts::BEAM, placed(at, axes, v(tidy(room.min(4.0)), 0.5, 0.5))),
+            13..=15 => self.put(&parts::PIPES[0], placed(at, axes, v(round_mm(room), 0.012, 0.012))),
+            16..=17 => self.put(&parts::TRAY, placed(at, axes, v(round_mm(room), 1.0, 1.0))),
+            18 => self.put(&parts::BEAM, placed(at, axes, v(round_mm(room.min(4.0)), 0.5, 0.5))),
             _ => {
                 let at = self.floor(rng, 0.5);
                 self.put(&parts::CABINET, placed(at, axes, DVec3::ONE));
@@ -445,12 +442,12 @@ impl Module<'_> {
         let jib = 0.5 * size.x / BOOM;
         self.put(
             &parts::LATTICE,
-            placed(v(0.3 * size.x, size.y + 6.0, size.z), [DVec3::NEG_Y, DVec3::X], v(1.0, tidy(jib), 1.0)),
+            placed(v(0.3 * size.x, size.y + 6.0, size.z), [DVec3::NEG_Y, DVec3::X], v(1.0, round_mm(jib), 1.0)),
         );
     }
 }
 
-/// At a right angle to an axis: upwards, if it isn't upright itself.
+/// An axis perpendicular to another: y, unless that is vertical.
 fn side(along: DVec3) -> DVec3 {
     if along.y == 0.0 { DVec3::Y } else { DVec3::X }
 }

@@ -1,12 +1,12 @@
-//! What a generated building is known to hold: rooms, doors, windows, stairs, a way through it.
+//! Known contents of a generated building: rooms, doors, windows, stairs, a path through it.
 //!
-//! The facts come from the plan that the walls are built from, never from looking at the result, so that finding rooms and
-//! doors again can be scored against them.
+//! The facts come from the plan that the walls are built from, never from the finished mesh, so that the search for rooms and
+//! doors can be scored against them.
 
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
-/// What fills an opening in a wall.
+/// The fill of an opening in a wall.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Fill {
     /// A leaf: passable.
@@ -59,7 +59,7 @@ pub(super) struct Opening {
     pub(super) rooms: [Option<usize>; 2],
 }
 
-/// Stairs from one room up to another, and how one walks them.
+/// Stairs from one room up to another, and a path over them.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Stair {
     /// Lower room, upper room.
@@ -70,7 +70,7 @@ pub(super) struct Stair {
     pub(super) hole: [DVec3; 2],
 }
 
-/// All of it.
+/// All facts.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Facts {
     /// Name and height of the floor.
@@ -83,11 +83,11 @@ pub(super) struct Facts {
 }
 
 fn list(p: DVec3) -> [f64; 3] {
-    p.to_array().map(tidy)
+    p.to_array().map(rounded)
 }
 
-/// Rounded to a tenth of a millimetre, for people to read.
-fn tidy(x: f64) -> f64 {
+/// Rounds to a tenth of a millimetre, for readable files.
+fn rounded(x: f64) -> f64 {
     // Adding zero turns -0 into 0.
     (x * 1e4).round() / 1e4 + 0.0
 }
@@ -97,18 +97,18 @@ impl Facts {
         self.openings.iter().filter(|o| o.fill == fill).count()
     }
 
-    /// Rooms, doors and voids, in the form that `*.rooms.json` files have.
+    /// Rooms, doors and voids in the form of `*.rooms.json` files.
     pub(super) fn rooms_json(&self, source: &str) -> Value {
         let id = |room: Option<usize>| room.map(|r| self.rooms[r].id.clone());
         let rooms: Vec<Value> = self
             .rooms
             .iter()
             .map(|r| {
-                let ring: Vec<[f64; 2]> = r.footprint.iter().map(|p| [tidy(p.x), tidy(p.y)]).collect();
+                let ring: Vec<[f64; 2]> = r.footprint.iter().map(|p| [rounded(p.x), rounded(p.y)]).collect();
                 json!({
                     "id": r.id, "name": r.name, "storey": self.storeys[r.storey].0,
-                    "floor_y": tidy(r.height[0]), "ceiling_y": tidy(r.height[1]), "area_m2": tidy(r.area()),
-                    "footprint": [[ring]], "clear_floor_y": tidy(r.height[0]), "clear_ceiling_y": tidy(r.height[1]),
+                    "floor_y": rounded(r.height[0]), "ceiling_y": rounded(r.height[1]), "area_m2": rounded(r.area()),
+                    "footprint": [[ring]], "clear_floor_y": rounded(r.height[0]), "clear_ceiling_y": rounded(r.height[1]),
                 })
             })
             .collect();
@@ -124,8 +124,8 @@ impl Facts {
                 };
                 json!({
                     "id": format!("{kind}-{i}"), "kind": kind, "storey": self.storeys[o.storey].0,
-                    "centre": list(o.centre), "width": tidy(o.size.x), "height": tidy(o.size.y),
-                    "thickness": tidy(o.size.z), "normal": list(o.normal), "rooms": o.rooms.map(id),
+                    "centre": list(o.centre), "width": rounded(o.size.x), "height": rounded(o.size.y),
+                    "thickness": rounded(o.size.z), "normal": list(o.normal), "rooms": o.rooms.map(id),
                 })
             })
             .collect();
@@ -137,7 +137,7 @@ impl Facts {
         json!({
             "source": source, "units": "m", "up": "+Y",
             "note": "from the generator's own plan; door.rooms = [on the side the normal points to, on the other side]",
-            "storeys": self.storeys.iter().map(|(n, y)| json!({ "name": n, "elevation": tidy(*y) })).collect::<Vec<_>>(),
+            "storeys": self.storeys.iter().map(|(n, y)| json!({ "name": n, "elevation": rounded(*y) })).collect::<Vec<_>>(),
             "rooms": rooms, "doors": doors, "voids": voids,
         })
     }

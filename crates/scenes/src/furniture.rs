@@ -1,4 +1,4 @@
-//! Things that stand in rooms: each a few hundred triangles, its origin on the floor, its front towards +z.
+//! Furniture: each piece has a few hundred triangles, its origin on the floor, its front towards +z.
 
 use super::solid::{Solid, cuboid, lathe, loft, turn};
 use enfilade::random::Prng;
@@ -8,7 +8,7 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// A box by its middle on the floor plane, its foot and its size.
+/// A box from the middle of its base in plan, the height of its base and its size.
 fn block(x: f64, y: f64, z: f64, w: f64, h: f64, d: f64) -> Solid {
     cuboid(v(x - w / 2.0, y, z - d / 2.0), v(x + w / 2.0, y + h, z + d / 2.0))
 }
@@ -17,7 +17,7 @@ fn rod(x: f64, y: f64, z: f64, radius: f64, height: f64, segments: u32) -> Solid
     lathe(&[(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)], segments).at(v(x, y, z))
 }
 
-/// 1.6 x 0.8 m, 0.74 m high, with a chest of drawers.
+/// A desk of 1.6 x 0.8 m, 0.74 m high, with drawers.
 pub(super) fn desk() -> Solid {
     let mut parts = vec![block(0.0, 0.71, 0.0, 1.6, 0.03, 0.8)];
     for (x, z) in [(-0.74, -0.34), (0.74, -0.34), (-0.74, 0.34)] {
@@ -63,7 +63,7 @@ pub(super) fn chair() -> Solid {
     Solid::of(&parts)
 }
 
-/// 0.9 m wide, 1.9 m high, 0.45 m deep, with doors and handles.
+/// A cupboard 0.9 m wide, 1.9 m high, 0.45 m deep, with doors and handles.
 pub(super) fn cupboard() -> Solid {
     let mut parts = vec![block(0.0, 0.06, 0.0, 0.9, 1.84, 0.42), block(0.0, 0.0, 0.0, 0.84, 0.06, 0.36)];
     for side in [-1.0, 1.0] {
@@ -88,7 +88,7 @@ pub(super) fn screen() -> Solid {
     Solid::of(&parts)
 }
 
-/// A lamp under the ceiling; its origin is at the ceiling.
+/// A ceiling lamp; its origin is at the ceiling.
 pub(super) fn lamp() -> Solid {
     let shade = lathe(&[(0.0, -0.3), (0.16, -0.28), (0.2, -0.22), (0.19, -0.2), (0.03, -0.14), (0.0, -0.14)], 12);
     Solid::of(&[shade, rod(0.0, -0.14, 0.0, 0.008, 0.14, 8)])
@@ -136,7 +136,7 @@ pub(super) fn plinth() -> Solid {
     ])
 }
 
-/// A leaning, swelling column of bronze, about a metre high, different for every state of `rng`; its origin at its foot.
+/// A leaning bronze column of varying thickness, about a metre high, its origin at its foot; each state of `rng` gives another.
 pub(super) fn sculpture(rng: &mut Prng) -> Solid {
     const SIDES: u32 = 10;
     const RINGS: usize = 8;

@@ -1,8 +1,8 @@
 //! Writes a [`Model`] as binary glTF 2.0 (Khronos Group, *glTF 2.0 Specification*, 2021).
 //!
-//! One buffer with two views (positions, indices); positions are `f32`, indices `u16` where they fit. Normals are left out:
-//! surfaces are flat, and a reader derives flat normals where there are none (section 3.7.2.1). Every node carries
-//! `extras.enfilade.role`, which tells the importer walls from furniture; pipes carry `tube`, too. Groups are nodes, too, after all others.
+//! One buffer with two views (positions, indices); positions are `f32`, indices `u16` if they fit. Normals are left out: surfaces
+//! are flat, and readers derive flat normals if there are none (section 3.7.2.1). Every node has `extras.enfilade.role`, which
+//! tells the importer walls from furniture; pipes also have `tube`. Groups are nodes after all others.
 
 use super::model::{Material, Model, Node};
 use super::solid::Solid;
@@ -11,7 +11,7 @@ use enfilade_formats::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16,
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
 
-/// A line through all points.
+/// The mode of a polyline.
 const LINE_STRIP: u32 = 3;
 
 fn role_name(role: Role) -> &'static str {
@@ -64,11 +64,11 @@ pub(super) fn write(model: &Model, name: &str) -> Vec<u8> {
         ],
         "buffers": [{ "byteLength": positions.len() + indices.len() }],
     });
-    // Generated scenes are bounded far below what the container can count.
+    // Generated scenes are far below the container's limits.
     glb(&header, [positions, indices].concat()).unwrap_or_default()
 }
 
-/// What meshes hold, and where it lies in the buffer's two views.
+/// Contents of the buffer's views, with their accessors.
 #[derive(Default)]
 struct Buffers {
     positions: Vec<u8>,
@@ -105,7 +105,7 @@ impl Buffers {
     }
 }
 
-/// The nodes, groups after all others, and which of them have no parent.
+/// The nodes, with groups after all others, and the indices of the roots.
 fn nodes(model: &Model) -> (Vec<Value>, Vec<usize>) {
     let mut nodes: Vec<Value> = model.nodes.iter().map(|of| node(of, model)).collect();
     let mut roots = Vec::new();

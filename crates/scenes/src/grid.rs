@@ -1,8 +1,8 @@
-//! Rooms in a grid: a gallery with works of art, a maze of small rooms, a hall that is a single room.
+//! Rooms in a grid: a gallery with works of art, a maze of small rooms, a hall of one room.
 //!
-//! Which rooms are joined is a random spanning tree and some further doorways. The tree of the gallery takes the walls in
-//! random order (J. Kruskal, 1956), which gives short branches; that of the maze walks on until it is stuck and then backs up,
-//! which gives long ways. Doorways are mostly off each other's axes, so that views through many rooms exist but are rare.
+//! Doorways form a random spanning tree, plus some more. The gallery's tree takes walls in random order (J. Kruskal, 1956), which
+//! gives short branches; the maze's tree is a random depth-first search, which gives long paths. Doorways are mostly off each
+//! other's axes, so views through many rooms exist but are rare.
 
 use super::building::{Building, ground};
 use super::facts::{Facts, Fill};
@@ -15,18 +15,18 @@ use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// Random stream of the plan, of the things in it.
+/// Random streams of the plan and of the exhibits.
 const PLAN: u64 = 1;
 const EXHIBITS: u64 = 2;
 
-/// Rooms of a grid, row by row, the last row perhaps not full.
+/// Rooms of a grid, row by row; the last row may be incomplete.
 struct Grid {
     plan: Plan,
     columns: usize,
 }
 
 impl Grid {
-    /// `count` rooms whose widths and depths (one to a column, one to a row) are multiples of 100 mm in `size`.
+    /// `count` rooms. Widths of columns and depths of rows are multiples of 100 mm within `size`.
     fn new(count: usize, size: [i32; 2], style: Style, rng: &mut Prng) -> Self {
         let columns = (1..).find(|c| c * c >= count).unwrap_or(1);
         let rows = count.div_ceil(columns);
@@ -53,7 +53,7 @@ impl Grid {
         walls.filter_map(|(w, wall)| Some((w, wall.sides[0]?, wall.sides[1]?))).collect()
     }
 
-    /// A spanning tree with short branches, as walls.
+    /// A spanning tree with short branches, as a list of walls.
     fn bushy(&self, rng: &mut Prng) -> Vec<usize> {
         let mut walls = self.inner();
         rng.shuffle(&mut walls);
@@ -76,7 +76,7 @@ impl Grid {
         tree
     }
 
-    /// A spanning tree with long ways, as walls.
+    /// A spanning tree with long paths, as a list of walls.
     fn winding(&self, rng: &mut Prng) -> Vec<usize> {
         let mut next: Vec<Vec<(usize, usize)>> = vec![Vec::new(); self.plan.rooms.len()];
         for (wall, a, b) in self.inner() {
@@ -100,8 +100,8 @@ impl Grid {
         tree
     }
 
-    /// Cuts a doorway of `width` x `head` into each wall of `tree`, and into further inner walls with probability `extra`;
-    /// a share `aligned` of them in the middle of the wall.
+    /// Cuts a doorway of `width` x `head` into each wall of `tree`, and into other inner walls with probability `extra`; a share
+    /// `aligned` of the doorways is in the middle of the wall.
     fn cut(&mut self, tree: &[usize], [width, head]: [i32; 2], extra: f64, aligned: f64, rng: &mut Prng) {
         let mut tree = tree.to_vec();
         tree.sort_unstable();
@@ -113,7 +113,7 @@ impl Grid {
         }
     }
 
-    /// An entrance from the south (+z) in the middle of a room's outer wall. Gives the wall.
+    /// Cuts an entrance into the middle of a room's southern (+z) outer wall.
     fn entrance(&mut self, room: usize, [width, head]: [i32; 2]) {
         let outer = self.plan.between(room, None);
         let south = outer.into_iter().filter(|&w| self.plan.walls[w].along_x).max_by_key(|&w| self.plan.walls[w].line);
@@ -124,20 +124,20 @@ impl Grid {
         }
     }
 
-    /// Walls, floors, a flat roof, the ground around it.
+    /// Walls, floors, a flat roof, and the ground around them.
     fn build(&self) -> (Model, Facts) {
         let (mut model, mut facts) = (Model::default(), Facts::default());
         facts.storeys.push(("Ground floor".into(), 0.0));
         self.plan.describe(&mut facts, 0, 0, &BTreeMap::new());
         let rooms = self.plan.rooms.len();
-        // Leaves stand open, so that a walk sees what the sets say; none of a grid's are shut.
+        // Door leaves stand open, so that a walk can use every door.
         self.plan.build(&mut model, 0, 0, &vec![Vec::new(); rooms], &vec![true; rooms], &mut || false);
         ground(&mut model, &self.plan, 15.0);
         (model, facts)
     }
 }
 
-/// A gallery: see the module's text. Rooms of 7 to 10 m, 4 m high, doorways 1.6 x 2.6 m, one entrance.
+/// A gallery: rooms of 7 to 10 m, 4 m high, doorways of 1.6 x 2.6 m, one entrance.
 pub(super) fn gallery(count: usize, seed: u64) -> Building {
     let rng = &mut Prng::new(seed, PLAN);
     let style = Style { outer: 300, inner: 300, clear: 4000, slab: 300 };
@@ -157,7 +157,7 @@ pub(super) fn gallery(count: usize, seed: u64) -> Building {
     Building { name: format!("gallery{count}"), seed, counted: vec![("exhibition_rooms", count)], model, facts, path }
 }
 
-/// A maze: rooms of 2.6 to 3.4 m, 2.6 m high, doorways 0.9 x 2.1 m, one entrance, long ways.
+/// A maze: rooms of 2.6 to 3.4 m, 2.6 m high, doorways of 0.9 x 2.1 m, one entrance, long paths.
 pub(super) fn maze(count: usize, seed: u64) -> Building {
     let rng = &mut Prng::new(seed, PLAN);
     let style = Style { outer: 200, inner: 150, clear: 2600, slab: 200 };
@@ -171,7 +171,7 @@ pub(super) fn maze(count: usize, seed: u64) -> Building {
     Building { name: format!("maze{count}"), seed, counted: vec![("maze_rooms", count)], model, facts, path }
 }
 
-/// A hall: one closed room of 24 x 16 x 8 m with works of art in it, no door and no window.
+/// A hall: one closed room of 24 x 16 x 8 m with works of art, without doors and windows.
 pub(super) fn hall(seed: u64) -> Building {
     let style = Style { outer: 300, inner: 300, clear: 8000, slab: 300 };
     let room = PlanRoom { name: "Hall".into(), x: [0, 24_000], z: [0, 16_000] };
@@ -184,7 +184,7 @@ pub(super) fn hall(seed: u64) -> Building {
     Building { name: "hall".into(), seed, counted: vec![("halls", 1)], model, facts, path }
 }
 
-/// A walk from outside to the far end of the grid and on, as long as it enters at most `limit` rooms.
+/// A walk from outside to the far end of the grid and onwards, through at most `limit` rooms.
 fn wander(facts: &Facts, entry: usize, limit: usize) -> CameraPath {
     let farthest = |from: usize| {
         let reach = |to: usize| facts.rooms[from].middle().distance(facts.rooms[to].middle());
@@ -196,8 +196,7 @@ fn wander(facts: &Facts, entry: usize, limit: usize) -> CameraPath {
     CameraPath::along(&facts.way(&rooms), 1.6)
 }
 
-/// Sculptures on plinths, a bench, pictures: out of the way of anyone who walks from door to door, to the middle, or between
-/// the points of `ways`.
+/// Sculptures on plinths, a bench and pictures, clear of walks from door to door, to the middle, or between the points of `ways`.
 fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &mut Prng) {
     let [x, z] = plan.clear(room).map(|ends| ends.map(metres));
     let middle = DVec2::new((x[0] + x[1]) / 2.0, (z[0] + z[1]) / 2.0);

@@ -1,10 +1,9 @@
-//! Ground from a seed: mountains with valleys, and plains between them, as a GeoTIFF of whole decimetres or coarser.
+//! Seeded ground: mountains with valleys, and plains between them, as a GeoTIFF with a resolution of a decimetre or coarser.
 //!
-//! Heights are a sum of octaves of gradient noise (K. Perlin, *An image synthesizer*, 1985): smooth ones for the lie of the land, ridged
-//! ones for mountains where that is high. Octaves count less where the sum is steep already, so that ridges are rough and valleys smooth.
-//! Only `+ - * /` are used, which round alike on every machine. The file is written strip by
-//! strip, its numbers in the machine's own order, as the crate `tiff` writes them: so machines of either order make files of the same heights,
-//! and those of one order the same bytes.
+//! Heights are a sum of octaves of gradient noise (K. Perlin, *An image synthesizer*, 1985): smooth ones for the large-scale
+//! terrain, ridged ones for mountains where it is high. Octaves are damped where the sum is already steep, so ridges are rough
+//! and valleys smooth. Only `+ - * /` are used, which round alike on every machine. The crate `tiff` writes the file strip by
+//! strip in the machine's byte order: machines of either order write the same heights, and those of one order the same bytes.
 
 use super::GenerateError;
 use enfilade::parallel;
@@ -17,23 +16,23 @@ use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray16;
 use tiff::tags::Tag;
 
-/// Samples that a side of a ground may have.
+/// Allowed samples per side of a ground.
 pub const GROUND_SIZES: std::ops::RangeInclusive<u32> = 65..=32_769;
-/// Metres that samples of a ground may be apart.
+/// Allowed spacing of a ground's samples, metres.
 pub const GROUND_SPACINGS: std::ops::RangeInclusive<f64> = 0.01..=1000.0;
 
-/// Metres between the lowest and the highest height for each metre of a side: 2 km on 4,097 samples 30 m apart.
+/// Height range per metre of a side: 2 km on 4,097 samples 30 m apart.
 const RELIEF: f64 = 2000.0 / 122_880.0;
-/// Most metres between them: more than Earth's highest mountains rise above their feet.
+/// Largest height range, metres: more than Earth's highest mountains rise above their base.
 const MAX_RELIEF: f64 = 6000.0;
-/// Steps of heights, metres.
+/// Height step, metres.
 const STEP: f64 = 0.1;
-/// Rows that are made and written at once.
+/// Rows computed and written at once.
 const STRIP: u32 = 16;
-/// Wavelengths on a side of the first octave.
+/// Wavelengths per side of the first octave.
 const WAVES: u32 = 4;
 
-/// What was made.
+/// Summary of a generated ground.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Ground {
     /// Samples on a side.
@@ -50,7 +49,7 @@ pub struct Ground {
 ///
 /// # Errors
 ///
-/// A size or spacing out of range, or what the system says of the file.
+/// A size or spacing out of range, or an error of the file system.
 pub fn ground(size: u32, spacing: f64, seed: u64, path: &Path) -> Result<Ground, GenerateError> {
     if !GROUND_SIZES.contains(&size) {
         return Err(GenerateError::GroundSize { size });
@@ -64,7 +63,7 @@ pub fn ground(size: u32, spacing: f64, seed: u64, path: &Path) -> Result<Ground,
     Ok(Ground { size, spacing, seed, heights: steps.map(|s| f64::from(s) * STEP) })
 }
 
-/// Lowest and highest of the heights that were written, in steps.
+/// Writes the raster. Returns the lowest and highest height, in steps.
 fn write<W: Write + Seek>(size: u32, spacing: f64, seed: u64, sink: W) -> Result<[u16; 2], TiffError> {
     let relief = (RELIEF * spacing * f64::from(size - 1)).min(MAX_RELIEF);
     let noise = Noise::new(size, seed);
@@ -86,7 +85,7 @@ fn write<W: Write + Seek>(size: u32, spacing: f64, seed: u64, sink: W) -> Result
         _ = writeln!(xml, "  <Item name=\"{name}\" sample=\"0\" role=\"{role}\">{value}</Item>");
     }
     xml += "</GDALMetadata>\n";
-    /// GDAL's tag for that.
+    /// GDAL's metadata tag.
     const GDAL_METADATA: u16 = 42112;
     tags.write_tag(Tag::Unknown(GDAL_METADATA), xml.as_str())?;
     let mut ends = [u16::MAX, 0];
@@ -112,7 +111,7 @@ struct Octave {
     /// Samples of a wave, a power of two.
     wave: u32,
     seed: u64,
-    /// Of each sample within a wave: its part of the wave, the weight of the right end, and the weight's slope.
+    /// For each sample of a wave: its position in the wave, the weight of the right end, and the slope of the weight.
     weights: Vec<[f64; 3]>,
 }
 
@@ -121,7 +120,7 @@ fn fade(t: f64) -> [f64; 2] {
     [t * t * t * (t * (t * 6.0 - 15.0) + 10.0), 30.0 * t * t * (t * (t - 2.0) + 1.0)]
 }
 
-/// A number between 0 and 1 of its own for each of three.
+/// A hash of three numbers.
 fn scramble(seed: u64, x: u32, y: u32) -> u64 {
     // The finaliser of SplitMix64 (Steele, Lea, Flood, 2014).
     let mut z = seed ^ (u64::from(x) << 32 | u64::from(y)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -140,15 +139,15 @@ impl Octave {
         Self { wave, seed, weights: (0..wave).map(weight).collect() }
     }
 
-    /// The gradient at a corner of the lattice, each part between -1 and 1.
+    /// The gradient at a lattice corner, each component in -1 to 1.
     fn gradient(&self, x: u32, y: u32) -> [f64; 2] {
         let bits = scramble(self.seed, x, y);
         [bits as u32, (bits >> 32) as u32].map(|b| f64::from(b) / f64::from(u32::MAX) * 2.0 - 1.0)
     }
 
-    /// Of each lattice column at row `y`: numbers that give the noise beside it and the noise's slope to the south.
+    /// Coefficients of the noise and its southward slope beside each lattice column at row `y`.
     ///
-    /// At `u` waves to the east of the column its share is `n[0] + n[1] * u`, and that of the slope `n[2] + n[3] * u`.
+    /// At `u` waves east of the column its part of the noise is `n[0] + n[1] * u`, and of the slope `n[2] + n[3] * u`.
     fn columns(&self, y: u32, count: u32, out: &mut Vec<[f64; 4]>) {
         let (row, within) = (y / self.wave, y % self.wave);
         let [v, weight, slope] = self.weights[within as usize];
@@ -163,14 +162,14 @@ impl Octave {
     }
 }
 
-/// How much the octaves after the first count less where the ground is steep.
+/// Damping of later octaves by steepness.
 const DAMPING: f64 = 0.6;
-/// The lie of the land below which there is plain, and above which there are mountains.
+/// Large-scale terrain below the first is plain, above the second mountainous.
 const FOOT: f64 = -0.12;
 const CREST: f64 = 0.3;
-/// The part of the mountains' roughness that plains have.
+/// Roughness of plains relative to mountains.
 const PLAIN: f64 = 0.02;
-/// Octaves that make the lie of the land.
+/// Octaves of the large-scale terrain.
 const LAND: usize = 2;
 
 impl Noise {
@@ -181,7 +180,7 @@ impl Noise {
         Self { size, octaves }
     }
 
-    /// Heights of a row, in steps, `relief` at most.
+    /// Heights of a row, in steps, at most `relief`.
     fn row(&self, y: u32, relief: f64) -> Vec<u16> {
         let count = self.size as usize;
         let mut sums = vec![Sum { amplitude: 1.0, ..Sum::default() }; count];
@@ -207,13 +206,13 @@ impl Noise {
 /// Octaves of one sample.
 #[derive(Clone, Copy, Default)]
 struct Sum {
-    /// The lie of the land.
+    /// The large-scale terrain.
     land: f64,
-    /// Mountains on it, where they are whole.
+    /// The mountains at full height.
     mountains: f64,
-    /// The part of the next octave.
+    /// Amplitude of the next octave.
     amplitude: f64,
-    /// The slope of the octaves' noise so far, each in its own waves. Noise has no creases, as ridges have.
+    /// Slope of the octaves' noise so far, each in its own wavelengths. Unlike ridges, noise has no creases.
     slope: [f64; 2],
 }
 
@@ -229,11 +228,11 @@ impl Sum {
         self.amplitude *= 0.5;
     }
 
-    /// The height.
+    /// The height, in steps.
     fn steps(&self, relief: f64) -> u16 {
         let t = ((self.land - FOOT) / (CREST - FOOT)).clamp(0.0, 1.0);
         let mountain = PLAIN + (1.0 - PLAIN) * t * t * (3.0 - 2.0 * t);
-        // Mountains sum up to 2 at most, and the land lies between -1 and 1.
+        // Mountains add up to at most 2, and the large-scale terrain is within -1 and 1.
         let height = 0.15 * (self.land + 1.0) + 0.5 * mountain * self.mountains.max(0.0);
         (height.clamp(0.0, 1.0) * relief + 0.5) as u16
     }

@@ -2,14 +2,13 @@
 //! porticoes.
 //!
 //! Based on: A. Palladio, *I Quattro Libri dell'Architettura*, Venice 1570, book II, plan of the house of Paolo Almerico. From
-//! it: the arrangement, and the sizes in Vicentine feet (0.357 m) of the round hall (30 across), the large rooms (26 x 15),
-//! the small rooms (15 x 11) and the porticoes (30 x 12). The block's side, 24.7 m, is that of the house as it stands. All
-//! else is estimated: the walls' thicknesses (what the block leaves), the passages' widths, every height, the doors and
-//! windows and where they are, columns, steps, roof and dome. Left out: vaults, mezzanines, attic, basement, the stairs inside
-//! the hall's masonry, ornament.
+//! it: the layout, and the sizes in Vicentine feet (0.357 m) of the round hall (30 across), the large rooms (26 x 15), the small
+//! rooms (15 x 11) and the porticoes (30 x 12). The block's side, 24.7 m, is that of the existing house. The rest is estimated:
+//! wall thicknesses (the remainder of the block), widths of passages, all heights, positions of doors and windows, columns,
+//! steps, roof and dome. Left out: vaults, mezzanines, attic, basement, the stairs inside the hall's masonry, ornament.
 //!
-//! The plan is the same in its mirror images in x and in z, so each part is made once for every sign of x and z. The large
-//! rooms' doors line up along x, large and small rooms' along z, and the porticoes' across the hall along both.
+//! The plan is symmetric in x and in z, so each part is made once for every sign of x and z. The large rooms' doors are aligned
+//! along x, those of large and small rooms along z, and those of the porticoes through the hall along both.
 
 use super::building::Building;
 use super::facts::{Facts, Fill, Opening, Room};
@@ -30,29 +29,29 @@ const FOOT: f64 = 0.357;
 /// Outer and inner face of the outer walls.
 const BLOCK: f64 = 12.35 / FOOT;
 const INSIDE: f64 = 33.0;
-/// Half the square that holds the round hall.
+/// Half the side of the square around the hall.
 const CORE: f64 = 18.0;
 /// Radius of the hall.
 const HALL: f64 = 15.0;
 /// Half the width of the passages along z and along x.
 const PASSAGE_Z: f64 = 4.0;
 const PASSAGE_X: f64 = 3.0;
-/// Where the large rooms begin in x, the small rooms begin and end in z.
+/// Start of the large rooms in x, and range of the small rooms in z.
 const LARGE: f64 = 7.0;
 const SMALL: [f64; 2] = [5.0, 16.0];
-/// Half the porticoes' width, and how far they stand out.
+/// Half the porticoes' width, and their front.
 const PORTICO: f64 = 15.0;
 const PORTICO_FRONT: f64 = BLOCK + 12.0;
-/// The lines that doors stand on: large rooms along x (at this z), large and small rooms along z (at this x).
+/// Door axes: of the large rooms along x (at this z), of large and small rooms along z (at this x).
 const ENFILADE_X: f64 = 25.5;
 const ENFILADE_Z: f64 = 28.0;
-/// The middles of the walls between a passage and the rooms beside it: passages along z, along x; and of that between the rooms.
+/// Centre lines of walls: beside passages along z, beside passages along x, and between rooms.
 const AXIS_Z: f64 = (PASSAGE_Z + LARGE) / 2.0;
 const AXIS_X: f64 = (PASSAGE_X + SMALL[0]) / 2.0;
 const AXIS_ROOMS: f64 = (SMALL[1] + CORE) / 2.0;
 
 // Heights, metres.
-/// The piano nobile's floor, its rooms' ceiling, the top of the hall's masonry.
+/// Heights of the piano nobile's floor, its rooms' ceiling, and the top of the hall's masonry.
 const FLOOR: f64 = 3.0;
 const CEILING: f64 = FLOOR + 6.4;
 const SLAB: f64 = 0.4;
@@ -65,7 +64,7 @@ const HALL_OPENING: f64 = 3.2;
 /// Windows: width, sill, head.
 const WINDOW: [f64; 3] = [1.2, 0.9, 3.0];
 
-/// Corners of each quarter of the hall between two passages.
+/// Segments of the hall's wall between two passages.
 const ARC: u32 = 8;
 
 struct House {
@@ -73,17 +72,17 @@ struct House {
     facts: Facts,
 }
 
-/// A box from two corners given in feet in plan and metres in height.
+/// A box from two corners in plan (feet) and two heights (metres).
 fn feet(a: [f64; 2], b: [f64; 2], y: [f64; 2]) -> Aabb {
     Aabb::of([DVec3::new(a[0] * FOOT, y[0], a[1] * FOOT), DVec3::new(b[0] * FOOT, y[1], b[1] * FOOT)])
 }
 
-/// What a wall is pierced by: where along it (feet), width, sill, head (metres above the floor), what fills it.
+/// An opening of a wall: position along it (feet); width, sill and head (metres above the floor); fill.
 type Pierced = (f64, [f64; 3], Fill);
 
 impl House {
-    /// A wall between two corners in plan (feet) with its thickness along z if `along_x`, and its openings.
-    /// `sides`: the rooms towards lesser and greater coordinates. `into`: see [`super::plan::Hole::into`].
+    /// A wall between two corners in plan (feet), with its openings; its thickness is along z if `along_x`. `sides`: the rooms at
+    /// lower and higher coordinates. `into`: see [`super::plan::Hole::into`].
     fn wall(
         &mut self,
         name: &str,
@@ -152,13 +151,13 @@ impl House {
     }
 }
 
-/// The hall's wall between two passages, in the quarter where x and z are above zero: from the x axis's side to the z axis's.
+/// The hall's wall between two passages, in the quarter with positive x and z: from the x axis to the z axis.
 fn quarter_arc() -> Vec<DVec2> {
     let ends = [
         DVec2::new((HALL * HALL - PASSAGE_X * PASSAGE_X).sqrt(), PASSAGE_X),
         DVec2::new(PASSAGE_Z, (HALL * HALL - PASSAGE_Z * PASSAGE_Z).sqrt()),
     ];
-    // The ends are at 0.032 and 0.207 turns; corners between them at even angles.
+    // The ends are at 0.032 and 0.207 turns; the corners between them are evenly spaced.
     let mut arc = vec![ends[0]];
     arc.extend((1..ARC).map(|k| {
         let (cos, sin) = turn(0.032 + 0.175 * f64::from(k) / f64::from(ARC));
@@ -206,7 +205,7 @@ pub(super) fn house() -> Building {
     Building { name: "villa_rotonda".into(), seed: 0, counted: vec![("houses", 1)], model, facts, path: walk() }
 }
 
-/// The round hall: floor, masonry with four ways through it, dome, four statues.
+/// The round hall: floor, masonry with four passages, dome, four statues.
 fn hall(house: &mut House) -> usize {
     let arc = quarter_arc();
     let mut ring = Vec::new();
@@ -253,8 +252,8 @@ fn hall(house: &mut House) -> usize {
 }
 
 /// A large and a small room and the walls around them. `s`: the signs of x and z. `passages`: along z, along x.
-fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
-    let quarter = Quarter { s, word };
+fn quarter(house: &mut House, s: [f64; 2], direction: &str, passages: [usize; 2]) {
+    let quarter = Quarter { s, direction };
     let p = |x: f64, z: f64| quarter.at(x, z);
     let large = house.room(&quarter.name("Large room"), p(LARGE, CORE), p(INSIDE, INSIDE));
     let small = house.room(&quarter.name("Small room"), p(CORE, SMALL[0]), p(INSIDE, SMALL[1]));
@@ -269,21 +268,21 @@ fn quarter(house: &mut House, s: [f64; 2], word: &str, passages: [usize; 2]) {
 struct Quarter<'q> {
     /// The signs of x and z.
     s: [f64; 2],
-    /// Where it lies, in words.
-    word: &'q str,
+    /// Its direction in words.
+    direction: &'q str,
 }
 
 impl Quarter<'_> {
     fn name(&self, what: &str) -> String {
-        format!("{what} {}", self.word)
+        format!("{what} {}", self.direction)
     }
 
-    /// In plan, feet: the place in this quarter of one where x and z are above zero.
+    /// A point in plan, feet, mirrored to this quarter from positive x and z.
     fn at(&self, x: f64, z: f64) -> [f64; 2] {
         [x * self.s[0], z * self.s[1]]
     }
 
-    /// Rooms on the lesser and greater side of a wall, given the nearer and the farther from the middle.
+    /// Rooms on the lower and higher side of a wall, from the rooms nearer to and farther from the middle.
     fn order(&self, axis: usize, near: Option<usize>, far: Option<usize>) -> [Option<usize>; 2] {
         if self.s[axis] > 0.0 { [near, far] } else { [far, near] }
     }
@@ -304,7 +303,7 @@ impl Quarter<'_> {
         wall("side small", 0, [p(INSIDE, AXIS_X), p(BLOCK, AXIS_ROOMS)], &windows, small);
     }
 
-    /// Walls with doors, whose leaves open away from the middle.
+    /// Walls with doors; the leaves open away from the middle.
     fn inner_walls(&self, house: &mut House, large: usize, small: usize, passages: [usize; 2]) {
         let p = |x: f64, z: f64| self.at(x, z);
         let mut wall = |what: &str, axis: usize, ends: [[f64; 2]; 2], at: f64, [near, far]: [usize; 2]| {
@@ -339,16 +338,16 @@ impl Quarter<'_> {
     }
 }
 
-/// A passage's ends, and the portico before it. `z`: the passage runs along z, else along x; `s`: to which side.
+/// The end of a passage and the portico in front of it. `z`: the passage runs along z, else along x; `s`: its side.
 fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
     let (half, wall_axis) = if z { (PASSAGE_Z, AXIS_Z) } else { (PASSAGE_X, AXIS_X) };
-    let word = match (z, s > 0.0) {
+    let direction = match (z, s > 0.0) {
         (true, false) => "north",
         (true, true) => "south",
         (false, false) => "west",
         (false, true) => "east",
     };
-    // In feet: across the axis, outwards along it.
+    // In feet: across the axis, and outwards along it.
     let p = |across: f64, out: f64| {
         if z { [across, out * s] } else { [out * s, across] }
     };
@@ -356,19 +355,19 @@ fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
     let gate = (0.0, [GATE[0], 0.0, GATE[1]], Fill::Door);
     let into = usize::from(s < 0.0);
     house.wall(
-        &format!("gate {word}"),
+        &format!("gate {direction}"),
         z,
         [p(-wall_axis, INSIDE), p(wall_axis, BLOCK)],
         &[gate],
         order(Some(passage), None),
         into,
     );
-    house.slabs(&format!("passage {word}"), p(-wall_axis, CORE), p(wall_axis, BLOCK));
+    house.slabs(&format!("passage {direction}"), p(-wall_axis, CORE), p(wall_axis, BLOCK));
 
-    // The masonry over the way into the hall.
+    // The masonry above the passage into the hall.
     let chord = (HALL * HALL - half * half).sqrt();
     let lintel = feet(p(-half, chord), p(half, CORE), [FLOOR + HALL_OPENING, DRUM]);
-    house.solid(format!("lintel {word}"), Material::Plaster, cuboid(lintel.min, lintel.max));
+    house.solid(format!("lintel {direction}"), Material::Plaster, cuboid(lintel.min, lintel.max));
     let hole = feet(p(-half, chord), p(half, CORE), [FLOOR, FLOOR + HALL_OPENING]);
     let normal = if z { DVec3::Z } else { DVec3::X };
     let size = DVec3::new(2.0 * half * FOOT, HALL_OPENING, (CORE - chord) * FOOT);
@@ -376,12 +375,12 @@ fn axis(house: &mut House, z: bool, s: f64, passage: usize, hall: usize) {
     let rooms = [greater, lesser];
     house.facts.openings.push(Opening { fill: Fill::Nothing, storey: 0, centre: hole.centre(), size, normal, rooms });
 
-    portico(house, word, &p, z, s);
+    portico(house, direction, &p, z, s);
 }
 
 /// Floor, columns, entablature, gable, side walls with an arch, steps.
-fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: bool, s: f64) {
-    let name = |what: &str| format!("{what} {word}");
+fn portico(house: &mut House, direction: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: bool, s: f64) {
+    let name = |what: &str| format!("{what} {direction}");
     let top = FLOOR + 6.9;
     let beam = PORTICO_FRONT - 2.4;
     let mut block = |what: &str, a: [f64; 2], b: [f64; 2], y: [f64; 2]| {
@@ -391,7 +390,7 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
     block("portico floor", p(-PORTICO, BLOCK), p(PORTICO, PORTICO_FRONT), [0.0, FLOOR]);
     block("portico ceiling", p(-PORTICO, BLOCK), p(PORTICO, beam), [FLOOR + 6.4, top]);
     block("entablature", p(-PORTICO, beam), p(PORTICO, PORTICO_FRONT), [FLOOR + 6.0, top]);
-    // Beside the steps.
+    // Walls beside the steps.
     let (tread, rise) = (0.3, FLOOR / 20.0);
     let run = 19.0 * tread / FOOT;
     block("flank left", p(-13.0, PORTICO_FRONT), p(-11.0, PORTICO_FRONT + run), [0.0, FLOOR]);
@@ -399,7 +398,7 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
     for (i, across) in [-13.2, -8.3, -3.4, 3.4, 8.3, 13.2].into_iter().enumerate() {
         let [x, zz] = p(across, PORTICO_FRONT - 1.2);
         let placement = Placement { at: DVec3::new(x * FOOT, FLOOR, zz * FOOT), turns: 0.0 };
-        house.model.place(format!("column {word} {i}"), Role::Structure, placement, "column", Material::Stone, column);
+        house.model.place(format!("column {direction} {i}"), Role::Structure, placement, "column", Material::Stone, column);
     }
     for (side, a) in [("left", -PORTICO), ("right", PORTICO - 1.4)] {
         let bounds = feet(p(a, BLOCK), p(a + 1.4, beam), [FLOOR, FLOOR + 6.4]);
@@ -410,13 +409,13 @@ fn portico(house: &mut House, word: &str, p: &dyn Fn(f64, f64) -> [f64; 2], z: b
         let solid = super::solid::perforated(bounds.min, bounds.max, 2 - along, &[arch]);
         house.solid(name(&format!("portico wall {side}")), Material::Plaster, solid);
     }
-    // Outwards, and to the right of someone who looks outwards: out x up.
+    // Outwards, and to the right when looking outwards: out x up.
     let out = if z { DVec3::Z * s } else { DVec3::X * s };
     let right = out.cross(DVec3::Y);
     let w = (PORTICO + 0.5) * FOOT;
     let gable = [(-w, 0.0), (w, 0.0), (0.0, 2.2)].map(|(x, y)| DVec2::new(x, y));
     let depth = (PORTICO_FRONT - BLOCK) * FOOT;
-    // right x up is -out: swept back from the front to the wall.
+    // right x up is -out: extruded from the front back to the wall.
     let solid = extrude(&gable, out * (PORTICO_FRONT * FOOT) + DVec3::Y * top, right, DVec3::Y, depth);
     house.solid(name("gable"), Material::Roof, solid);
     let mut outline = vec![DVec2::ZERO];
@@ -437,7 +436,7 @@ fn column() -> Solid {
     lathe(&shaft, 16)
 }
 
-/// One slope of the roof, as a solid from eaves to drum: `out` points to its eaves, `right` along them.
+/// One slope of the roof as a solid, from eaves to drum: `out` points to its eaves, `right` along them.
 fn hip(out: DVec3, right: DVec3) -> Solid {
     let low = DVec3::Y * (CEILING + SLAB);
     let high = DVec3::Y * DRUM;
@@ -455,7 +454,7 @@ fn hip(out: DVec3, right: DVec3) -> Solid {
     Solid { positions, triangles }
 }
 
-/// From the south up the steps, through the hall, round the eastern and southern rooms, and out to the north portico.
+/// From the south up the steps, through the hall, around the eastern and southern rooms, and to the north portico.
 fn walk() -> CameraPath {
     let p = |x: f64, z: f64| DVec3::new(x * FOOT, FLOOR, z * FOOT);
     let foot = PORTICO_FRONT * FOOT + 19.0 * 0.3;

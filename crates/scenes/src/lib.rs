@@ -1,9 +1,9 @@
-//! Seeded test scenes of any size, with what is in them written down.
+//! Seeded test scenes of any size, with known contents.
 //!
-//! Every building is made of closed solids, one node for each wall between two rooms and each floor, and comes with facts
-//! from the plan that it was built by: rooms, doors, windows, and a way through it. Three scenes are no buildings: teapots,
-//! cities and an offshore platform, made after two studies of occlusion culling, to compare with their tables. A ground is a
-//! raster of heights. The same options and seed give the same bytes on every machine.
+//! Every building consists of closed solids, with one node per wall between two rooms and per floor, and comes with facts from
+//! its plan: rooms, doors, windows, and a path. Three scenes are no buildings: teapots, cities and an offshore platform, modelled
+//! on two studies of occlusion culling for comparison with their tables. A ground is a height raster. The same options and seed
+//! give the same bytes on every machine.
 
 mod building;
 mod city;
@@ -29,29 +29,29 @@ use building::Building;
 use facts::Fill;
 use serde_json::{Value, json};
 
-/// Most rooms that a scene may be asked for.
+/// Most rooms of a scene.
 pub const MAX_ROOMS: usize = 100_000;
-/// Edges that a plant's site may have, metres.
+/// Allowed edges of a plant's site, metres.
 pub const PLANT_SIZES: std::ops::RangeInclusive<usize> = 60..=2000;
-/// Most teapots that a scene may be asked for: 49 million triangles. An import refuses more than 50 million unless told.
+/// Most teapots of a scene: 49 million triangles. An import refuses more than 50 million by default.
 pub const MAX_TEAPOTS: usize = 18_000;
-/// Objects that an offshore platform may be asked for. An import refuses more than 50 million triangles unless told.
+/// Allowed objects of an offshore platform. An import refuses more than 50 million triangles by default.
 pub const DECK_OBJECTS: std::ops::RangeInclusive<usize> = 1_000..=400_000;
-/// Most sections of pipes that a scene may be asked for.
+/// Most sections of pipes in a scene.
 pub const MAX_SECTIONS: usize = 20_000_000;
-/// Scales that a teapot may have: life size to 28 m, which is more than half of the box that they are in.
+/// Allowed scales of a teapot: life size to 28 m, more than half the edge of the box.
 pub const TEAPOT_SCALES: std::ops::RangeInclusive<usize> = 1..=100;
 
-/// What to make.
+/// A kind of scene.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     /// Offices on both sides of corridors, several storeys, stairs.
     Office {
-        /// Offices, 1 to [`MAX_ROOMS`]; corridors, stairs, lifts, stores, meeting rooms and the lobby come on top.
+        /// Offices, 1 to [`MAX_ROOMS`]; corridors, stairs, lifts, stores, meeting rooms and the lobby are additional.
         rooms: usize,
         /// Storeys, 1 to the number of offices; `None`: about 50 offices on each.
         storeys: Option<usize>,
-        /// Desks, chairs, screens, cupboards and lamps: about a thousand triangles an office.
+        /// With desks, chairs, screens, cupboards and lamps: about a thousand triangles per office.
         furnished: bool,
     },
     /// Rooms in a grid with works of art.
@@ -59,7 +59,7 @@ pub enum Kind {
         /// 1 to [`MAX_ROOMS`].
         rooms: usize,
     },
-    /// Small rooms in a grid, long ways.
+    /// Small rooms in a grid, with long paths.
     Maze {
         /// 1 to [`MAX_ROOMS`].
         rooms: usize,
@@ -75,14 +75,14 @@ pub enum Kind {
     },
     /// Racks of pipes, risers and coils, as lines with a radius.
     Pipes {
-        /// Sections of their tubes, 1 to [`MAX_SECTIONS`]; a few more are made.
+        /// Sections of their tubes, 1 to [`MAX_SECTIONS`]; the result may have a few more.
         sections: usize,
     },
     /// Teapots at random in a box of 40 m.
     Teapots {
         /// 1 to [`MAX_TEAPOTS`].
         count: usize,
-        /// Times life size, [`TEAPOT_SCALES`].
+        /// Scale relative to life size, [`TEAPOT_SCALES`].
         scale: usize,
     },
     /// Buildings and trees at random on 5 x 5 km, in a scene graph of four levels.
@@ -90,82 +90,82 @@ pub enum Kind {
         /// 25,426 buildings on 22 % of the plane; otherwise 2,028 on 2 %.
         dense: bool,
     },
-    /// An offshore platform: four decks of pipes, fittings, gratings, vessels; few large objects, very many small ones.
+    /// An offshore platform: four decks of pipes, fittings, gratings and vessels; few large objects, very many small ones.
     Deck {
-        /// Its objects, [`DECK_OBJECTS`]; about 52 vertices each in the mean.
+        /// Its objects, [`DECK_OBJECTS`]; about 52 vertices each on average.
         objects: usize,
     },
 }
 
-/// Why a scene can't be made.
+/// Error of a scene that can't be made.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GenerateError {
     /// Too few or too many rooms.
-    #[error("{rooms} rooms asked for; give 1 to {MAX_ROOMS}")]
+    #[error("{rooms} rooms requested; give 1 to {MAX_ROOMS}")]
     Rooms {
-        /// As asked.
+        /// The requested number.
         rooms: usize,
     },
     /// Too small or too large a plant.
-    #[error("a plant of {size} m asked for; give {} to {}", PLANT_SIZES.start(), PLANT_SIZES.end())]
+    #[error("a plant of {size} m requested; give {} to {}", PLANT_SIZES.start(), PLANT_SIZES.end())]
     Size {
-        /// As asked, metres.
+        /// The requested size, metres.
         size: usize,
     },
     /// Too few or too many sections.
-    #[error("{sections} sections asked for; give 1 to {MAX_SECTIONS}")]
+    #[error("{sections} sections requested; give 1 to {MAX_SECTIONS}")]
     Sections {
-        /// As asked.
+        /// The requested number.
         sections: usize,
     },
     /// Too few or too many teapots.
-    #[error("{count} teapots asked for; give 1 to {MAX_TEAPOTS}")]
+    #[error("{count} teapots requested; give 1 to {MAX_TEAPOTS}")]
     Teapots {
-        /// As asked.
+        /// The requested number.
         count: usize,
     },
     /// Too small or too large a teapot.
-    #[error("teapots at a scale of {scale} asked for; give {} to {}", TEAPOT_SCALES.start(), TEAPOT_SCALES.end())]
+    #[error("teapots at a scale of {scale} requested; give {} to {}", TEAPOT_SCALES.start(), TEAPOT_SCALES.end())]
     Scale {
-        /// As asked.
+        /// The requested scale.
         scale: usize,
     },
     /// Too small or too large a platform.
-    #[error("a deck of {objects} objects asked for; give {} to {}", DECK_OBJECTS.start(), DECK_OBJECTS.end())]
+    #[error("a deck of {objects} objects requested; give {} to {}", DECK_OBJECTS.start(), DECK_OBJECTS.end())]
     Objects {
-        /// As asked.
+        /// The requested number.
         objects: usize,
     },
     /// Too few or too many storeys.
-    #[error("{storeys} storeys asked for {rooms} offices; give 1 to {rooms}")]
+    #[error("{storeys} storeys requested for {rooms} offices; give 1 to {rooms}")]
     Storeys {
-        /// As asked.
+        /// The requested number.
         storeys: usize,
         /// Offices.
         rooms: usize,
     },
     /// Too few or too many samples.
-    #[error("a ground of {size} samples on a side asked for; give {} to {}", GROUND_SIZES.start(), GROUND_SIZES.end())]
+    #[error("a ground of {size} samples per side requested; give {} to {}", GROUND_SIZES.start(), GROUND_SIZES.end())]
     GroundSize {
-        /// As asked.
+        /// The requested number.
         size: u32,
     },
     /// Samples too close or too far apart.
-    #[error("samples {spacing} m apart asked for; give {} to {}", GROUND_SPACINGS.start(), GROUND_SPACINGS.end())]
+    #[error("samples {spacing} m apart requested; give {} to {}", GROUND_SPACINGS.start(), GROUND_SPACINGS.end())]
     GroundSpacing {
-        /// As asked, metres.
+        /// The requested spacing, metres.
         spacing: String,
     },
     /// The file can't be written.
     #[error("{what}")]
     Write {
-        /// What the system says.
+        /// The system's message.
         what: String,
     },
 }
 
-/// A scene and what is known about it.
+/// A scene and its facts.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Generated {
     /// The model: binary glTF.
@@ -232,7 +232,7 @@ impl Building {
     }
 }
 
-/// JSON for people and for `diff`: each key on a line of its own, and each element of a list of objects.
+/// JSON for people and for `diff`: one line per key, and per element of a list of objects.
 pub fn pretty(value: &Value) -> String {
     let mut out = String::from("{\n");
     let Value::Object(map) = value else {

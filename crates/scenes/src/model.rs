@@ -1,11 +1,11 @@
-//! What a generator fills: meshes, nodes that place them, groups that nodes hang from.
+//! The model that a generator builds: meshes, nodes that place them, groups of nodes.
 
 use super::solid::{Solid, turn};
 use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DVec3};
 use std::collections::BTreeMap;
 
-/// What a surface looks like.
+/// Material of a surface.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Material {
     Plaster,
@@ -44,12 +44,12 @@ impl Material {
     }
 }
 
-/// Where a node puts its mesh: turned about the y axis, then moved.
+/// Placement of a node's mesh: rotated about the y axis, then moved.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Placement {
     /// Metres.
     pub(super) at: DVec3,
-    /// Anticlockwise seen from above, in turns; 0 leads from +x, 1/4 from +x to -z.
+    /// Anticlockwise seen from above, in turns; 1/4 rotates +x to -z.
     pub(super) turns: f64,
 }
 
@@ -65,7 +65,7 @@ impl From<Placement> for DAffine3 {
 pub(super) struct Pipe {
     /// Metres.
     pub(super) radius: f64,
-    /// Goes smoothly through the points.
+    /// Whether the curve passes smoothly through the points.
     pub(super) smooth: bool,
     /// Metres.
     pub(super) points: Vec<DVec3>,
@@ -88,7 +88,7 @@ pub(super) struct Node {
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Group {
     pub(super) name: String,
-    /// The group that it is part of; `None`: a root.
+    /// The parent group; `None`: a root.
     pub(super) parent: Option<usize>,
 }
 
@@ -98,9 +98,9 @@ pub(super) struct Model {
     pub(super) meshes: Vec<(Solid, Material)>,
     pub(super) nodes: Vec<Node>,
     pub(super) groups: Vec<Group>,
-    /// By mesh: the pipe that it is. A mesh without triangles is only that.
+    /// Pipes by mesh. A mesh without triangles is only a pipe.
     pub(super) pipes: BTreeMap<usize, Pipe>,
-    /// The group that new nodes and groups go to.
+    /// The parent of new nodes and groups.
     open: Option<usize>,
     shared: BTreeMap<String, usize>,
 }
@@ -112,7 +112,7 @@ impl Model {
         self.nodes.push(Node { name: name.into(), role, mesh: self.meshes.len() - 1, placement: None, group: self.open });
     }
 
-    /// Places a mesh that several nodes share under `key`; `make` builds it for the first of them.
+    /// Places a mesh that nodes share under `key`; `make` builds it for the first of them.
     pub(super) fn place(
         &mut self,
         name: impl Into<String>,
@@ -133,7 +133,7 @@ impl Model {
         self.nodes.push(Node { name: name.into(), role, mesh, placement: Some(placement.into()), group: self.open });
     }
 
-    /// Says that the mesh of the last node is a pipe.
+    /// Marks the last node's mesh as a pipe.
     pub(super) fn last_is_pipe(&mut self, pipe: Pipe) {
         if let Some(node) = self.nodes.last() {
             self.pipes.entry(node.mesh).or_insert(pipe);
@@ -148,7 +148,7 @@ impl Model {
         self.nodes.push(Node { name: name.into(), role: Role::Furnishing, mesh, placement, group: self.open });
     }
 
-    /// Opens a group, a part of the one that is open: what is added from now on goes there.
+    /// Opens a group inside the open one; later nodes go there.
     pub(super) fn enter(&mut self, name: impl Into<String>) {
         self.groups.push(Group { name: name.into(), parent: self.open });
         self.open = Some(self.groups.len() - 1);
@@ -159,7 +159,7 @@ impl Model {
         self.open = self.open.and_then(|group| self.groups[group].parent);
     }
 
-    /// Number of triangles drawn: a mesh counts once for each node that places it.
+    /// Number of drawn triangles: a mesh counts once per node.
     pub(super) fn triangles(&self) -> usize {
         self.nodes.iter().map(|n| self.meshes[n.mesh].0.triangles.len()).sum()
     }

@@ -1,6 +1,6 @@
 //! An office building: wings of offices on both sides of a corridor, joined by a spine with stairs, a lift and a lobby.
 //!
-//! Seen from above (x to the right, z down), one wing and its core; further wings follow down the spine, with courts between:
+//! Seen from above (x to the right, z down), one wing and its core; further wings follow along the spine, with courts between:
 //!
 //! ```text
 //!   stairs         | s | office | office  | office |
@@ -23,7 +23,7 @@ use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// A cupboard's middle keeps so far from a door's, metres.
+/// Least distance between the middles of a cupboard and a door, metres.
 const FREE_OF_DOOR: f64 = 1.3;
 
 /// Random streams.
@@ -34,7 +34,7 @@ const FURNITURE: u64 = 5;
 const STYLE: Style = Style { outer: 300, inner: 150, clear: 3000, slab: 300 };
 /// Most offices on one side of a corridor.
 const SIDE: usize = 14;
-/// Offices on a storey when the number of storeys isn't given.
+/// Offices per storey if the number of storeys isn't given.
 const PER_STOREY: usize = 50;
 
 // Axes, millimetres.
@@ -49,11 +49,11 @@ const BAY: i32 = 4200;
 /// Depths of the core's rooms: stairs, lift and store; the lobby takes the rest.
 const STAIRS: i32 = 2900;
 const SHAFT: i32 = 5200;
-/// The stairs' flights: where they start, from the spine, and where they end.
+/// Start of the stairs' flights, from the spine, and their end.
 const FLIGHT: [i32; 2] = [-1500, -4200];
 const RISERS: i32 = 20;
 
-/// What a room is for.
+/// Use of a room.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Use {
     Office,
@@ -66,7 +66,7 @@ enum Use {
     Meeting,
 }
 
-/// One storey: its plan and what its rooms are.
+/// One storey: its plan and the uses of its rooms.
 struct Storey {
     plan: Plan,
     uses: Vec<Use>,
@@ -75,7 +75,7 @@ struct Storey {
 }
 
 impl Storey {
-    /// Rooms of one storey; `sides` says how many offices stand on each side of each wing's corridor.
+    /// Rooms of one storey; `sides`: number of offices on each side of each wing's corridor.
     fn new(level: usize, sides: &[[usize; 2]], bays: usize, rng: &mut Prng) -> Self {
         let (mut rooms, mut uses, mut wings) = (Vec::new(), Vec::new(), Vec::new());
         let mut add = |name: String, x: [i32; 2], z: [i32; 2], what: Use, wing: usize| {
@@ -124,7 +124,7 @@ impl Storey {
             let wall = &self.plan.walls[w];
             let [a, b] = wall.sides.map(|s| s.map(|r| self.uses[r]));
             let pair = |x: Use, y: Use| [a, b] == [Some(x), Some(y)] || [a, b] == [Some(y), Some(x)];
-            // Doors open into the room that isn't a corridor, a spine or outside.
+            // Doors open into the room that isn't a corridor, the spine or outside.
             let into = usize::from(matches!(a, None | Some(Use::Corridor | Use::Spine)));
             let hole = |fill, at, width, head| Hole { fill, at, width, sill: 0, head, into };
             let [from, to] = self.plan.clear_span(w, 600);
@@ -135,7 +135,7 @@ impl Storey {
                 holes.push(hole(Fill::Door, rng.steps(from, to, 50), 950, 2100));
             } else if pair(Use::Office, Use::Office) {
                 if rng.chance(0.25) {
-                    // In the half next to the corridor: desks stand at the windows.
+                    // In the half next to the corridor; desks stand at the windows.
                     let first_side = lesser % (WING + COURT) == 0;
                     let off = rng.steps(1500, 2100, 50);
                     holes.push(hole(
@@ -152,7 +152,7 @@ impl Storey {
             } else if pair(Use::Meeting, Use::Spine) || pair(Use::Store, Use::Lobby) || pair(Use::Store, Use::Meeting) {
                 holes.push(hole(Fill::Door, middle, 950, 2100));
             } else if pair(Use::Lift, Use::Spine) {
-                // A lift's doors open from the landing: their leaf, when open, stands in the spine.
+                // A lift's doors open towards the landing: the open leaf stands in the spine.
                 holes.push(Hole { into: 1, ..hole(Fill::Door, middle, 1100, 2100) });
             } else if pair(Use::Stairs, Use::Spine) {
                 // Opposite the first flight, so that the leaf clears the landing.
@@ -178,7 +178,7 @@ impl Storey {
         self.wings.iter().max().map_or(0, |last| last + 1)
     }
 
-    /// The first room with a use in a wing.
+    /// The first room of a use in a wing.
     fn find(&self, what: Use, wing: usize) -> Option<usize> {
         (0..self.uses.len()).find(|&r| self.uses[r] == what && self.wings[r] == wing)
     }
@@ -188,7 +188,7 @@ fn window(at: i32, width: i32) -> Hole {
     Hole { fill: Fill::Glass, at, width, sill: 900, head: 2200, into: 0 }
 }
 
-/// How many offices stand on each side of each wing, storey by storey: as even as can be, the rest from the bottom up.
+/// Number of offices on each side of each wing, by storey: as even as possible, the remainder from the bottom up.
 fn distribute(offices: usize, storeys: usize) -> (Vec<Vec<[usize; 2]>>, usize) {
     let wings = offices.div_ceil(storeys).div_ceil(2 * SIDE);
     let sides = storeys * wings * 2;
@@ -197,8 +197,8 @@ fn distribute(offices: usize, storeys: usize) -> (Vec<Vec<[usize; 2]>>, usize) {
     ((0..storeys).map(storey).collect(), offices.div_ceil(sides))
 }
 
-/// An office building with `offices` offices; corridors, stairs, lifts, stores, meeting rooms and the lobby come on top.
-/// `storeys`: as many as give about 50 offices each, unless said otherwise.
+/// An office building with `offices` offices; corridors, stairs, lifts, stores, meeting rooms and the lobby are additional. By
+/// default `storeys` gives about 50 offices per storey.
 pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, seed: u64) -> Building {
     let storeys = storeys.unwrap_or(offices.div_ceil(PER_STOREY));
     let (sides, bays) = distribute(offices, storeys);
@@ -208,10 +208,10 @@ pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, se
         .map(|(s, sides)| Storey::new(s, sides, bays, &mut Prng::new(seed, PLAN + ((s as u64) << 8))))
         .collect();
 
-    // 1. What there is.
+    // 1. The facts.
     let (mut facts, ids) = describe(&levels);
 
-    // 2. The way through it decides which leaves stand open.
+    // 2. The path; it decides which leaves stand open.
     let mut model = Model::default();
     climb(&mut model, &mut facts, &levels, &ids);
     let walk = walk(&facts, &levels, &ids);
@@ -232,7 +232,7 @@ pub(super) fn office(offices: usize, storeys: Option<usize>, furnished: bool, se
     Building { name: "office".into(), seed, counted: vec![("offices", offices)], model, facts, path }
 }
 
-/// Rooms, doors and windows, storey by storey; and by storey, the number of each of its rooms among all.
+/// Rooms, doors and windows, by storey; and for each storey, the index of each of its rooms.
 fn describe(levels: &[Storey]) -> (Facts, Vec<Vec<usize>>) {
     let mut facts = Facts::default();
     let mut ids: Vec<Vec<usize>> = Vec::new();
@@ -268,7 +268,7 @@ fn climb(model: &mut Model, facts: &mut Facts, levels: &[Storey], ids: &[Vec<usi
     }
 }
 
-/// Builds all storeys; no leaf is shut on a walk. Returns the shafts of lifts.
+/// Builds all storeys; no leaf on the path is shut. Returns the lift shafts.
 fn build(model: &mut Model, facts: &Facts, levels: &[Storey], walk: &[Option<usize>], shut: &mut Prng) -> Vec<[DVec3; 2]> {
     let mut leaves = facts.openings.iter().filter(|o| o.fill == Fill::Door);
     let mut is_shut = |[a, b]: [Option<usize>; 2]| {
@@ -291,13 +291,13 @@ fn build(model: &mut Model, facts: &Facts, levels: &[Storey], walk: &[Option<usi
     shafts
 }
 
-/// True where the storey above has a floor over a room.
+/// True if the storey above has a floor over the room.
 fn covers(above: &Plan, room: &PlanRoom) -> bool {
     let (x, z) = ((room.x[0] + room.x[1]) / 2, (room.z[0] + room.z[1]) / 2);
     above.rooms.iter().any(|r| (r.x[0]..r.x[1]).contains(&x) && (r.z[0]..r.z[1]).contains(&z))
 }
 
-/// The holes in a room's floor above the ground.
+/// The holes in the floor of a room above the ground floor.
 fn voids(level: &Storey, room: usize, floor: i32) -> Vec<Aabb> {
     let [x, z] = level.plan.clear(room);
     let x = match level.uses[room] {
@@ -318,8 +318,8 @@ fn stairs(model: &mut Model, plan: &Plan, room: usize, storey: usize, wing: usiz
     let half = RISERS / 2;
     let tread = (start - end) / f64::from(half - 1);
     let width = (z[1] - z[0] - 0.1) / 2.0;
-    // Steps from right to left in (x, y): up the fronts, back down the sloping underside. The last riser is the landing's edge.
-    // A flight that starts from a slab's or a landing's edge hangs from it; the first one stands on the ground floor.
+    // Steps from right to left in (x, y): up the risers, back down the sloping underside. The last riser is the landing's edge. A
+    // flight from a slab or a landing hangs from its edge; the first one stands on the ground floor.
     let flight = |hung: bool| {
         let steps = (1..half)
             .flat_map(|i| [(i - 1, i), (i, i)])
@@ -331,7 +331,7 @@ fn stairs(model: &mut Model, plan: &Plan, room: usize, storey: usize, wing: usiz
     };
     let middle = floor + rise * f64::from(half);
     let lower = extrude(&flight(storey > 0), DVec3::new(start, floor, z[0]), DVec3::X, DVec3::Y, width);
-    // The same the other way round: turned about the vertical, so swept towards lesser z.
+    // The same rotated about the vertical, so extruded towards lower z.
     let upper = extrude(&flight(true), DVec3::new(end, middle, z[1]), DVec3::NEG_X, DVec3::Y, width);
     let landing = cuboid(DVec3::new(x[0], middle - 0.25, z[0]), DVec3::new(end, middle, z[1]));
     let parts = [("flight.0", Role::Stair, lower), ("landing", Role::Structure, landing), ("flight.1", Role::Stair, upper)];
@@ -356,8 +356,8 @@ fn stairs(model: &mut Model, plan: &Plan, room: usize, storey: usize, wing: usiz
     }
 }
 
-/// Into the lobby, along the first corridor and through an office; up one flight after another, an office on each of the
-/// first four storeys, and through a connecting door where there is one.
+/// Into the lobby, along the first corridor and through an office; up flight after flight, through an office on each of the first
+/// four storeys, and through a connecting door if there is one.
 fn walk(facts: &Facts, levels: &[Storey], ids: &[Vec<usize>]) -> Vec<Option<usize>> {
     let mut stops = Vec::new();
     stops.extend(levels[0].find(Use::Lobby, 0).map(|r| ids[0][r]));
@@ -394,7 +394,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
         let (mx, mz) = ((x[0] + x[1]) / 2.0, (z[0] + z[1]) / 2.0);
         match level.uses[room] {
             Use::Office => {
-                // Windows towards lesser z on the first side of a corridor, towards greater z on the second.
+                // Windows face lower z on the first side of a corridor, higher z on the second.
                 let first_side = level.plan.rooms[room].z[0] % (WING + COURT) == 0;
                 let (facade, inwards) = if first_side { (z[0], 1.0) } else { (z[1], -1.0) };
                 let width = x[1] - x[0];
@@ -402,7 +402,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
                 for i in 0..desks {
                     let at = x[0] + width * (i as f64 + 0.5) / desks as f64;
                     let place = |off: f64| DVec3::new(at, floor, facade + inwards * off);
-                    // Sitting with the back to the window.
+                    // People sit with their back to the window.
                     let turns = if first_side { 0.5 } else { 0.0 };
                     put("desk", room, i, place(1.5), turns);
                     put("chair", room, i, place(0.8), turns + rng.range(-0.06, 0.06));
@@ -414,7 +414,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
                 });
             }
             Use::Meeting => {
-                // Off the line between the doors to the spine and to the store.
+                // Off the line between the doors of the spine and of the store.
                 let at = DVec3::new(x[0] + 1.9, floor, mz + 0.9);
                 put("table", room, 0, at, 0.0);
                 for i in 0..6 {
@@ -446,7 +446,7 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
     }
 }
 
-/// One or two cupboards against the corridor's wall, where the door leaves space.
+/// One or two cupboards at the corridor's wall, if the door leaves space.
 fn cupboards(level: &Storey, room: usize, [x, z]: [[f64; 2]; 2], inwards: f64, mut put: impl FnMut(usize, DVec2, f64)) {
     let wall = level.plan.walls.iter().find(|w| w.sides.contains(&Some(room)) && w.along_x && !w.is_outer());
     let Some(door) = wall.and_then(|w| w.holes.first()) else {
@@ -454,7 +454,7 @@ fn cupboards(level: &Storey, room: usize, [x, z]: [[f64; 2]; 2], inwards: f64, m
     };
     let (door, face) = (metres(door.at), if inwards > 0.0 { z[1] - 0.25 } else { z[0] + 0.25 });
     let turns = if inwards > 0.0 { 0.5 } else { 0.0 };
-    // The leaf stands at the hinge, on the lesser side.
+    // The leaf stands at the hinge, on the lower side.
     let mut number = 0;
     for at in [x[0] + 0.5, x[1] - 0.5] {
         if (at - door).abs() > FREE_OF_DOOR {

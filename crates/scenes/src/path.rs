@@ -1,4 +1,4 @@
-//! A walk through a building: from room to room through the middle of doors, at eye height.
+//! A walk through a building at eye height, from room to room through the middle of doors.
 
 use super::facts::{Facts, Fill};
 use enfilade::types::person::EYE_HEIGHT;
@@ -6,9 +6,9 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 
-/// How far ahead along the way the camera looks, metres.
+/// Distance of the camera's target along the path, metres.
 const AHEAD: f64 = 2.5;
-/// How far before and behind a door's wall the way goes straight, metres: past an open leaf.
+/// Length of the straight path before and behind a door's wall, metres: past an open leaf.
 const STRAIGHT: f64 = 1.05;
 
 /// A camera path in the model's coordinates.
@@ -19,8 +19,8 @@ pub(super) struct CameraPath {
 }
 
 impl CameraPath {
-    /// Frames spread along a polyline of floor points, at most `step` metres apart; every corner is a frame, so that the
-    /// straight line between two frames never leaves the way.
+    /// Frames along a polyline of floor points, at most `step` metres apart; every corner is a frame, so that the straight line
+    /// between two frames never leaves the path.
     pub(super) fn along(way: &[DVec3], step: f64) -> Self {
         let mut eyes: Vec<DVec3> = Vec::new();
         for leg in way.windows(2) {
@@ -33,7 +33,7 @@ impl CameraPath {
         Self { frames }
     }
 
-    /// In the form that `walk --path` reads.
+    /// The format of `walk --path`.
     pub(super) fn json(&self, name: &str) -> Value {
         let round = |p: DVec3| p.to_array().map(|x| (x * 1e4).round() / 1e4 + 0.0);
         let frames: Vec<Value> =
@@ -42,7 +42,7 @@ impl CameraPath {
     }
 }
 
-/// The point [`AHEAD`] metres along the way; `None` where less than half a metre is left.
+/// The point [`AHEAD`] metres along the path; `None` if less than half a metre remains.
 fn look_ahead(eyes: &[DVec3]) -> Option<DVec3> {
     let mut left = AHEAD;
     for leg in eyes.windows(2) {
@@ -56,13 +56,13 @@ fn look_ahead(eyes: &[DVec3]) -> Option<DVec3> {
     (last.distance(eyes[0]) > 0.5).then_some(last)
 }
 
-/// The direction of the last leg that has a length.
+/// The direction of the last leg of non-zero length.
 fn heading(eyes: &[DVec3]) -> DVec3 {
     eyes.windows(2).rev().map(|l| l[1] - l[0]).find(|d| d.length() > 0.0).map_or(DVec3::NEG_Z, DVec3::normalize) * AHEAD
 }
 
 impl Facts {
-    /// The rooms on a shortest way (fewest doors) on foot, both ends included; empty where there is none. `None` is outside.
+    /// The rooms on a shortest path (fewest doors), both ends included; empty if there is none. `None` is outside.
     pub(super) fn shortest(&self, from: Option<usize>, to: Option<usize>) -> Vec<Option<usize>> {
         let slot = |r: Option<usize>| r.map_or(0, |r| r + 1);
         let mut next = vec![Vec::new(); self.rooms.len() + 1];
@@ -95,7 +95,7 @@ impl Facts {
         way
     }
 
-    /// A shortest way through several rooms in turn, from outside.
+    /// A shortest path through several rooms in turn, from outside.
     pub(super) fn tour(&self, stops: &[usize]) -> Vec<Option<usize>> {
         let mut way = vec![None];
         for &stop in stops {
@@ -105,8 +105,8 @@ impl Facts {
         way
     }
 
-    /// Floor points of a walk through rooms that follow each other. A room that is left by the door it was entered by is
-    /// walked into as far as its middle.
+    /// Floor points of a walk through consecutive rooms. A room that is entered and left by the same door is walked into as far
+    /// as its middle.
     pub(super) fn way(&self, rooms: &[Option<usize>]) -> Vec<DVec3> {
         let mut way = Vec::new();
         for (i, pair) in rooms.windows(2).enumerate() {

@@ -1,4 +1,4 @@
-//! Pipes: racks with elbows, risers and coils, as lines with a radius; after the scenes of pipes that studies of tubes measure.
+//! Pipes: racks with elbows, risers and coils, as lines with a radius; modelled on the pipe scenes of studies on tubes.
 
 use super::building::Building;
 use super::facts::Facts;
@@ -10,20 +10,20 @@ use enfilade::scene::Role;
 use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::DVec3;
 
-/// Random stream of what stands where.
+/// Random stream of the kinds of bundles.
 const PLACES: u64 = 1;
-/// Edge of the square that a bundle has, metres.
+/// Edge of a bundle's square, metres.
 const EDGE: f64 = 12.0;
-/// Sections of a coil, at most.
+/// Most sections of a coil.
 const MOST_OF_COIL: usize = 20_000;
-/// Points of a turn of a coil.
+/// Points per turn of a coil.
 const OF_TURN: u32 = 8;
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// Pipes of `sections` sections, or a few more, on a square site.
+/// Pipes with `sections` sections or a few more, on a square site.
 pub(super) fn pipes(sections: usize, seed: u64) -> Building {
     let rng = &mut Prng::new(seed, PLACES);
     let mut bundles: Vec<Vec<Pipe>> = Vec::new();
@@ -50,14 +50,14 @@ pub(super) fn pipes(sections: usize, seed: u64) -> Building {
             pipes += 1;
         }
     }
-    // Along the first row, then up over all of it.
+    // Along the first row, then up over the whole site.
     let way = [v(-6.0, 3.0, 6.0), v(width, 3.0, 6.0), v(width, 40.0, depth), v(-0.5 * width, 0.5 * width, -0.5 * depth)];
     let path = CameraPath::along(&way, way.windows(2).map(|p| p[0].distance(p[1])).sum::<f64>() / 600.0);
     let counted = vec![("sections", count), ("pipes", pipes)];
     Building { name: "pipes".into(), seed, counted, model, facts: Facts::default(), path }
 }
 
-/// Sections of a pipe's tube.
+/// Number of sections of a pipe's tube.
 fn sections_of(pipe: &Pipe) -> usize {
     let mut tubes = Tubes::default();
     let shape = Shape { radius: pipe.radius, inner: 0.0, capped: true };
@@ -69,7 +69,7 @@ fn sections_of(pipe: &Pipe) -> usize {
     made.map_or(0, |()| tubes.divided().sections.len())
 }
 
-/// Pipes side by side, which go round two corners.
+/// Parallel pipes around two corners.
 fn rack(rng: &mut Prng) -> Vec<Pipe> {
     let mut across = 0.5;
     let mut pipes = Vec::new();
@@ -85,7 +85,7 @@ fn rack(rng: &mut Prng) -> Vec<Pipe> {
     pipes
 }
 
-/// Pipes that come along the ground and go up.
+/// Pipes that run along the ground and then up.
 fn risers(rng: &mut Prng) -> Vec<Pipe> {
     let riser = |k: i32| {
         let radius = 0.05 * f64::from(rng.steps(1, 6, 1));
@@ -97,7 +97,7 @@ fn risers(rng: &mut Prng) -> Vec<Pipe> {
     (0..7).map(riser).collect()
 }
 
-/// A coil, as of a heat exchanger.
+/// A coil, as in a heat exchanger.
 fn coil(rng: &mut Prng) -> Vec<Pipe> {
     let (radius, turns) = (0.01 * f64::from(rng.steps(2, 5, 1)), rng.steps(20, 60, 1) as u32);
     let (bend, rise) = (0.2 * f64::from(rng.steps(3, 12, 1)), 3.0 * radius);

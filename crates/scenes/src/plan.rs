@@ -1,9 +1,8 @@
-//! One storey of rectangular rooms: where its walls must stand, and how they are built.
+//! One storey of rectangular rooms: the position and construction of its walls.
 //!
-//! Rooms are rectangles between wall axes, in whole millimetres, so that two rooms which share a wall agree on where it is.
-//! Every stretch of axis with one room (or none) on either side is a wall of its own. Where walls meet, those along x run
-//! through and those along z stop at their faces: solids touch in whole faces or overlap, so nothing is seen between them,
-//! and no two faces lie in one plane where they could be seen.
+//! Rooms are rectangles between wall axes, in whole millimetres, so that two rooms agree on their common wall. Every stretch of
+//! axis with one room (or none) on either side is a wall of its own. At junctions, walls along x run through and walls along z
+//! stop at their faces: solids touch in whole faces or overlap, so there are no gaps and no visible coplanar faces.
 
 use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Placement};
@@ -15,7 +14,7 @@ use std::collections::BTreeMap;
 
 /// Thickness of a door's leaf, of a pane; metres.
 const LEAF: f64 = 0.04;
-/// How far a leaf that is shut reaches into what is beside and above it, so that nothing shows around it; metres.
+/// Overlap of a shut leaf with the wall beside and above it, so that there is no gap; metres.
 const REBATE: f64 = 0.005;
 const PANE: f64 = 0.03;
 
@@ -52,7 +51,7 @@ pub(super) struct PlanRoom {
     pub(super) z: [i32; 2],
 }
 
-/// What is cut into a wall; millimetres, heights above the floor.
+/// An opening in a wall; millimetres, heights above the floor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hole {
     pub(super) fill: Fill,
@@ -61,7 +60,7 @@ pub(super) struct Hole {
     pub(super) width: i32,
     pub(super) sill: i32,
     pub(super) head: i32,
-    /// The side that a door's leaf opens to: 0 for lesser coordinates, 1 for greater.
+    /// The side to which a door's leaf opens: 0 for lower coordinates, 1 for higher.
     pub(super) into: usize,
 }
 
@@ -72,15 +71,15 @@ pub(super) struct Wall {
     pub(super) along_x: bool,
     /// The axis: its z, or its x.
     pub(super) line: i32,
-    /// From, to along the axis.
+    /// Start and end along the axis.
     pub(super) span: [i32; 2],
-    /// Rooms towards lesser and greater coordinates.
+    /// Rooms at lower and higher coordinates.
     pub(super) sides: [Option<usize>; 2],
     pub(super) holes: Vec<Hole>,
 }
 
 impl Wall {
-    /// True where outside is on one side.
+    /// True if one side is outside.
     pub(super) fn is_outer(&self) -> bool {
         self.sides.contains(&None)
     }
@@ -100,7 +99,7 @@ impl Wall {
     }
 }
 
-/// One side of a room: on which side of its line the room lies (0: lesser coordinates), its extent along it.
+/// One side of a room: the room's side of the line (0: lower coordinates), and its extent along it.
 #[derive(Clone, Copy)]
 struct Edge {
     side: usize,
@@ -108,7 +107,7 @@ struct Edge {
     room: usize,
 }
 
-/// Walls of one direction that end at a junction: how many, the least and the greatest thickness.
+/// Walls of one direction that end at a junction: their number, the least and the greatest thickness.
 #[derive(Clone, Copy, Default)]
 struct Ends {
     count: u32,
@@ -129,7 +128,7 @@ pub(super) struct Plan {
 impl Plan {
     /// Finds the walls of rooms that don't overlap.
     pub(super) fn new(style: Style, rooms: Vec<PlanRoom>) -> Self {
-        // For each line: the rooms that end there (side 0) and that start there (side 1), with their extent along it.
+        // For each line: the rooms that end there (side 0) or start there (side 1), with their extent along it.
         let mut lines: BTreeMap<(bool, i32), Vec<Edge>> = BTreeMap::new();
         for (i, room) in rooms.iter().enumerate() {
             for side in 0..2 {
@@ -176,8 +175,7 @@ impl Plan {
         &self.around[room]
     }
 
-    /// The least and greatest coordinate along a wall where something may be cut or stood: clear of crossing walls by
-    /// `margin` millimetres.
+    /// The range along a wall for openings or furniture: clear of crossing walls by `margin` millimetres.
     pub(super) fn clear_span(&self, wall: usize, margin: i32) -> [i32; 2] {
         let [from, to] = self.walls[wall].span;
         let off = self.style.outer.max(self.style.inner) / 2 + margin;
@@ -190,7 +188,7 @@ impl Plan {
         for wall in self.around[room].iter().map(|&w| &self.walls[w]) {
             for side in 0..2 {
                 if wall.sides[side] == Some(room) {
-                    // The wall is the far end of the room on its lesser side.
+                    // The wall is the far end of the room on its lower side.
                     let off = &mut off[usize::from(wall.along_x)][1 - side];
                     *off = (*off).max(wall.thickness(&self.style) / 2);
                 }
@@ -200,7 +198,7 @@ impl Plan {
         [[r.x[0] + off[0][0], r.x[1] - off[0][1]], [r.z[0] + off[1][0], r.z[1] - off[1][1]]]
     }
 
-    /// How far each wall reaches along its axis once junctions are closed: see the module's text.
+    /// Ends of each wall along its axis with closed junctions, see the module's documentation.
     fn extents(&self) -> Vec<[i32; 2]> {
         // At each junction: the walls along z, the walls along x.
         let mut junctions: BTreeMap<(i32, i32), [Ends; 2]> = BTreeMap::new();
@@ -228,8 +226,8 @@ impl Plan {
             .collect()
     }
 
-    /// The facts of this storey: its rooms, then its doors and windows. Gives each plan room's number among all rooms.
-    /// `known` names rooms that reach through several storeys and were listed before.
+    /// Adds the facts of this storey: its rooms, then its doors and windows. Returns each plan room's index among all rooms.
+    /// `known`: rooms through several storeys that were added before.
     pub(super) fn describe(
         &self,
         facts: &mut Facts,
@@ -269,8 +267,8 @@ impl Plan {
         ids
     }
 
-    /// Builds walls, floor slabs, the roof over rooms with `roofed`, panes and door leaves. `voids` are the holes of each
-    /// room's floor; `closed` says which of the plan's leaves are shut, in the order of walls and holes.
+    /// Builds walls, floor slabs, the roof over rooms with `roofed`, panes and door leaves. `voids`: holes of each room's floor;
+    /// `closed`: whether the next leaf is shut, in the order of walls and holes.
     pub(super) fn build(
         &self,
         model: &mut Model,
@@ -314,7 +312,7 @@ impl Plan {
         }
     }
 
-    /// A room's slab between its axes, and the strips under its outer walls' outer halves.
+    /// A room's slab between its axes, and the strips under the outer halves of its outer walls.
     fn slab(&self, room: usize, extents: &[[i32; 2]], [bottom, top]: [f64; 2], voids: &[Aabb]) -> Solid {
         let PlanRoom { x, z, .. } = &self.rooms[room];
         let ([x0, x1], [z0, z1]) = (x.map(metres), z.map(metres));
@@ -323,7 +321,7 @@ impl Plan {
         for &w in &self.around[room] {
             let wall = &self.walls[w];
             if let Some(outside) = wall.sides.iter().position(Option::is_none) {
-                // Along x the strip takes the corners, as the wall does; along z it runs from axis to axis.
+                // Along x the strip includes the corners, as the wall does; along z it runs from axis to axis.
                 let ends = if wall.along_x { extents[w] } else { wall.span };
                 let across = if outside == 0 { [-half, 0.0] } else { [0.0, half] };
                 let [a, b] = ends.map(metres);
@@ -343,10 +341,10 @@ pub(super) fn pane(model: &mut Model, name: &str, along_x: bool, hole: &Aabb) {
     model.place(name, Role::Window, placement, &key, Material::Glass, || cuboid(-half, half));
 }
 
-/// A leaf hinged at the lesser end of its hole, shut or standing open at a right angle; `into` as in [`Hole::into`].
+/// A leaf with its hinge at the lower end of its hole, shut or open at a right angle; `into` as in [`Hole::into`].
 pub(super) fn leaf(model: &mut Model, name: &str, along_x: bool, hole: &Aabb, into: usize, closed: bool) {
     let size = hole.size();
-    // Open, it clears what is around it; shut, it goes into the rebate of its hole.
+    // An open leaf is clear of its surroundings; a shut one overlaps the rim of its hole.
     let (side, above) = if closed { (REBATE, REBATE) } else { (-0.01, -0.01) };
     let (width, height) = (if along_x { size.x } else { size.z } + 2.0 * side, size.y + above);
     // +x, -z, -x, +z are 0 to 3 quarter turns.
@@ -356,7 +354,7 @@ pub(super) fn leaf(model: &mut Model, name: &str, along_x: bool, hole: &Aabb, in
         (false, false, _) => 2,
         _ => 3,
     };
-    // Off the hinge, clear of the hole's side, on the face of the wall that it opens to.
+    // At the hinge, clear of the hole's side, on the face of the wall to which it opens.
     let mut at = DVec3::new(hole.min.x, hole.min.y, hole.min.z);
     let (along, across) = if along_x { (0, 2) } else { (2, 0) };
     at[along] += if closed { -REBATE } else { LEAF / 2.0 + 0.005 };

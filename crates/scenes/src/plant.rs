@@ -1,8 +1,8 @@
 //! A process plant: sheds with gates, tanks, structures of slabs and gratings, racks of pipes along the roads between.
 //!
-//! Not like a plan: most of it is open to the sky, what fills it is round or hangs in the air, and very much of its surface
-//! parts nothing. Blocks of 50 m stand in a grid; a seeded choice says what stands on each. Pipes, tanks and gratings are
-//! closed solids that share their meshes.
+//! Unlike a plan, most of it is open to the sky, many parts are round or hang in the air, and much of the surface separates
+//! nothing. Blocks of 50 m form a grid; their contents are random. Pipes, tanks and gratings are closed solids with shared
+//! meshes.
 
 use super::building::Building;
 use super::facts::{Facts, Fill, Opening, Room};
@@ -14,12 +14,12 @@ use enfilade::random::Prng;
 use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 
-/// Where the last pipe of a rack may start, metres across it.
+/// Last start of a pipe across a rack, metres.
 const RACK_END: f64 = 4.6;
 
-/// Edge of a block with its share of the roads, metres.
+/// Edge of a block including its share of the roads, metres.
 const BLOCK: f64 = 50.0;
-/// Random stream of what stands where.
+/// Random stream of the blocks' contents.
 const PLOTS: u64 = 1;
 /// Thickness of a shed's walls and roof, metres.
 const SHEET: f64 = 0.2;
@@ -38,7 +38,7 @@ pub(super) fn plant(size: usize, seed: u64) -> Building {
     for i in 0..blocks * blocks {
         let at = v(margin + (i % blocks) as f64 * BLOCK, 0.0, margin + (i / blocks) as f64 * BLOCK);
         let mut block = Block { model: &mut model, facts: &mut facts, at, number: i };
-        // The first block is a shed in every plant.
+        // The first block of every plant is a shed.
         match if i == 0 { 0 } else { rng.below(10) } {
             0..=2 => block.shed(rng),
             3..=5 => block.tanks(rng),
@@ -68,7 +68,7 @@ impl Block<'_> {
         format!("{what} {}", self.number)
     }
 
-    /// Two bays of 18 x 28 m, 9 to 12 m high, a gate at either end and a smaller one in the wall between.
+    /// Two bays of 18 x 28 m, 9 to 12 m high, with a gate at each end and a smaller one between them.
     fn shed(&mut self, rng: &mut Prng) {
         let height = f64::from(rng.steps(90, 120, 5)) / 10.0;
         let (low, high) = (self.at + v(8.0, 0.0, 12.0), self.at + v(44.0, height, 40.0));
@@ -110,7 +110,7 @@ impl Block<'_> {
                 footprint: footprint.map(|(x, z)| DVec2::new(x, z)).to_vec(),
             });
         }
-        // Machines, out of the gates' way.
+        // Machines, clear of the gates.
         for i in 0..6 {
             let at = v(low.x + 4.0 + 5.6 * f64::from(i), 0.0, if i % 2 == 0 { low.z + 2.0 } else { high.z - 4.0 });
             let place = Placement { at, turns: 0.0 };
@@ -126,7 +126,7 @@ impl Block<'_> {
         }
     }
 
-    /// Four tanks with flat cones for roofs.
+    /// Four tanks with flat conical roofs.
     fn tanks(&mut self, rng: &mut Prng) {
         let (radius, height) = (rng.steps(5, 8, 1), rng.steps(8, 16, 2));
         for i in 0..4 {
@@ -138,7 +138,7 @@ impl Block<'_> {
         }
     }
 
-    /// 24 x 24 m, four levels 5 m apart on columns 6 m apart: slabs, gratings, vessels, a ramp from each level to the next.
+    /// 24 x 24 m, four levels 5 m apart on columns 6 m apart: slabs, gratings, vessels, a ramp between levels.
     fn structure(&mut self, rng: &mut Prng) {
         let low = self.at + v(14.0, 0.0, 14.0);
         let column = || cuboid(v(-0.2, 0.0, -0.2), v(0.2, 21.0, 0.2));
@@ -156,7 +156,7 @@ impl Block<'_> {
             let slab = level % 2 == 1;
             for bay in 0..16 {
                 let (column, row) = (bay % 4, bay / 4);
-                // The ramp's way stays open; gratings lie in every other bay.
+                // The ramp stays clear; every other bay has a grating.
                 if row == 0 || (!slab && (column + row) % 2 == 0) {
                     continue;
                 }
@@ -198,10 +198,10 @@ impl Block<'_> {
         );
     }
 
-    /// Pipes on three levels beside the road, a trestle every 6 m; `turns` of 0 runs along x, of 1/4 along z.
+    /// Pipes on three levels beside the road, with a trestle every 6 m; along x for `turns` of 0, along z for 1/4.
     fn rack(&mut self, turns: f64, rng: &mut Prng) {
         let (c, s) = turn(turns);
-        // Along the block's north side, or its west side.
+        // At the block's north side or its west side.
         let world = |along: f64, y: f64, across: f64| self.at + v(c * along + s * across, y, c * across + s * along);
         let turns = if turns == 0.0 { 0.0 } else { 0.75 };
         let way = if turns == 0.0 { "x" } else { "z" };
@@ -250,7 +250,7 @@ mod tests {
         for (solid, _) in &plant.model.meshes {
             assert_closed(solid, "a part of a plant");
         }
-        // Nothing leaves the site, or sinks below its ground's slab.
+        // Nothing lies outside the site or below the ground's slab.
         for node in &plant.model.nodes {
             let placement = node.placement.unwrap_or_default();
             for p in &plant.model.meshes[node.mesh].0.positions {

@@ -1,8 +1,7 @@
 //! Closed meshes: boxes with rectangular holes, extrusions, surfaces of revolution.
 //!
-//! Every function returns a watertight mesh wound counter-clockwise from outside, without T-junctions: neighbouring faces
-//! share whole edges. Sines come from a polynomial here and not from the platform, so that the bytes of a generated file are
-//! the same everywhere.
+//! Every function returns a watertight mesh, counter-clockwise from outside and without T-junctions: neighbouring faces share
+//! whole edges. Sines are computed by a polynomial, not by the platform, so that generated files have the same bytes everywhere.
 
 use enfilade::geom::Aabb;
 use glam::{DVec2, DVec3};
@@ -41,7 +40,7 @@ impl Solid {
         })
     }
 
-    /// Moved.
+    /// The solid, moved.
     pub(super) fn at(mut self, by: DVec3) -> Self {
         for p in &mut self.positions {
             *p += by;
@@ -49,7 +48,7 @@ impl Solid {
         self
     }
 
-    /// The enclosed volume, cubic metres: positive where the mesh is wound outwards.
+    /// The enclosed volume, cubic metres: positive if the faces point outwards.
     #[cfg(test)]
     pub(super) fn volume(&self) -> f64 {
         let corner = |i: u32| self.positions[i as usize];
@@ -57,8 +56,8 @@ impl Solid {
     }
 }
 
-/// Cosine and sine of an angle in turns, from the Taylor series on an eighth of a turn: basic operations only, and exact at
-/// quarter turns.
+/// Cosine and sine of an angle in turns, from the Taylor series on an eighth of a turn: basic operations only, exact at quarter
+/// turns.
 pub(super) fn turn(turns: f64) -> (f64, f64) {
     let quarter = (turns * 4.0).round();
     let x = (turns - quarter / 4.0) * std::f64::consts::TAU;
@@ -86,7 +85,7 @@ pub(super) fn cuboid(min: DVec3, max: DVec3) -> Solid {
 }
 
 /// A box with rectangular holes through it along one axis (0, 1, 2 for x, y, z). A hole's extent along that axis is ignored;
-/// holes that reach the box's rim open it.
+/// holes at the box's rim are open there.
 pub(super) fn perforated(min: DVec3, max: DVec3, axis: usize, holes: &[Aabb]) -> Solid {
     let (ua, va) = ((axis + 1) % 3, (axis + 2) % 3);
     let cuts = |a: usize| {
@@ -141,8 +140,8 @@ pub(super) fn perforated(min: DVec3, max: DVec3, axis: usize, holes: &[Aabb]) ->
     solid
 }
 
-/// Sweeps a simple polygon along `u x v` by `depth` metres. The outline lies in the plane that `u` and `v` (unit vectors at
-/// right angles) span at `origin`, either way round, and has no three corners in a row on one line.
+/// Extrudes a simple polygon along `u x v` by `depth` metres. The outline lies in the plane of `u` and `v` (perpendicular unit
+/// vectors) at `origin`, in either orientation, without three consecutive collinear corners.
 pub(super) fn extrude(outline: &[DVec2], origin: DVec3, u: DVec3, v: DVec3, depth: f64) -> Solid {
     let n = outline.len() as u32;
     let twice: f64 = (0..outline.len()).map(|i| outline[i].perp_dot(outline[(i + 1) % outline.len()])).sum();
@@ -169,7 +168,7 @@ pub(super) fn extrude(outline: &[DVec2], origin: DVec3, u: DVec3, v: DVec3, dept
     solid
 }
 
-/// Triangulates a simple counter-clockwise polygon by cutting ears (G. Meisters, *Polygons have ears*, 1975).
+/// Triangulates a simple counter-clockwise polygon by ear clipping (G. Meisters, *Polygons have ears*, 1975).
 fn ears(outline: &[DVec2]) -> Vec<[u32; 3]> {
     let mut left: Vec<u32> = (0..outline.len() as u32).collect();
     let mut out = Vec::with_capacity(outline.len().saturating_sub(2));
@@ -194,9 +193,9 @@ fn ears(outline: &[DVec2]) -> Vec<[u32; 3]> {
     out
 }
 
-/// Joins rings of points, each a single point or all of one length, into a closed surface. Seen from outside, rings follow
-/// each other upwards where their points run anticlockwise when seen from below. The first and last ring are single points,
-/// or else the last is joined to the first.
+/// Joins rings of points, each a single point or all of one length, into a closed surface. Seen from outside, rings go upwards if
+/// their points are anticlockwise seen from below. The first and last rings are single points, or else the last is joined to the
+/// first.
 pub(super) fn loft(rings: &[Vec<DVec3>]) -> Solid {
     let n = rings.iter().map(Vec::len).max().unwrap_or(0) as u32;
     let mut solid = Solid::default();
@@ -226,8 +225,8 @@ pub(super) fn loft(rings: &[Vec<DVec3>]) -> Solid {
     solid
 }
 
-/// Revolves a profile of (radius, height) about the y axis. The profile runs up the outside; it starts and ends on the axis
-/// (radius 0), or else is closed.
+/// Revolves a profile of (radius, height) about the y axis. The profile goes up the outside; it starts and ends on the axis
+/// (radius 0) or is closed.
 pub(super) fn lathe(profile: &[(f64, f64)], segments: u32) -> Solid {
     let rings: Vec<Vec<DVec3>> = profile
         .iter()
@@ -263,7 +262,7 @@ pub(super) mod tests {
     use super::*;
     use std::collections::BTreeMap;
 
-    /// Every directed edge has its opposite exactly once: closed, and consistently wound.
+    /// Every directed edge has its opposite exactly once: closed and consistently oriented.
     pub(crate) fn assert_closed(solid: &Solid, what: &str) {
         let mut edges = BTreeMap::new();
         for t in &solid.triangles {

@@ -1,13 +1,13 @@
-//! Teapots(n, s): n teapots of scale s at random places and turns in a box.
+//! Teapots(n, s): n teapots of scale s at random positions and rotations in a box.
 //!
-//! Based on: P. Ivson, *Técnicas de Otimização para Visualização de Modelos Massivos*, PUC-Rio, 2006, section 6.1. His teapot
-//! has 1,364 vertices, drawn by 2,781 indices. So has this one 1,364: four closed solids (body, lid, spout, handle), which
-//! makes 2 * 1,364 - 4 * 4 = 2,712 triangles. Its shape is M. Newell's (1975) in outline only; no data were taken.
+//! Based on: P. Ivson, *Técnicas de Otimização para Visualização de Modelos Massivos*, PUC-Rio, 2006, section 6.1. His teapot has
+//! 1,364 vertices, drawn by 2,781 indices. This one also has 1,364: four closed solids (body, lid, spout, handle), which makes 2
+//! * 1,364 - 4 * 4 = 2,712 triangles. Only its outline follows M. Newell's (1975); no data were taken.
 //!
-//! Two sizes follow from his table 6.2.1, areas of boxes at scale 10: the tightest around one teapot has 22.70 square units,
-//! the upright one around 5,000 has 10,835. The first makes a teapot of scale 1 that is 0.27 units long, life size in metres.
-//! The second fits a cube of 40 m for the teapots' middles; that his box is a cube is assumed. His camera paths aren't
-//! published. This one changes what his did: how much is in view and how much of that is hidden.
+//! Two sizes follow from his table 6.2.1, areas of boxes at scale 10: the tightest box around one teapot has 22.70 square units,
+//! the upright one around 5,000 has 10,835. By the first, a teapot of scale 1 is 0.27 units long, life size in metres. By the
+//! second, the teapots' centres fit a cube of 40 m; the cube is an assumption. His camera paths aren't published. This path
+//! varies the same: how much is in view, and how much of that is hidden.
 
 use super::building::Building;
 use super::facts::Facts;
@@ -18,18 +18,18 @@ use enfilade::random::Prng;
 use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-/// Random stream of places and turns.
+/// Random stream of positions and rotations.
 const PLACES: u64 = 1;
-/// Edge of the cube that the teapots' middles lie in, metres; the origin is its middle.
+/// Edge of the cube of the teapots' centres, metres; the origin is its centre.
 const EDGE: f64 = 40.0;
 /// Surface of the box around a teapot of scale 1, square metres.
 const BOX_AREA: f64 = 0.227;
-/// Corners of a ring of the body or the lid, and of the spout or the handle. With the rings below they make 1,364 vertices.
+/// Points per ring of the body and lid, and of the spout and handle. With the rings below they make 1,364 vertices.
 const AROUND: u32 = 32;
 const ACROSS: u32 = 12;
-/// The camera's distance from the middle at first and at last, metres: all teapots are in view, then those ahead.
+/// The camera's first and last distance from the centre, metres: all teapots are in view, then those ahead.
 const DISTANCES: [f64; 2] = [60.0, 2.0];
-/// Times that the camera goes round meanwhile, and in how many frames.
+/// The camera's revolutions, and its frames.
 const ROUNDS: f64 = 1.5;
 const FRAMES: usize = 600;
 
@@ -37,7 +37,7 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// `count` teapots, all of one mesh.
+/// `count` teapots with one mesh.
 pub(super) fn teapots(count: usize, scale: usize, seed: u64) -> Building {
     let rng = &mut Prng::new(seed, PLACES);
     let mut model = Model::default();
@@ -50,7 +50,7 @@ pub(super) fn teapots(count: usize, scale: usize, seed: u64) -> Building {
     Building { name: format!("teapots{count}x{scale}"), seed, counted, model, facts: Facts::default(), path: spiral() }
 }
 
-/// Any rotation, all equally likely (K. Shoemake, *Uniform random rotations*, 1992).
+/// A random rotation, uniformly distributed (K. Shoemake, *Uniform random rotations*, 1992).
 fn rotation(rng: &mut Prng) -> DQuat {
     let share = rng.unit();
     let ((c1, s1), (c2, s2)) = (turn(rng.unit()), turn(rng.unit()));
@@ -58,7 +58,7 @@ fn rotation(rng: &mut Prng) -> DQuat {
     DQuat::from_xyzw(a * s1, a * c1, b * s2, b * c2)
 }
 
-/// From outside into the middle, which the camera looks at.
+/// A spiral from outside to the centre, which is the target.
 fn spiral() -> CameraPath {
     let frame = |i: usize| {
         let part = i as f64 / (FRAMES - 1) as f64;
@@ -74,13 +74,13 @@ fn bezier([a, b, c, d]: [DVec3; 4], t: f64) -> DVec3 {
     a * (s * s * s) + b * (3.0 * s * s * t) + c * (3.0 * s * t * t) + d * (t * t * t)
 }
 
-/// Where such a curve leads to.
+/// The direction of such a curve.
 fn heading([a, b, c, d]: [DVec3; 4], t: f64) -> DVec3 {
     let s = 1.0 - t;
     ((b - a) * (s * s) + (c - b) * (2.0 * s * t) + (d - c) * (t * t)).normalize()
 }
 
-/// A teapot of scale 1 around the origin, upright, its spout towards +x. The curves are in units of half the body's radius.
+/// A teapot of scale 1 around the origin, upright, its spout towards +x. Curves are in units of half the body's radius.
 fn teapot() -> Solid {
     let points = |curve: [DVec3; 4], from: u32, to: u32, parts: u32| {
         (from..to).map(move |i| bezier(curve, f64::from(i) / f64::from(parts))).map(|p| (p.x, p.y))
@@ -117,7 +117,7 @@ fn teapot() -> Solid {
     teapot
 }
 
-/// A closed tube along a curve in the plane of x and y; `radii` are those in the plane and along z.
+/// A closed tube along a curve in the xy plane; `radii`: in that plane and along z.
 fn tube(curve: [DVec3; 4], rings: u32, radii: impl Fn(f64) -> [f64; 2]) -> Solid {
     let ring = |i: u32| -> Vec<DVec3> {
         let t = f64::from(i) / f64::from(rings - 1);

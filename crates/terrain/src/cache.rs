@@ -1,41 +1,41 @@
-//! Tiles in memory: so many at most, the oldest and deepest ones given up first.
+//! Tiles in memory: a limited number, with the oldest and deepest evicted first.
 //!
-//! Based on: the thesis' queue, in which a tile stands by the frame that last used it, weighted by its depth; its place is worked out when it
-//! comes in, and again only when it would leave. What differs: a tile stays while what it is divided into is there, so that whatever is
-//! given up, something coarser can be drawn instead.
+//! Based on: the thesis' queue, which ranks a tile by the frame that last used it, weighted by its depth. The rank is computed
+//! when a tile is loaded, and again only when it would be evicted. Deviation: a tile stays while its children are there, so that
+//! a coarser one can always be drawn instead.
 
 use super::format::{Header, Width};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// No tile, or no slot.
+/// No tile or no slot.
 const NONE: u32 = u32::MAX;
-/// Frames after its last use in which a tile stays: the device may still draw it, and it likely comes back.
+/// Frames for which a tile stays after its last use: the device may still draw it, and it is likely to return.
 const IN_USE: u32 = 60;
-/// Frames that a tile of one level counts as older than one of the level above.
+/// Frames by which a tile ages faster than one of the next coarser level.
 const OLDER_BY_LEVEL: u64 = 30;
-/// Tiles that are looked at for one that may leave.
+/// Tiles tested for one that may be evicted.
 const TRIES: usize = 64;
 
-/// Tiles in memory, each in a slot of its own.
+/// Tiles in memory, each in its own slot.
 #[derive(Debug)]
 pub(super) struct Cache {
-    /// Heights by slot, row after row: two of two bytes a word, or one of four.
+    /// Heights by slot, row after row: two per word, or one of four bytes.
     words: Vec<u32>,
     words_a_tile: usize,
     /// By tile.
     slots: Vec<u32>,
-    /// By tile, how many of its quarters are here.
+    /// By tile, the number of its children in memory.
     quarters: Vec<u8>,
     /// By slot.
     tiles: Vec<u32>,
     used: Vec<u32>,
     free: Vec<u32>,
-    oldest: BinaryHeap<Reverse<(u64, u32)>>,
+    queue: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
 impl Cache {
-    /// As many slots as fit into so many bytes, two at least, no more than there are tiles.
+    /// As many slots as fit into `bytes`, at least two, at most one per tile.
     pub fn new(header: &Header, bytes: u64) -> Self {
         let words_a_tile = header.slot_words();
         let tiles = header.grid.tiles();
@@ -48,7 +48,7 @@ impl Cache {
             tiles: vec![NONE; count],
             used: vec![0; count],
             free: (0..count as u32).rev().collect(),
-            oldest: BinaryHeap::with_capacity(count + TRIES),
+            queue: BinaryHeap::with_capacity(count + TRIES),
         }
     }
 
@@ -74,7 +74,7 @@ impl Cache {
         &self.words[at..at + self.words_a_tile]
     }
 
-    /// The number of a slot's sample.
+    /// The stored number of a slot's sample.
     pub fn number(&self, header: &Header, slot: u32, [i, j]: [u32; 2]) -> u32 {
         let at = (j * header.grid.side() + i) as usize;
         let words = self.words(slot);
@@ -84,7 +84,7 @@ impl Cache {
         }
     }
 
-    /// Fills a slot: the tile's own bytes, and what stands in the tile that it is a quarter of.
+    /// Fills a slot: the tile's own samples, and those of its parent.
     pub fn fill(&mut self, header: &Header, tile: u32, slot: u32, bytes: &[u8]) {
         let first = slot as usize * self.words_a_tile;
         self.words[first..first + self.words_a_tile].fill(0);
@@ -100,7 +100,7 @@ impl Cache {
         }
     }
 
-    /// Puts a number where zeros are.
+    /// Writes a number over zeros.
     fn put(&mut self, header: &Header, first: usize, [i, j]: [u32; 2], number: u32) {
         let at = (j * header.grid.side() + i) as usize;
         match header.width {
@@ -109,24 +109,24 @@ impl Cache {
         }
     }
 
-    /// Tells that a tile is used in a frame.
+    /// Marks a tile as used in a frame.
     pub fn touch(&mut self, tile: u32, frame: u32) {
         if let Some(slot) = self.slot(tile) {
             self.used[slot as usize] = frame;
         }
     }
 
-    /// A slot for a tile whose parent is here (or that has none); `None` where all tiles are in use.
+    /// A slot for a tile whose parent is in memory (or that has none); `None` if all tiles are in use.
     pub fn admit(&mut self, header: &Header, tile: u32, frame: u32) -> Option<u32> {
         let parent = header.parent(tile);
         if parent.is_some_and(|p| !self.has(p)) || self.has(tile) {
             return None;
         }
-        // What it is a quarter of must not leave for it.
+        // The parent must not be evicted for it.
         if let Some(parent) = parent {
             self.quarters[parent as usize] += 1;
         }
-        let Some(slot) = self.free.pop().or_else(|| self.give_up(header, frame)) else {
+        let Some(slot) = self.free.pop().or_else(|| self.evict(header, frame)) else {
             if let Some(parent) = parent {
                 self.quarters[parent as usize] -= 1;
             }
@@ -135,14 +135,14 @@ impl Cache {
         self.slots[tile as usize] = slot;
         self.tiles[slot as usize] = tile;
         self.used[slot as usize] = frame;
-        self.oldest.push(Reverse((rank(header, tile, frame), slot)));
+        self.queue.push(Reverse((rank(header, tile, frame), slot)));
         Some(slot)
     }
 
-    /// Frees the slot of a tile that is old, deep, and not needed.
-    fn give_up(&mut self, header: &Header, frame: u32) -> Option<u32> {
-        for _ in 0..TRIES.min(self.oldest.len()) {
-            let Reverse((_, slot)) = self.oldest.pop()?;
+    /// Frees the slot of an old, deep tile that is not needed.
+    fn evict(&mut self, header: &Header, frame: u32) -> Option<u32> {
+        for _ in 0..TRIES.min(self.queue.len()) {
+            let Reverse((_, slot)) = self.queue.pop()?;
             let tile = self.tiles[slot as usize];
             let used = self.used[slot as usize];
             let parent = header.parent(tile);
@@ -154,20 +154,20 @@ impl Cache {
                 }
                 return Some(slot);
             }
-            self.oldest.push(Reverse((rank(header, tile, used.max(frame.saturating_sub(IN_USE))) + OLDER_BY_LEVEL, slot)));
+            self.queue.push(Reverse((rank(header, tile, used.max(frame.saturating_sub(IN_USE))) + OLDER_BY_LEVEL, slot)));
         }
         None
     }
 }
 
 impl Header {
-    /// Words of a tile in memory: two samples of two bytes each, or one of four.
+    /// Words of a tile in memory: two samples of two bytes, or one of four, per word.
     pub(super) fn slot_words(&self) -> usize {
         ((self.grid.side() * self.grid.side()) as usize * self.width.bytes()).div_ceil(4)
     }
 }
 
-/// Where a tile stands: less leaves earlier.
+/// Rank of a tile: lower ranks are evicted earlier.
 fn rank(header: &Header, tile: u32, used: u32) -> u64 {
     u64::from(used) + OLDER_BY_LEVEL * u64::from(header.grid.key(tile).level)
 }

@@ -1,4 +1,4 @@
-//! Where tiles come from: a file and a thread that reads it, or anything else that answers late.
+//! Sources of tiles: a file and a thread that reads it, or any other asynchronous source.
 
 use super::error::{GroundError, Part};
 use super::format::{Header, Tile};
@@ -8,22 +8,22 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread::JoinHandle;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Tiles under way at once.
+/// Maximum tiles under way.
 const UNDER_WAY: usize = 16;
 
-/// What answers for tiles. No call may wait.
+/// An asynchronous source of tiles. No call may block.
 pub trait Disk: Send {
-    /// Asks for a tile; false where no more can be under way.
+    /// Requests a tile; false if no more can be under way.
     fn ask(&mut self, tile: u32) -> bool;
-    /// A tile that has come; its bytes, as they are in the file, are put into `bytes`, which is as long as the longest tile.
+    /// A tile that has arrived; its bytes, as in the file, are copied to `bytes`, which is as long as the longest tile.
     fn take(&mut self, bytes: &mut [u8]) -> Option<(u32, Result<(), GroundError>)>;
 }
 
 type Answer = (u32, Vec<u8>, Result<(), GroundError>);
 
-/// A `.ground` file, read by a thread of its own.
+/// A `.ground` file, read by its own thread.
 pub(super) struct FileDisk {
-    /// Empty buffers, to be filled again.
+    /// Empty buffers for reuse.
     idle: Vec<Vec<u8>>,
     questions: Option<SyncSender<(u32, Vec<u8>)>>,
     answers: Receiver<Answer>,
@@ -70,7 +70,7 @@ impl Disk for FileDisk {
 
 impl Drop for FileDisk {
     fn drop(&mut self) {
-        // The thread ends when nobody can ask any more.
+        // The thread ends when the channel is closed.
         self.questions = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -78,7 +78,7 @@ impl Drop for FileDisk {
     }
 }
 
-/// Reads a tile into the first of some bytes, and checks it.
+/// Reads a tile into the first part of `bytes`, and checks it.
 pub(super) fn read_tile(
     file: &mut (impl Read + Seek),
     header: &Header,

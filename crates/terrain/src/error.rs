@@ -3,37 +3,37 @@
 use super::format::VERSION;
 use std::{fmt, io};
 
-/// Why a `.ground` file can't be read or written. Each prints as one line; the command line puts the path before it.
+/// Why a `.ground` file cannot be read or written. Each prints as one line; the command line prefixes the path.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum GroundError {
-    /// The file can't be opened, read or written.
+    /// The file cannot be opened, read or written.
     Io(io::Error),
-    /// It doesn't begin as a `.ground` file does.
+    /// It does not begin as a `.ground` file.
     NotGround,
     /// Another version of the format.
     Version(u32),
-    /// Shorter or longer than its header says.
+    /// Its length differs from its header.
     Length {
-        /// Bytes that are there.
+        /// Actual bytes.
         has: u64,
-        /// Bytes that should be.
+        /// Expected bytes.
         needs: u64,
     },
-    /// The header, the table or a tile isn't what was written.
+    /// The header, the table or a tile is damaged.
     Checksum(Part),
     /// The file has become shorter since it was opened.
     CutOff(Part),
-    /// A number of the header or of the table that no writer puts there.
+    /// An invalid number in the header or the table.
     Malformed {
         /// Byte in the file.
         offset: u64,
-        /// What is wrong.
+        /// The fault.
         what: &'static str,
     },
-    /// A raster that can't be read; the line names its file.
+    /// A raster that cannot be read; the line names its file.
     Raster(String),
-    /// Heights that no ground can be made of.
+    /// Heights that cannot make a ground.
     Heights(String),
 }
 
@@ -42,7 +42,7 @@ pub enum GroundError {
 pub enum Part {
     /// The first bytes.
     Header,
-    /// What is known of each tile.
+    /// The entries of all tiles.
     Table,
     /// A tile, by its number.
     Tile(u32),
@@ -59,7 +59,7 @@ impl fmt::Display for Part {
 }
 
 impl GroundError {
-    /// What the system says of a part; one that ends too early was cut off.
+    /// The error of a part; one that ends too early is cut off.
     pub(super) fn of(part: Part, error: io::Error) -> Self {
         if error.kind() == io::ErrorKind::UnexpectedEof { Self::CutOff(part) } else { Self::Io(error) }
     }
@@ -73,7 +73,7 @@ impl fmt::Display for GroundError {
             Self::Version(found) => {
                 write!(
                     f,
-                    "version {found} of the format, and this program reads {VERSION}: make the file again (`enfilade ground`)"
+                    "version {found} of the format, but this program reads {VERSION}; make the file again (`enfilade ground`)"
                 )
             }
             Self::Length { has, needs } if has < needs => {

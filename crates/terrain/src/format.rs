@@ -1,34 +1,34 @@
-//! A `.ground` file: a header, a table of tiles, the tiles at places that follow from their numbers. docs/format.md draws it byte by byte.
+//! The `.ground` file: a header, a table of tiles, then the tiles, placed by their numbers. docs/format.md has the layout.
 //!
-//! A tile holds only samples that the tile which it is a quarter of has not: every other one of every other row is there. So the file is
-//! as long as the heights and some twentieth, not a third, and a tile can be read only where that one is in memory.
+//! A tile stores only samples that its parent does not have: every other one of every other row is there. So the file is a
+//! twentieth longer than the heights, not a third, and a tile can be read only if its parent is in memory.
 //!
-//! The header and the table are under checksums of their own, and each tile is. All lengths follow from the header's first numbers, and are
-//! held against the file's length before anything is allocated.
+//! The header, the table and each tile have checksums. All lengths follow from the header's first numbers, and are compared with
+//! the file's length before anything is allocated.
 
 use super::error::{GroundError, Part};
 use super::grid::Grid;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// First bytes of every file: not text, and broken by transfers that think it is.
+/// First bytes of every file: not text, and damaged by text transfers.
 pub(super) const MAGIC: [u8; 8] = *b"\x89GRN\r\n\x1a\n";
-/// The version that this program writes, and the only one that it reads.
+/// The version written, and the only one read.
 pub(super) const VERSION: u32 = 1;
 /// Bytes of the header.
 pub(super) const HEADER: usize = 112;
-/// The header's checksum is at this byte, and covers what stands before it.
+/// Offset of the header's checksum, which covers the bytes before it.
 const CHECKSUM_AT: usize = 104;
 /// Bytes of one entry of the table.
 pub(super) const ENTRY: usize = 32;
 
-/// What holds for a whole ground.
+/// Properties of a whole ground.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Header {
     /// Samples and tiles.
     pub grid: Grid,
     /// Metres between columns (to the east, +X) and between rows (to the south, +Z).
     pub spacing: [f64; 2],
-    /// Metres to the east, to the north and up of the ground's own origin, which is in the raster's middle at its least height.
+    /// Metres to the east, to the north and up of the ground's own origin: the raster's middle at its least height.
     pub origin: [f64; 3],
     /// Metres between two heights.
     pub step: f64,
@@ -43,7 +43,7 @@ pub struct Header {
 pub enum Width {
     /// `u16`: 65,535 heights.
     Two,
-    /// `u32`, of which 24 bits are used: what an `f32` holds exactly.
+    /// `u32` with 24 bits used: exact in `f32`.
     Four,
 }
 
@@ -56,7 +56,7 @@ impl Width {
         }
     }
 
-    /// What stands for a sample without a height; all that is less is a height.
+    /// The number of a sample without a height; all lower numbers are heights.
     pub fn void(self) -> u32 {
         match self {
             Self::Two => 0xffff,
@@ -65,22 +65,22 @@ impl Width {
     }
 }
 
-/// What is known of a tile while it is on the disk.
+/// The entry of a tile, kept in memory.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Tile {
     /// Least height of the raster and of the tile within its borders: metres above the ground's origin.
     pub low: f32,
-    /// Greatest height, alike.
+    /// Greatest height, likewise.
     pub high: f32,
-    /// How far the tile's surface is above or below a sample of the raster, at most: metres. Counts whatever neighbours are coarser, and is
-    /// never less than that of a tile within this one.
+    /// Greatest vertical distance of the tile's surface from a sample of the raster, with any coarser neighbours: metres. Never
+    /// less than that of a tile within this one.
     pub error: f32,
-    /// How far, in any direction, the rim of the tile's surface is from the raster's own, where there are samples without a height: metres.
-    /// Infinite where nothing of the tile is near.
+    /// Greatest distance, in any direction, of the rim of the tile's surface from the raster's rim at samples without a height:
+    /// metres. Infinite if nothing of the tile is near.
     pub rim: f32,
-    /// Samples of the raster that have a height. A tile without any is not there.
+    /// Samples of the raster with a height. A tile without any does not exist.
     pub samples: u32,
-    /// Of the tile's bytes.
+    /// Checksum of the tile's bytes.
     pub checksum: u64,
 }
 
@@ -92,7 +92,7 @@ impl Header {
         (side * side - known) as usize * self.width.bytes()
     }
 
-    /// Where a tile begins in the file; the number after the last one gives the file's length.
+    /// Offset of a tile in the file; the number after the last one gives the file's length.
     pub fn place(&self, tile: u32) -> u64 {
         let table = u64::from(self.grid.tiles()) * ENTRY as u64;
         let whole = self.grid.tiles_of(self.grid.top()).end.min(tile);
@@ -100,19 +100,19 @@ impl Header {
         HEADER as u64 + table + bytes(whole, 0) + bytes(tile - whole, self.grid.tiles())
     }
 
-    /// True for a tile that is a quarter of another.
+    /// Whether a tile has a parent.
     fn has_parent(&self, tile: u32) -> bool {
         tile >= self.grid.tiles_of(self.grid.top()).end
     }
 
-    /// The samples of a tile that its bytes hold, in their order; the others stand in the tile that it is a quarter of.
+    /// The samples stored with a tile, in order; its parent has the others.
     pub(super) fn own_samples(&self, tile: u32) -> impl Iterator<Item = [u32; 2]> {
         let (side, whole) = (self.grid.side(), !self.has_parent(tile));
         let samples = (0..side).flat_map(move |j| (0..side).map(move |i| [i, j]));
         samples.filter(move |[i, j]| whole || (i | j) & 1 == 1)
     }
 
-    /// The samples of a tile that stand in the tile which it is a quarter of: here, there.
+    /// The samples that a tile takes from its parent: place here, place there.
     pub(super) fn parents_samples(&self, tile: u32) -> impl Iterator<Item = [[u32; 2]; 2]> {
         let (key, half) = (self.grid.key(tile), (self.grid.side() - 1) / 2);
         let count = if self.has_parent(tile) { half + 1 } else { 0 };
@@ -121,7 +121,7 @@ impl Header {
         samples.map(move |[i, j]| [[2 * i, 2 * j], [first[0] + i, first[1] + j]])
     }
 
-    /// Reads the first bytes of a file that is `length` bytes long; also gives the table's checksum.
+    /// Reads the header of a file of `length` bytes; also returns the table's checksum.
     pub(super) fn read(bytes: &[u8], length: u64) -> Result<(Self, u64), GroundError> {
         if !bytes.starts_with(&MAGIC) {
             return Err(GroundError::NotGround);
@@ -148,7 +148,7 @@ impl Header {
             coarse @ 0..=1 => Grid::new(u32_at(16), u32_at(20), u32_at(24), coarse == 1),
             _ => None,
         };
-        let grid = grid.ok_or(wrong(16, "no such number of columns, rows or samples a tile"))?;
+        let grid = grid.ok_or(wrong(16, "invalid number of columns, rows or samples per tile"))?;
         let header = Self {
             grid,
             spacing: [f64_at(40), f64_at(48)],
@@ -165,20 +165,20 @@ impl Header {
         Ok((header, u64_at(96)))
     }
 
-    /// Refuses numbers that no ground has: a run time computes with `f32`.
+    /// Rejects numbers that no ground has: the run time computes with `f32`.
     pub(super) fn check(&self) -> Result<(), GroundError> {
         let wrong = |offset, what| Err(GroundError::Malformed { offset, what });
         let positive = |x: f64| x as f32 > 0.0 && (x as f32).is_finite();
         let size = self.grid.size();
         let is_wide = |k: usize| positive(self.spacing[k]) && positive(self.spacing[k] * f64::from(size[k]));
         if !(is_wide(0) && is_wide(1)) {
-            return wrong(40, "the spacing is 0 or less, or the ground is endless");
+            return wrong(40, "the spacing is not above 0, or the ground is infinite");
         }
         if !self.origin.iter().all(|x| x.is_finite()) {
             return wrong(56, "the origin is not finite");
         }
         if !(positive(self.step) && positive(self.step * f64::from(self.width.void()))) {
-            return wrong(80, "the step of heights is 0 or less, or heights are endless");
+            return wrong(80, "the step of heights is not above 0, or heights are infinite");
         }
         if self.voids > size.map(u64::from).into_iter().product() {
             return wrong(88, "more samples without a height than samples");
@@ -188,7 +188,7 @@ impl Header {
 }
 
 impl Tile {
-    /// Reads an entry; `None` where no writer writes such numbers.
+    /// Reads an entry; `None` if its numbers are invalid.
     pub(super) fn read(bytes: &[u8; ENTRY]) -> Option<Self> {
         let f32_at = |at: usize| f32::from_le_bytes(array(bytes, at));
         let tile = Self {
@@ -212,7 +212,7 @@ pub(super) fn read_table(bytes: &[u8], checksum: u64) -> Result<Vec<Tile>, Groun
     }
     let wrong = |k: usize| GroundError::Malformed {
         offset: (HEADER + k * ENTRY) as u64,
-        what: "no tile has such heights or errors",
+        what: "invalid heights or errors of a tile",
     };
     let (entries, _) = bytes.as_chunks::<ENTRY>();
     entries.iter().enumerate().map(|(k, entry)| Tile::read(entry).ok_or_else(|| wrong(k))).collect()

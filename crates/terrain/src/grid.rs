@@ -1,16 +1,16 @@
-//! Which samples a tile has: whole numbers only, so that neighbours agree on every border.
+//! Samples of tiles, in whole numbers, so that neighbours agree on every border.
 //!
-//! A tile of level `k` has `side` x `side` samples, `2^k` samples of the raster apart. Level 0 is the raster itself. Where the raster ends
-//! within a tile, the tile's last samples stand on the raster's last column or row: so a tile of any level ends where the raster does.
+//! A tile of level `k` has `side` x `side` samples, `2^k` samples of the raster apart. Level 0 is the raster. If the raster ends
+//! within a tile, the tile's last samples are on its last column or row, so all levels end there.
 
 use std::ops::Range;
 
-/// Samples of a tile along a side, at least and at most.
+/// Allowed samples along a side of a tile.
 pub const SIDES: [u32; 3] = [33, 65, 129];
-/// Samples of a raster, at most.
+/// Maximum samples of a raster.
 pub const MOST_SAMPLES: u64 = 1 << 31;
 
-/// A raster, cut into a quadtree of tiles.
+/// A raster divided into a quadtree of tiles.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Grid {
     columns: u32,
@@ -27,7 +27,7 @@ struct Level {
     down: u32,
 }
 
-/// A tile by its place.
+/// Level and position of a tile.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub struct Key {
     /// Its samples are `2^level` samples of the raster apart.
@@ -62,8 +62,8 @@ impl Side {
 }
 
 impl Grid {
-    /// Tiles of `side` samples over a raster. With `coarse`, up to the level that has one tile; without, level 0 alone. `None` for fewer
-    /// than two columns or rows, more than [`MOST_SAMPLES`], or a side that is not one of [`SIDES`].
+    /// Tiles of `side` samples over a raster. With `coarse`, levels up to a single tile; otherwise level 0 only. `None` for fewer
+    /// than two columns or rows, more than [`MOST_SAMPLES`], or a side that is not in [`SIDES`].
     pub fn new(columns: u32, rows: u32, side: u32, coarse: bool) -> Option<Self> {
         let fits = columns.min(rows) >= 2 && u64::from(columns) * u64::from(rows) <= MOST_SAMPLES;
         if !fits || !SIDES.contains(&side) {
@@ -102,7 +102,7 @@ impl Grid {
         self.levels.len() as u32 - 1
     }
 
-    /// Tiles of all levels, those that have no surface included.
+    /// Tiles of all levels, including those without a surface.
     pub fn tiles(&self) -> u32 {
         let finest = self.levels[0];
         finest.first + finest.across * finest.down
@@ -120,33 +120,33 @@ impl Grid {
         [across, down]
     }
 
-    /// The number of a tile, where the raster has it.
+    /// The number of a tile, if it is in the raster.
     pub fn tile(&self, key: Key) -> Option<u32> {
         let level = self.levels.get(key.level as usize)?;
         (key.x < level.across && key.y < level.down).then(|| level.first + key.y * level.across + key.x)
     }
 
-    /// The place of a tile, by its number.
+    /// The level and position of a tile.
     pub fn key(&self, tile: u32) -> Key {
         let level = self.levels.iter().position(|l| l.first <= tile).unwrap_or(0);
         let Level { first, across, .. } = self.levels[level];
         Key { level: level as u32, x: (tile - first) % across, y: (tile - first) / across }
     }
 
-    /// The tile that a tile is a quarter of.
+    /// The parent of a tile.
     pub fn parent(&self, key: Key) -> Option<Key> {
         let level = key.level + 1;
         (level <= self.top()).then_some(Key { level, x: key.x / 2, y: key.y / 2 })
     }
 
-    /// The tiles that a tile is divided into: up to four, north before south, west before east.
+    /// The children of a tile: up to four, north before south, west before east.
     pub fn children(&self, key: Key) -> impl Iterator<Item = u32> + '_ {
         let level = key.level.checked_sub(1);
         let at = move |i: u32| level.and_then(|level| self.tile(Key { level, x: 2 * key.x + i % 2, y: 2 * key.y + i / 2 }));
         (0..4).filter_map(at)
     }
 
-    /// The tile of the same level beyond a side.
+    /// The neighbour of the same level beyond a side.
     pub fn beside(&self, key: Key, side: Side) -> Option<u32> {
         let Key { level, x, y } = key;
         let (x, y) = match side {

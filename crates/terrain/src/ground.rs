@@ -1,7 +1,7 @@
-//! A ground: its table in memory, its tiles on disk, in a cache, and on the screen.
+//! A ground: its table in memory, its tiles on disk and in a cache, and the selection for the screen.
 //!
-//! Based on: the thesis' two threads, one that draws and one that loads. What differs: which tiles are wanted is worked out by the caller's
-//! thread, as its own selection is; the other one only reads and checks. So what is drawn depends on what has come, and on nothing else.
+//! Based on: the thesis' two threads, one for drawing and one for loading. Deviation: the caller's thread decides which tiles it
+//! needs; the other only reads and checks. So the picture depends only on the arrived tiles.
 
 use super::cache::Cache;
 use super::disk::{Disk, FileDisk, read_tile};
@@ -15,65 +15,65 @@ use std::io::{Read, Seek};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Terrain, drawn from tiles.
+/// Terrain drawn from tiles.
 pub struct Ground {
     header: Header,
     tiles: Arc<[Tile]>,
     cache: Cache,
-    /// None where all tiles are in memory.
+    /// `None` if all tiles are in memory.
     disk: Option<Box<dyn Disk>>,
-    /// Tiles that are under way, and those that can't be read.
+    /// Tiles under way, and those that cannot be read.
     asked: Vec<bool>,
-    /// Tiles that can't be read. They are not asked for again, and nor is what they are divided into.
+    /// Tiles that cannot be read. They and their descendants are not requested again.
     lost: Vec<bool>,
     wanted: Wanted,
     bytes: Vec<u8>,
     faults: Vec<GroundError>,
     changed: Vec<u32>,
     frame: u32,
-    /// No tile is asked for before this frame.
+    /// No tile is requested before this frame.
     idle_until: u32,
 }
 
-/// What the loader looks at.
+/// State of the loader.
 #[derive(Default)]
 struct Wanted {
     scratch: GroundScratch,
-    /// Wanted and not here: depth, number.
+    /// Needed and missing tiles: depth, number.
     missing: Vec<(u32, u32)>,
-    /// By tile, the frame in which it was noted.
+    /// By tile, the last frame that noted it as missing.
     noted: Vec<u32>,
     counts: Loading,
 }
 
-/// What loading did in a frame.
+/// Loading in a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Loading {
-    /// Tiles that the selection would draw if all were in memory.
+    /// Tiles of the selection with all tiles in memory.
     pub wanted: u32,
-    /// Of them, in memory.
+    /// Number of these in memory.
     pub present: u32,
-    /// Tiles that came in.
+    /// Tiles that arrived.
     pub loaded: u32,
     /// Tiles under way.
     pub under_way: u32,
 }
 
-/// Frames in which no tile is asked for after one came that the cache had no slot for. More: what is wanted comes later. Fewer: the same
-/// tiles are read again and again where a view wants more than the cache holds.
+/// Frames without requests after a tile arrived that found no slot in the cache. More: needed tiles come later. Fewer: the same
+/// tiles are read again and again if a view needs more than the cache holds.
 const IDLE: u32 = 30;
-/// Tiles under way at once, at most.
+/// Maximum tiles under way.
 const MOST_UNDER_WAY: u32 = 64;
 
 impl Ground {
-    /// Opens a file with a cache of so many bytes. Where all tiles fit in it, they are read now, and no thread is started.
+    /// Opens a file with a cache of this many bytes. If all tiles fit into it, they are read now, and no thread is started.
     pub fn open(path: &Path, cache_bytes: u64) -> Result<Self, GroundError> {
         let file = File::open(path)?;
         let length = file.metadata()?.len();
         Self::read(file, length, cache_bytes)
     }
 
-    /// The same from anything that is `length` bytes long.
+    /// The same from any reader of `length` bytes.
     pub fn read(mut file: impl Read + Seek + Send + 'static, length: u64, cache_bytes: u64) -> Result<Self, GroundError> {
         let mut first = [0; HEADER];
         let known = length.min(HEADER as u64) as usize;
@@ -93,7 +93,7 @@ impl Ground {
         Ok(ground)
     }
 
-    /// A ground whose tiles come from elsewhere than its file: to test how it looks while they are late.
+    /// A ground with another source of tiles: to test how late tiles look.
     pub fn from_disk(of: &Ground, disk: Box<dyn Disk>, cache_bytes: u64) -> Self {
         Self::new(of.header.clone(), Arc::clone(&of.tiles), Some(disk), cache_bytes)
     }
@@ -116,7 +116,7 @@ impl Ground {
         }
     }
 
-    /// Reads all tiles, coarse ones first. A tile that can't be read is missing, and so is what it is divided into.
+    /// Reads all tiles, coarse ones first. A tile that cannot be read is missing, with its descendants.
     fn read_all(&mut self, file: &mut (impl Read + Seek)) {
         for tile in 0..self.header.grid.tiles() {
             if self.tiles[tile as usize].samples > 0 {
@@ -128,24 +128,24 @@ impl Ground {
         }
     }
 
-    /// What holds for all of it.
+    /// Properties of the whole ground.
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// What is known of each tile.
+    /// Entries of all tiles.
     pub fn tiles(&self) -> &[Tile] {
         &self.tiles
     }
 
-    /// Selects what to draw, with the tiles that are in memory. Allocates nothing after a scratch's first frame.
+    /// Selects the tiles to draw from those in memory. Allocates only in the first frame of a scratch.
     pub fn select<'s>(&self, view: &GroundView<'_>, limit: Limit, scratch: &'s mut GroundScratch) -> &'s [Patch] {
         let resident = |tile| self.cache.has(tile);
         Selector { header: &self.header, tiles: &self.tiles, resident, spheres: false }.select(view, limit, scratch);
         scratch.patches()
     }
 
-    /// Selects what would be drawn if all tiles were in memory.
+    /// Selects as if all tiles were in memory.
     pub fn select_all<'s>(&self, view: &GroundView<'_>, limit: Limit, scratch: &'s mut GroundScratch) -> &'s [Patch] {
         self.selector_of_all(false).select(view, limit, scratch);
         scratch.patches()
@@ -155,8 +155,8 @@ impl Ground {
         Selector { header: &self.header, tiles: &self.tiles, resident: |_| true, spheres }
     }
 
-    /// Ends a frame: takes in tiles that have come, and asks for those that the view needs and that `motion` will need in `ahead` seconds. Calls
-    /// with no window ask for nothing. Waits for nothing, and allocates nothing after its first frame.
+    /// Ends a frame: takes in arrived tiles, and requests those that the view needs and those that `motion` will need in `ahead`
+    /// seconds. Without windows it requests nothing. Never waits, and allocates only in its first frame.
     pub fn load(&mut self, view: &GroundView<'_>, limit: Limit, motion: &Motion, ahead: f64, drawn: &[Patch]) -> Loading {
         self.frame += 1;
         self.changed.clear();
@@ -193,7 +193,7 @@ impl Ground {
         self.disk = Some(disk);
     }
 
-    /// Puts a tile, whose bytes have come, into the cache.
+    /// Puts an arrived tile into the cache.
     fn admit(&mut self, tile: u32, found: Result<(), GroundError>) {
         if let Err(fault) = found {
             self.lost[tile as usize] = true;
@@ -203,7 +203,7 @@ impl Ground {
             return;
         }
         let Some(slot) = self.cache.admit(&self.header, tile, self.frame) else {
-            // The cache is full of what is in use, or its parent has left: to ask again at once would be to read it each frame.
+            // The cache is full, or the parent was evicted: an immediate new request would read it every frame.
             self.idle_until = self.frame + IDLE;
             return;
         };
@@ -212,7 +212,7 @@ impl Ground {
         self.changed.push(slot);
     }
 
-    /// Counts what the view wants, and what of it is here.
+    /// Counts the tiles that the view needs, and those of them in memory.
     fn count(&mut self, view: &GroundView<'_>, limit: Limit) {
         let mut scratch = std::mem::take(&mut self.wanted.scratch);
         self.selector_of_all(false).select(view, limit, &mut scratch);
@@ -222,8 +222,8 @@ impl Ground {
         self.wanted.scratch = scratch;
     }
 
-    /// Notes what a view wants and has not, with all that it is a quarter of. The quarters beside each of these that may show are wanted, too,
-    /// also where nothing of what they are divided into does: without them, what they are quarters of is not divided.
+    /// Notes the missing tiles of a view with all their ancestors. The siblings of each that may show are needed, too, even if
+    /// none of their descendants shows: without them, their parent is not divided.
     fn note_missing(&mut self, view: &GroundView<'_>, limit: Limit) {
         let mut scratch = std::mem::take(&mut self.wanted.scratch);
         self.selector_of_all(true).select(view, limit, &mut scratch);
@@ -231,7 +231,7 @@ impl Ground {
         let depth = |tile| grid.top() - grid.key(tile).level;
         let mut note = |tile: u32| {
             if self.cache.has(tile) {
-                // What is here is kept.
+                // Tiles in memory are kept.
                 self.cache.touch(tile, self.frame);
             } else if !self.asked[tile as usize] && self.wanted.noted[tile as usize] != self.frame {
                 self.wanted.noted[tile as usize] = self.frame;
@@ -257,7 +257,7 @@ impl Ground {
         let missing = &mut self.wanted.missing;
         missing.sort_unstable();
         for &(_, tile) in missing.iter() {
-            // A tile whose parent is under way comes after it.
+            // A tile is requested after its parent.
             let comes = |p: u32| self.asked[p as usize] && !self.lost[p as usize];
             let has_parent = self.header.parent(tile).is_none_or(|p| self.cache.has(p) || comes(p));
             if self.wanted.counts.under_way >= MOST_UNDER_WAY {
@@ -273,7 +273,7 @@ impl Ground {
         }
     }
 
-    /// Slots that the last [`load`](Self::load) has filled, or [`open`](Self::open) has.
+    /// Slots filled by the last [`load`](Self::load), or by [`open`](Self::open).
     pub fn changed(&self) -> &[u32] {
         &self.changed
     }
@@ -293,24 +293,24 @@ impl Ground {
         self.cache.bytes()
     }
 
-    /// The numbers of a slot, row after row: two of two bytes a word, the first in the low half, or one of four ([`Width`](super::Width)).
+    /// The numbers of a slot, row after row: two per word, the first in the low half, or one ([`Width`](super::Width)).
     pub fn words(&self, slot: u32) -> &[u32] {
         self.cache.words(slot)
     }
 
-    /// Why tiles could not be read: each told once, the first ones only.
+    /// Why tiles could not be read: each once, the first ones only.
     pub fn faults(&self) -> &[GroundError] {
         &self.faults
     }
 
-    /// The height of a tile's sample, metres above the origin; `None` for a void, or where the tile is not in memory.
+    /// The height of a tile's sample, metres above the origin; `None` for a void, and if the tile is not in memory.
     pub fn sample(&self, tile: u32, [i, j]: [u32; 2]) -> Option<f32> {
         let number = self.cache.number(&self.header, self.cache.slot(tile)?, [i, j]);
         (number < self.header.width.void()).then_some(number as f32 * self.header.step as f32)
     }
 
-    /// The height of the ground at a place (metres to the east and to the south of the origin), by the finest tile in memory. `None`
-    /// outside, over voids, and where nothing is in memory.
+    /// The height of the ground at a place (metres to the east and to the south of the origin), from the finest tile in memory.
+    /// `None` outside, over voids, and without tiles in memory.
     pub fn height_at(&self, x: f64, z: f64) -> Option<f64> {
         let grid = &self.header.grid;
         let [columns, rows] = grid.size();
@@ -322,7 +322,7 @@ impl Ground {
         (0..=grid.top()).find_map(|level| self.height_by(level, u, v)).flatten()
     }
 
-    /// The same by the tile of a level, in columns and rows; `None` where that is not in memory.
+    /// The same from the tile of a level, at a column and row; `None` if that is not in memory.
     fn height_by(&self, level: u32, u: f64, v: f64) -> Option<Option<f64>> {
         let grid = &self.header.grid;
         let cells = grid.side() - 1;
@@ -350,11 +350,11 @@ impl Ground {
     }
 }
 
-/// Faults that are kept to be told.
+/// Maximum faults kept.
 const MOST_FAULTS: usize = 1024;
 
 impl Header {
-    /// The tile that a tile is a quarter of.
+    /// The parent of a tile.
     pub fn parent(&self, tile: u32) -> Option<u32> {
         self.grid.parent(self.grid.key(tile)).and_then(|key| self.grid.tile(key))
     }

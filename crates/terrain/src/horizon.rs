@@ -1,26 +1,27 @@
-//! Tiles, and things on them, that nearer ground hides: a horizon about the eye, raised from near to far.
+//! Culls tiles and objects that nearer ground hides: a horizon around the eye, raised from near to far.
 //!
-//! Based on: Stewart, *Hierarchical visibility in terrains*, 1998, and Lloyd, Egbert, *Horizon occlusion culling for real-time rendering of
-//! hierarchical terrains*, 2002: by direction in the plan, how high nearer ground reaches; a box that stays below it is hidden. What
-//! differs: directions are columns of four upright pictures around the eye, where straight lines stay straight, not angles; and what raises
-//! the horizon are lines of samples of the very tiles that are drawn, not bounds of their heights.
+//! Based on: Stewart, *Hierarchical visibility in terrains*, 1998, and Lloyd, Egbert, *Horizon occlusion culling for real-time
+//! rendering of hierarchical terrains*, 2002: for each direction in the plan, the slope up to which nearer ground reaches; a box
+//! below it is hidden. Deviations: directions are columns of four upright pictures around the eye, in which straight lines stay
+//! straight; and lines of samples of the drawn tiles raise the horizon, not bounds of their heights.
 //!
-//! # Why what is hidden doesn't show
+//! # Why hidden tiles cannot show
 //!
-//! Say the eye is above the ground, and a ray from it is below a line of samples where it crosses that line in the plan. Then it has gone
-//! through the ground before: a heightfield without a hole is drawn between the eye and the line. Each column keeps the greatest slope that
-//! such lines reach *everywhere* in it. A box that is behind these lines and below their slope in all its columns has no ray.
+//! Let a ray from an eye above the ground be below a line of samples where it crosses that line in the plan. Then it has passed
+//! through the ground before: a height field without holes is drawn up to the line. Each column keeps the greatest slope that
+//! such lines reach *everywhere* in it. No ray meets a box behind these lines and below their slope in all its columns.
 //!
-//! * **What is drawn counts**, not the raster: samples are taken from the patches of the frame, whatever their levels. Lines that stitching
-//!   may move ([`snapped`](super::snapped)) are left out. So a patch that is hidden is so in this picture; how wrong the picture is stays as it was.
-//! * **Order**: patches are taken in the order of the quadtree, near quarters first. No ray leads from a later one to an earlier one.
-//! * **Patches and parts outside the windows** are not drawn, and no ray of the picture meets their boxes: the surface isn't crossed there.
-//! * **Voids**: a ray can pass below the ground through a hole. No line behind cells with voids raises a column, unless the column hid all of
-//!   these already.
-//! * **Things** are boxes, cut along the finest tiles ([`things`]), and each piece is held against the horizon at its own place in the order: before a
-//!   patch raises it, all pieces that don't come after all of the patch have been. So what raised it comes before the piece's tile, and no
-//!   ray leads from the piece's tile back to it: the piece is behind, as a patch of that place would be.
-//! * **The eye** may not be below the ground, over a void or beside the raster, and the near plane may not cut the ground: else all is kept.
+//! * **The drawn surface counts**, not the raster: samples come from the patches of the frame, without lines that stitching may
+//!   move ([`snapped`](super::snapped)). So a hidden patch is hidden in this picture, whose error stays the same.
+//! * **Order**: patches follow the order of the quadtree, near quarters first. No ray leads from a later one to an earlier one.
+//! * **Patches and parts outside the windows** are not drawn, and no ray of the picture crosses their surface.
+//! * **Voids**: a ray can pass below the ground through a hole. Lines behind cells with voids do not raise a column, unless the
+//!   column hid all of these cells already.
+//! * **Objects** are boxes, cut along the finest tiles ([`things`]). Each piece is tested at its own place in the order: before a
+//!   patch raises the horizon, all pieces are tested that do not come entirely after it. So the patches that raised it come
+//!   before the piece's tile, and no ray leads from that tile back.
+//! * **The eye** must be above ground, over the raster, not over a void, and the near plane must not cut ground; else all is
+//!   kept.
 
 mod above;
 mod columns;
@@ -39,21 +40,21 @@ use order::{contains, rank, tiles_from_corner};
 use picture::{FACES, Footprint};
 pub use things::Things;
 
-/// Memory of the horizon of one ground, to be used again each frame.
+/// Memory of the horizon of one ground, reused each frame.
 pub struct Horizon {
     columns: Columns,
     /// Tiles with voids.
     holes: Vec<u32>,
-    /// Patches and, after them, holes: by their place in the order, near ones first.
+    /// Patches and, after them, holes: by rank in the order, near ones first.
     order: Vec<(u64, u32)>,
     /// The latest patch in that order.
     latest: Option<Key>,
     patches: Vec<Patch>,
     triangles: u64,
-    /// Pieces of things that were asked about, in the same order, and how many of them are decided.
+    /// Pieces of objects to test, in the same order, and the number tested so far.
     asked: Vec<(u64, u32)>,
     decided: usize,
-    /// By thing.
+    /// Result by object.
     found: Vec<Found>,
 }
 
@@ -64,7 +65,7 @@ impl std::fmt::Debug for Horizon {
 }
 
 impl Horizon {
-    /// Of a ground.
+    /// For a ground.
     pub fn new(ground: &Ground) -> Self {
         let tiles = ground.tiles().len();
         let holes = holes(ground);
@@ -81,14 +82,14 @@ impl Horizon {
         }
     }
 
-    /// Of the patches that were selected for a view, those that nearer ones don't hide, near ones first. `near`: metres from the eye to the
-    /// near plane. The ground is that of [`new`](Self::new). Allocates nothing.
+    /// The patches of a selection that nearer ones do not hide, near ones first. `near`: metres from the eye to the near plane.
+    /// The ground is that of [`new`](Self::new). Allocates nothing.
     pub fn hide(&mut self, ground: &Ground, view: &GroundView<'_>, near: f64, patches: &[Patch]) -> &[Patch] {
         self.hide_with(ground, view, near, patches, &Things::default(), [])
     }
 
-    /// The same, and finds which of the things that are `asked` about, by their numbers, the ground hides: [`hides`](Self::hides) tells.
-    /// Allocates nothing after the first frame with these things.
+    /// The same, and also tests the objects with the numbers `asked`; [`hides`](Self::hides) returns the results. Allocates only
+    /// in the first frame with these objects.
     pub fn hide_with(
         &mut self,
         ground: &Ground,
@@ -116,18 +117,18 @@ impl Horizon {
         &self.patches
     }
 
-    /// What the last frame has kept.
+    /// The patches kept in the last frame.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
     }
 
-    /// Its triangles, those that stitching makes nothing of included.
+    /// Its triangles, including those that stitching collapses.
     pub fn triangles(&self) -> u64 {
         self.triangles
     }
 
-    /// True where what of a thing is in the last frame's view certainly was behind ground. False for what the frame didn't ask about, and for
-    /// what is all beside the view.
+    /// Whether the part of an object in the last frame's view was certainly behind ground. False for objects that were not
+    /// tested, and for objects entirely outside the view.
     pub fn hides(&self, thing: usize) -> bool {
         self.found.get(thing) == Some(&Found::Hidden)
     }
@@ -143,7 +144,7 @@ impl Horizon {
         self.order.sort_unstable();
     }
 
-    /// Puts pieces of things in order.
+    /// Sorts pieces of objects by rank.
     fn ask(&mut self, ground: &Ground, eye: DVec3, things: &Things, asked: impl IntoIterator<Item = usize>) {
         let (header, at) = (ground.header(), tiles_from_corner(ground.header(), eye));
         self.found.resize(things.len(), Found::Beside);
@@ -156,7 +157,7 @@ impl Horizon {
         self.decided = 0;
     }
 
-    /// Holds pieces that come before a place in the order against the horizon as it is.
+    /// Tests pieces before a rank against the current horizon.
     fn decide(&mut self, things: &Things, eye: DVec3, end: u64) {
         while let Some((_, k)) = self.asked.get(self.decided).filter(|(rank, _)| *rank < end) {
             let piece = &things.pieces()[*k as usize];
@@ -168,13 +169,13 @@ impl Horizon {
         }
     }
 
-    /// The next patch or hole in the order.
+    /// Processes the next patch or hole in the order.
     fn take(&mut self, ground: &Ground, eye: DVec3, patches: &[Patch], (rank, k): (u64, u32), things: &Things) {
         let (header, k) = (ground.header(), k as usize);
         let Some(patch) = patches.get(k) else {
             let hole = self.holes[k - patches.len()];
             let key = header.grid.key(hole);
-            // What is drawn there was looked at block by block.
+            // Drawn tiles were handled block by block.
             if !self.latest.is_some_and(|latest| contains(latest, key)) {
                 let of = Footprint::new(header, key, &ground.tiles()[hole as usize], eye);
                 (0..FACES.len()).for_each(|face| self.columns.close(&of, face));
@@ -185,7 +186,7 @@ impl Horizon {
         let of = Footprint::new(header, patch.key, &ground.tiles()[patch.tile as usize], eye);
         if self.columns.judge(&of) == Found::Shows {
             self.patches.push(*patch);
-            // Finest tiles of a tile of a level are so many places.
+            // A tile covers this many finest tiles in the order.
             self.decide(things, eye, rank + (1 << (2 * patch.key.level)));
             self.columns.raise(ground, patch, eye);
         }

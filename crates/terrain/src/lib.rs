@@ -1,4 +1,4 @@
-//! Ground: terrain around buildings, drawn to within a stated number of pixels from tiles on disk.
+//! Ground: terrain around buildings, drawn from tiles on disk within a stated error in pixels.
 
 mod cache;
 mod disk;

@@ -1,4 +1,4 @@
-//! How wrong selections are, and what they cost: flights over a ground, samples held against where they are drawn.
+//! Measures the error and the cost of selections: flights over a ground, with samples compared to their drawn positions.
 
 use super::grid::Key;
 use super::select::{GroundScratch, GroundView, Limit, Patch};
@@ -8,30 +8,30 @@ use enfilade::runtime::{Camera, Rect};
 use glam::{DVec2, DVec3};
 use std::time::Instant;
 
-/// What was found of a limit over some views.
+/// Results of a limit over some views.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Measured {
     /// The limit.
     pub limit: Limit,
-    /// Triangles a frame, in the mean.
+    /// Mean triangles per frame.
     pub triangles: f64,
-    /// Seconds of a selection, in the mean.
+    /// Mean seconds of a selection.
     pub seconds: f64,
-    /// Pixels that selections said they may be wrong, at most.
+    /// Greatest error that selections promised, pixels.
     pub told: f64,
-    /// Pixels of the sample that is drawn farthest from its place.
+    /// Error of the worst sample, pixels.
     pub greatest: f64,
-    /// Pixels in the mean over samples.
+    /// Mean error of samples, pixels.
     pub mean: f64,
-    /// Samples on the screen that were looked at.
+    /// Number of tested samples, all on the screen.
     pub samples: u64,
 }
 
-/// Samples that are looked at a frame.
+/// Samples per frame.
 const SAMPLES: usize = 2000;
 
-/// Cameras over a ground, all of whose tiles are in memory: `frames` of them, so many metres above it, from one side to the other, turning.
-/// Who flies low looks nearly level. Metres from the ground's origin; 60 degrees high, 16 to 9.
+/// Cameras over a ground with all tiles in memory: `frames` of them, `above` metres over it, from one side to the other, turning.
+/// Low flights look nearly level. Metres from the ground's origin; 60 degrees high, 16 to 9.
 pub fn flight(ground: &Ground, above: f64, frames: usize) -> Vec<Camera> {
     let header = ground.header();
     let [columns, rows] = header.grid.size();
@@ -47,15 +47,15 @@ pub fn flight(ground: &Ground, above: f64, frames: usize) -> Vec<Camera> {
     (0..frames).map(of).collect()
 }
 
-/// Radians that a flight sways and turns through.
+/// Sway and turn of a flight, radians.
 const SWAYS: f64 = 7.0;
 const TURNS: f64 = 11.0;
-/// Higher than so many metres, it looks down more; metres a metre ahead.
+/// Above this height, metres, it looks down more; metres down per metre ahead.
 const LOW: f64 = 10.0;
 const DOWN: f64 = 0.25;
 const NEARLY_LEVEL: f64 = 0.05;
 
-/// Selects with a limit from each camera, on a screen of `size` pixels, and looks at samples by chance (of a seed).
+/// Selects with a limit from each camera, on a screen of `size` pixels, and measures random samples (by seed).
 pub fn measure(ground: &Ground, cameras: &[Camera], size: [u32; 2], limit: Limit, seed: u64) -> Measured {
     let (mut scratch, mut random) = (GroundScratch::default(), Prng::new(seed, 0));
     let mut found = Measured { limit, triangles: 0.0, seconds: 0.0, told: 0.0, greatest: 0.0, mean: 0.0, samples: 0 };
@@ -77,7 +77,7 @@ pub fn measure(ground: &Ground, cameras: &[Camera], size: [u32; 2], limit: Limit
     found
 }
 
-/// Pixels between a sample by chance and where it is drawn; `None` off the screen, or for a void.
+/// Pixels between a random sample and its drawn position; `None` off the screen, or for a void.
 fn error(ground: &Ground, view: &GroundView<'_>, patches: &[Patch], random: &mut Prng) -> Option<f64> {
     let (header, grid) = (ground.header(), &ground.header().grid);
     let patch = patches.get(random.below(patches.len().max(1)))?;
@@ -97,7 +97,7 @@ fn error(ground: &Ground, view: &GroundView<'_>, patches: &[Patch], random: &mut
     Some(((at(shown)? - place) * half).length())
 }
 
-/// The height of the raster's sample, as the finest tile has it.
+/// The height of the raster's sample, from the finest tile.
 fn sample(ground: &Ground, column: u32, row: u32) -> Option<f64> {
     let grid = &ground.header().grid;
     let cells = grid.side() - 1;
@@ -115,7 +115,7 @@ fn drawn_at(ground: &Ground, patch: &Patch, column: u32, row: u32) -> Option<f64
     let last = grid.side() - 1;
     let cell = |first: u32, at: u32| ((at - first) >> patch.key.level).min(last - 1);
     let (i, j) = (cell(grid.column(patch.key, 0), column), cell(grid.row(patch.key, 0), row));
-    // Beside a coarser neighbour, triangles reach into the cell before and after.
+    // Beside a coarser neighbour, triangles extend into the cells before and after.
     let around = |k: u32| k.saturating_sub(1)..=(k + 1).min(last - 1);
     let cells = around(j).flat_map(|j| around(i).map(move |i| (i, j)));
     let p = DVec2::new(f64::from(column), f64::from(row));

@@ -1,21 +1,21 @@
-//! The triangles of a tile, as corners of its samples.
+//! The triangles of a tile, by its samples.
 //!
-//! Samples `(i, j)` stand `i` to the east and `j` to the south. All diagonals run one way, from `(i + 1, j)` to `(i, j + 1)`, so that a
-//! triangle of a coarser level is a union of triangles of each finer one. Along a side with a coarser neighbour, each second sample moves
-//! onto one beside it: what is left there are the neighbour's own corners, and no gap. On the northern and western sides it is the one
-//! before, on the others the one after: else the corner in the south-east would have a sample on the middle of an edge. (Losasso, Hoppe, 2004, have the same
-//! degenerate triangles between their rings; the thesis that the tiles come from has index lists instead. The triangles are equal.)
+//! Sample `(i, j)` is `i` to the east and `j` to the south. All diagonals have one direction, from `(i + 1, j)` to `(i, j + 1)`,
+//! so a triangle of a coarser level is a union of triangles of each finer one. Along a side with a coarser neighbour, each second
+//! sample moves onto one beside it: this leaves the neighbour's own corners and no gap. On the northern and western sides it
+//! moves to the one before, on the others to the one after; else the south-eastern corner would have a sample on the middle of an
+//! edge. (Losasso, Hoppe, 2004, have the same degenerate triangles; the thesis with these tiles uses index lists for equal ones.)
 
 use super::grid::Side;
 
 /// A sample of a tile: to the east, to the south.
 pub type Sample = [u32; 2];
 
-/// Where a sample is drawn, with `coarser` (bits of [`Side`]) neighbours.
+/// The drawn place of a sample, with `coarser` (bits of [`Side`]) neighbours.
 pub fn snapped([i, j]: Sample, side: u32, coarser: u8) -> Sample {
     let last = side - 1;
     let is_coarser = |side: Side| coarser & side.bit() != 0;
-    // Corners of the tile are even, and stay.
+    // Corners of the tile are even, and do not move.
     let along = |k: u32, across: u32, first: Side, second: Side| {
         if across == 0 && is_coarser(first) {
             k & !1
@@ -34,7 +34,7 @@ pub fn of_cell(i: u32, j: u32) -> [[Sample; 3]; 2] {
     [[a, c, b], [b, c, d]]
 }
 
-/// The triangles of a cell as drawn, less those that have become nothing.
+/// The triangles of a cell as drawn, without degenerate ones.
 pub fn drawn(i: u32, j: u32, side: u32, coarser: u8) -> impl Iterator<Item = [Sample; 3]> {
     let moved = move |triangle: [Sample; 3]| triangle.map(|s| snapped(s, side, coarser));
     of_cell(i, j).into_iter().map(moved).filter(|[a, b, c]| a != b && b != c && c != a)
@@ -45,13 +45,13 @@ mod tests {
     use super::*;
     use std::collections::HashMap;
 
-    /// Twice the area, positive where counter-clockwise from above (to the south is to the right of the east).
+    /// Twice the area, positive if counter-clockwise from above (south is to the right of east).
     fn area([a, b, c]: [Sample; 3]) -> i64 {
         let [ax, ay, bx, by, cx, cy] = [a[0], a[1], b[0], b[1], c[0], c[1]].map(i64::from);
         (by - ay) * (cx - ax) - (bx - ax) * (cy - ay)
     }
 
-    /// Whatever neighbours are coarser: the triangles cover the square once, and inner edges belong to two of them.
+    /// With any coarser neighbours, the triangles cover the square once, and inner edges belong to two of them.
     #[test]
     fn a_tile_is_covered_once_whatever_its_neighbours() {
         let side = 9;

@@ -1,9 +1,9 @@
-//! How many pixels a tile may be wrong.
+//! The screen-space error of tiles, in pixels.
 //!
-//! Lindstrom et al., 1996, and the thesis that the tiles come from, project an error over the distance of the eye. Away from the middle of
-//! the screen, the same error takes up to `1 / cos²` as many pixels, so that isn't a bound. Here is one. A sample `p` that is drawn at
-//! `p + d u` moves by `d (X·u - x W·u) / W·(p + d u)` on the screen, where `X` and `W` are rows of the camera and `x` is where `p` shows.
-//! The numerator is greatest in a corner of the window; the denominator is least where the tile's box is nearest.
+//! Lindstrom et al., 1996, and the thesis with these tiles divide an error by the distance of the eye. Off the middle of the
+//! screen, the same error takes up to `1 / cos²` as many pixels, so that is no bound. This is one: a sample `p` drawn at `p + d
+//! u` moves by `d (X·u - x W·u) / W·(p + d u)` on the screen, where `X` and `W` are rows of the camera and `x` is the projection
+//! of `p`. The numerator is greatest in a corner of the window, the denominator least at the nearest point of the box.
 
 use enfilade::runtime::{Camera, Rect};
 use glam::{DVec2, DVec3};
@@ -31,7 +31,7 @@ impl Box3 {
         self.low.max(-self.high).max(DVec3::ZERO).length()
     }
 
-    /// The smallest sphere around it: middle, radius.
+    /// The smallest sphere around it: centre, radius.
     fn sphere(&self) -> (DVec3, f64) {
         ((self.low + self.high) / 2.0, (self.high - self.low).length() / 2.0)
     }
@@ -48,7 +48,7 @@ impl Box3 {
     }
 }
 
-/// What a window of the screen shows, and how errors show in it.
+/// A window of the screen, and how it magnifies errors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lens {
     /// Rows of the camera.
@@ -63,22 +63,22 @@ pub(super) struct Lens {
     /// From normalised device coordinates to directions.
     unproject: glam::DMat3,
     whole: Spread,
-    /// Pixels of a metre at a metre's distance in the middle of the screen.
+    /// Pixels per metre at a distance of a metre in the middle of the screen.
     focal: f64,
 }
 
-/// How errors show in a part of the screen.
+/// How a part of the screen magnifies errors.
 #[derive(Clone, Copy, Debug)]
 struct Spread {
-    /// Pixels of an upright metre at depth 1, at most.
+    /// Greatest number of pixels of a vertical metre at depth 1.
     upright: f64,
-    /// Pixels of a metre in any direction at depth 1, at most.
+    /// Greatest number of pixels of a metre in any direction at depth 1.
     any: f64,
-    /// Distance from the eye over depth, at most.
+    /// Greatest ratio of distance from the eye to depth.
     slant: f64,
 }
 
-/// Which measure decides what is divided.
+/// The measure that decides which tiles are divided.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Measure {
     /// The bound of this file.
@@ -101,24 +101,24 @@ impl Lens {
         lens
     }
 
-    /// False where certainly nothing of a box shows.
+    /// Whether a box may show; conservative.
     pub fn sees(&self, of: &Box3) -> bool {
         self.planes.iter().all(|&n| of.greatest(n) >= 0.0)
     }
 
-    /// True where all of a box shows, as far as nothing hides it.
+    /// Whether all of a box is in the window.
     pub fn holds(&self, of: &Box3) -> bool {
         self.planes.iter().all(|&n| of.least(n) >= 0.0)
     }
 
-    /// [`Self::sees`] for the sphere around the box: more shows.
+    /// As [`Self::sees`], for the sphere around the box, which shows more often.
     pub fn sees_sphere(&self, of: &Box3) -> bool {
         let (middle, radius) = of.sphere();
         self.planes.iter().all(|n| n.dot(middle) >= -radius * n.length())
     }
 
-    /// Pixels that a tile in a box may be wrong, with an upright error and one in any direction (metres). 0 where both are; infinite where
-    /// the box reaches the eye. Where more than `enough`, and the box is before the eye, the box's own part of the screen is looked at.
+    /// Error of a tile in a box, pixels, from a vertical error and one in any direction (metres). 0 if both are 0; infinite if
+    /// the box reaches the eye. Above `enough`, if the box is before the eye, only its own part of the screen counts.
     pub fn pixels(&self, of: &Box3, [error, rim]: [f64; 2], measure: Measure, enough: f64) -> f64 {
         if error == 0.0 && rim == 0.0 {
             return 0.0;
@@ -147,7 +147,7 @@ impl Lens {
         if part[0].cmple(part[1]).all() { pixels.min(within(&self.spread(part))) } else { pixels }
     }
 
-    /// The greatest of each over a part of the screen; all three are convex, and so greatest in a corner.
+    /// The greatest values over a part of the screen; all three are convex, and so greatest in a corner.
     fn spread(&self, [low, high]: [DVec2; 2]) -> Spread {
         let mut spread = Spread { upright: 0.0, any: 0.0, slant: 0.0 };
         for at in [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)] {

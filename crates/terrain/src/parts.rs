@@ -1,27 +1,27 @@
-//! Which parts of a tile are drawn: those that may show.
+//! Parts of tiles: only those that may show are drawn.
 //!
-//! A tile that is good enough may be large, and a window narrow. Each of its parts has the heights of the tile that covers it two levels further
-//! down, which the table knows while nothing but the tile itself is in memory.
+//! A tile that is good enough may be large, and a window narrow. Each part of a tile has the heights of its descendant two levels
+//! down, which the table knows even if only the tile itself is in memory.
 
 use super::grid::Key;
 use super::select::{GroundScratch, Patch, Selector};
 
-/// Parts of a tile, a side: they are drawn or not, each by itself. More: fewer triangles beside a window. Fewer: shorter lists.
+/// Parts along a side of a tile; each is drawn or not. More: fewer triangles beside a window. Fewer: shorter lists.
 pub const PARTS: u32 = 4;
 
 impl Patch {
-    /// The parts that are drawn: to the east and to the south.
+    /// The drawn parts: to the east and to the south.
     pub fn drawn_parts(&self) -> impl Iterator<Item = [u32; 2]> {
         let parts = self.parts;
         (0..PARTS * PARTS).filter(move |part| parts >> part & 1 == 1).map(|part| [part % PARTS, part / PARTS])
     }
 
-    /// Triangles that are drawn of a tile of `side` samples, those that stitching makes nothing of included.
+    /// Drawn triangles of a tile of `side` samples, including those that stitching collapses.
     pub fn triangles(&self, side: u32) -> u64 {
         u64::from(self.parts.count_ones()) * of_a_part(side)
     }
 
-    /// The cells that are drawn, of a tile of `side` samples.
+    /// The drawn cells of a tile of `side` samples.
     pub fn drawn_cells(&self, side: u32) -> impl Iterator<Item = [u32; 2]> {
         let wide = (side - 1) / PARTS;
         let cells = move |[x, y]: [u32; 2]| (0..wide * wide).map(move |k| [x * wide + k % wide, y * wide + k / wide]);
@@ -35,7 +35,7 @@ fn of_a_part(side: u32) -> u64 {
 }
 
 impl<R: Fn(u32) -> bool> Selector<'_, R> {
-    /// Triangles that a part of a patch is drawn with.
+    /// Triangles of a part of a patch.
     pub(super) fn triangles_of_a_part(&self) -> u64 {
         of_a_part(self.header.grid.side())
     }
@@ -49,7 +49,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         children.map(|child| if self.shows(child, s) { self.count_of_parts(child, s) } else { 0 }).sum()
     }
 
-    /// The parts of a tile that may show: each has the heights of the tile that covers it two levels further down, as far as there is one.
+    /// The parts of a tile that may show: each has the heights of its descendant two levels down, if there is one.
     pub(super) fn parts(&self, tile: u32, s: &GroundScratch) -> u16 {
         let bounds = self.bounds(tile, s);
         if self.spheres || s.lenses.iter().any(|lens| lens.holds(&bounds)) {

@@ -1,14 +1,14 @@
-//! Where a building stands on a ground.
+//! The placement of a building on a ground.
 
 use glam::DVec3;
 use std::str::FromStr;
 
-/// Where a building's origin is in a ground, and how it is turned: `X,Y,Z,DEGREES`.
+/// The origin and rotation of a building in a ground: `X,Y,Z,DEGREES`.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Placement {
     /// Metres to the east, up and to the south of the ground's origin.
     pub at: DVec3,
-    /// Degrees about the building's upright axis, counter-clockwise from above.
+    /// Degrees about the vertical axis, counter-clockwise from above.
     pub degrees: f64,
 }
 
@@ -35,7 +35,7 @@ impl FromStr for Placement {
                 Ok(Self { at: DVec3::new(x, y, z), degrees })
             }
             _ => Err(format!(
-                "`{text}`: four numbers are wanted, X,Y,Z,DEGREES (metres east, up and south; turned to the left)"
+                "`{text}`: give four numbers, X,Y,Z,DEGREES (metres east, up and south; degrees counter-clockwise)"
             )),
         }
     }

@@ -1,9 +1,9 @@
-//! Which tiles are drawn: divided from the coarsest on, never more than one level apart.
+//! Selects the drawn tiles: division from the coarsest level on, with neighbours at most one level apart.
 //!
-//! Based on: the thesis' refinement, whose balance is Hill's (2002): before a tile is divided, those beside it are that are coarser. What
-//! differs: a division and all that it needs are planned first, and made only if all of it can be; Röttger et al., 1998, fold the
-//! balance into the errors instead, which can't know what is in memory. Visibility is tested as by Assarsson and Möller, 2000, once a tile
-//! and frame.
+//! Based on: the thesis' refinement, with Hill's balance (2002): before a tile is divided, its coarser neighbours are. Deviation:
+//! a division with all its requirements is planned first, and made only if all of it is possible; Röttger et al., 1998, fold the
+//! balance into the errors, which cannot take memory into account. Visibility is tested as by Assarsson and Möller, 2000, once
+//! per tile and frame.
 
 use super::format::{Header, Tile};
 use super::grid::{Key, Side};
@@ -12,54 +12,54 @@ use enfilade::runtime::{Camera, Rect};
 use glam::DVec3;
 use std::collections::BinaryHeap;
 
-/// When a tile is good enough.
+/// The criterion for a tile that is good enough.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Limit {
-    /// No sample of the raster is drawn farther from its place than so many pixels, as far as tiles are there and the raster goes.
+    /// Greatest error of any sample of the raster, pixels, as far as tiles are in memory and the raster extends.
     Pixels(f64),
-    /// The thesis' and Lindstrom's measure, to compare: error over distance, pixels. Not a bound away from the middle of the screen.
+    /// The measure of the thesis and Lindstrom, to compare: error over distance, pixels. No bound off the middle of the screen.
     Distance(f64),
-    /// So many triangles at most, with the least error that they allow.
+    /// Maximum triangles, with the least error that they allow.
     Triangles(u32),
 }
 
-/// What is looked at.
+/// The view of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundView<'a> {
     /// The eye is in metres, relative to the ground's origin.
     pub camera: Camera,
     /// Pixels of the screen, across and down.
     pub size: [u32; 2],
-    /// Parts of the screen through which ground can show: those of the portals that lead outside, or [`Rect::FULL`]. None: no ground.
+    /// Windows of the screen through which ground can show: portals to the outside, or [`Rect::FULL`]. Empty: no ground.
     pub windows: &'a [Rect],
 }
 
-/// A tile that is drawn.
+/// A drawn tile.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Patch {
     /// Its number.
     pub tile: u32,
-    /// Its place.
+    /// Its level and position.
     pub key: Key,
-    /// Sides (bits of [`Side`]) beyond which a coarser tile is drawn: there, each second sample moves ([`snapped`](super::snapped)).
+    /// Sides (bits of [`Side`]) with a coarser neighbour: there, each second sample moves ([`snapped`](super::snapped)).
     pub coarser: u8,
-    /// Which of its [`PARTS`](super::PARTS) x `PARTS` parts may show, and are drawn: bits, from the north-west to the east, row after row.
+    /// Drawn parts of its [`PARTS`](super::PARTS) x `PARTS`, which may show: bits, from the north-west to the east, row by row.
     pub parts: u16,
-    /// Pixels that it may be wrong.
+    /// Its error, pixels.
     pub error: f32,
 }
 
-/// Windows of a screen, at most. More: the ones after it are joined to the last.
+/// Maximum windows. More: further ones are joined with the last.
 const MOST_WINDOWS: usize = 8;
 
-/// Memory of a selection, to be used again each frame.
+/// Memory of a selection, reused each frame.
 #[derive(Clone, Debug, Default)]
 pub struct GroundScratch {
     frame: u32,
-    /// By tile, the frame in which its parent was divided (or it has none).
+    /// By tile, the last frame in which its parent was divided (or it has none).
     reached: Vec<u32>,
     divided: Vec<u32>,
-    /// The frame in which its visibility was worked out, and what was found.
+    /// The last frame in which its visibility was tested, and the result.
     asked: Vec<u32>,
     seen: Vec<bool>,
     pub(super) lenses: Vec<Lens>,
@@ -94,39 +94,39 @@ impl Ord for Ranked {
 }
 
 impl GroundScratch {
-    /// Of the last selection.
+    /// Patches of the last selection.
     pub fn patches(&self) -> &[Patch] {
         &self.patches
     }
 
-    /// True for a tile that the last selection has asked about, and that may show.
+    /// Whether the last selection tested a tile and it may show.
     pub(super) fn saw(&self, tile: u32) -> bool {
         self.asked[tile as usize] == self.frame && self.seen[tile as usize]
     }
 
-    /// Triangles of the last selection, those that stitching makes nothing of included.
+    /// Triangles of the last selection, including those that stitching collapses.
     pub fn triangles(&self) -> u64 {
         self.triangles
     }
 
-    /// Pixels that the last selection may be wrong, at most.
+    /// Greatest error of the last selection, pixels.
     pub fn worst(&self) -> f32 {
         self.worst
     }
 }
 
-/// A tree, and which tiles of it may be drawn.
+/// Selects from a tree of tiles.
 pub(super) struct Selector<'a, R> {
     pub header: &'a Header,
     pub tiles: &'a [Tile],
-    /// True for a tile in memory.
+    /// Whether a tile is in memory.
     pub resident: R,
-    /// Tiles that show by their box, or by the sphere around it.
+    /// Whether visibility uses the sphere around a box.
     pub spheres: bool,
 }
 
 impl<R: Fn(u32) -> bool> Selector<'_, R> {
-    /// Selects; the patches are the scratch's.
+    /// Selects; the scratch has the patches.
     pub fn select(&self, view: &GroundView<'_>, limit: Limit, s: &mut GroundScratch) {
         self.begin(view, s);
         match limit {
@@ -231,7 +231,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         self.header.bounds(self.key(tile), &self.tiles[tile as usize], s.eye)
     }
 
-    /// True for a tile with samples that may show.
+    /// Whether a tile has samples and may show.
     pub(super) fn shows(&self, tile: u32, s: &mut GroundScratch) -> bool {
         let at = tile as usize;
         if s.asked[at] != s.frame {
@@ -243,7 +243,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         s.seen[at]
     }
 
-    /// Pixels that a tile may be wrong in the worst window.
+    /// Error of a tile in the worst window, pixels.
     fn pixels(&self, tile: u32, measure: Measure, enough: f64, s: &GroundScratch) -> f32 {
         let Tile { error, rim, .. } = self.tiles[tile as usize];
         let errors = [f64::from(error), f64::from(rim)];
@@ -256,7 +256,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         s.divided[tile as usize] == s.frame
     }
 
-    /// Divides a tile with all that balance asks for, or nothing.
+    /// Divides a tile and all tiles that balance requires, or none.
     fn divide(&self, tile: u32, s: &mut GroundScratch) -> bool {
         self.is_divided(tile, s) || self.plan_anew(tile, s)
     }
@@ -277,7 +277,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         }
     }
 
-    /// Marks a tile as divided, coarser ones beside it first; false where one can't be.
+    /// Marks a tile as divided, coarser neighbours first; false if one cannot be divided.
     fn plan(&self, tile: u32, s: &mut GroundScratch) -> bool {
         if self.is_divided(tile, s) {
             return true;
@@ -302,18 +302,18 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         true
     }
 
-    /// Sees to it that nothing coarser than a tile is drawn in its place; false where that can't be.
+    /// Ensures that nothing coarser than a tile is drawn in its place; false if that is impossible.
     fn reach(&self, tile: u32, s: &mut GroundScratch) -> bool {
         if s.reached[tile as usize] == s.frame {
             return true;
         }
         let grid = &self.header.grid;
         let Some(parent) = grid.parent(self.key(tile)).and_then(|key| grid.tile(key)) else { return true };
-        // Where the parent does not show, neither it nor anything above it is drawn there.
+        // If the parent does not show, neither it nor its ancestors are drawn there.
         !self.shows(parent, s) || (self.reach(parent, s) && self.plan(parent, s))
     }
 
-    /// The tiles that show and are not divided.
+    /// Collects the tiles that show and are not divided.
     fn collect(&self, limit: Limit, s: &mut GroundScratch) {
         s.patches.clear();
         s.stack.clear();
@@ -344,7 +344,7 @@ impl<R: Fn(u32) -> bool> Selector<'_, R> {
         }
     }
 
-    /// Sides beyond which the tile's neighbour is not there, but the one that it is a quarter of.
+    /// Sides with a coarser neighbour.
     fn coarser(&self, tile: u32, s: &mut GroundScratch) -> u8 {
         let grid = &self.header.grid;
         let key = self.key(tile);
@@ -373,7 +373,7 @@ impl Header {
         self.bounds_of(ends.map(|i| self.grid.column(key, i)), ends.map(|j| self.grid.row(key, j)), tile, eye)
     }
 
-    /// The box of some columns and rows, first and last ones, with a tile's heights.
+    /// The box of a range of columns and rows, with a tile's heights.
     pub(super) fn bounds_of(&self, columns: [u32; 2], rows: [u32; 2], tile: &Tile, eye: DVec3) -> Box3 {
         let [west, north] = self.plan(columns[0], rows[0]);
         let [east, south] = self.plan(columns[1], rows[1]);

@@ -1,23 +1,23 @@
-//! Rings of a tube, at its sections and between them: how the curve goes there, and how far a chord is from it.
+//! Rings of a tube at its sections and between them: the curve between two sections, and its distance from the chord.
 //!
-//! Between two sections a curve is a cubic with their tangents, as long at both ends as an arc's: an arc is itself to 5e-6 of its radius (at 45
-//! degrees, the most between two sections).
+//! Between two sections the curve is a cubic with their tangents, of the length of an arc's at both ends. It deviates from an arc
+//! by 5e-6 of the radius (at 45 degrees, the most between two sections).
 
 use super::frame::{across, tangent};
 use super::section::{Section, Tangent};
 use super::tube::{Tube, Tubes};
 use glam::{DVec3, Vec3};
 
-/// Of a number along tubes, the bits below those of the section: how far it is to the next one.
+/// Low bits of a position along a tube: the step from a section towards the next. The bits above are the section's number.
 pub(super) const BITS: u32 = 6;
-/// Numbers from one section to the next.
+/// Steps from one section to the next.
 pub(super) const STEPS: u32 = 1 << BITS;
-/// Sections that numbers in 32 bits can name.
+/// Most sections that 32-bit positions can address.
 pub const MOST_SECTIONS: usize = 1 << (u32::BITS - BITS);
-/// Half of a curve is this much nearer to its chord: a quarter, and for arcs of at most 90 degrees a little more.
+/// Halving a curve reduces its distance from the chord by this factor: 1/4, a little more for arcs of up to 90 degrees.
 const NEARER: f64 = 0.27;
 
-/// A ring: its middle, two unit axes at right angles from there, the first one at no angle, and its radius.
+/// A ring: its centre, two perpendicular unit axes (`x` at angle 0) and its radius.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ring {
     pub place: Vec3,
@@ -31,16 +31,16 @@ struct Cubic {
     /// Metres, relative to the tube's origin.
     points: [Vec3; 4],
     tangents: [Vec3; 2],
-    /// Numbers of the sections in the tube.
+    /// Indices of the sections in the tube.
     ends: [usize; 2],
 }
 
-/// The number of the section at the end of a segment: that of a closed tube's last one is its first.
+/// The section at the end of a segment; in a closed tube, the last segment ends at the first section.
 pub(super) fn section(tube: &Tube, number: u32) -> u32 {
     if number == tube.sections.end { tube.sections.start } else { number }
 }
 
-/// Where a curve is at a number along it, metres relative to the tube's origin.
+/// The curve's point at a position, metres relative to the tube's origin.
 pub(super) fn place_at(tubes: &Tubes, tube: &Tube, number: u32) -> DVec3 {
     let step = number % STEPS;
     let place = if step == 0 {
@@ -52,7 +52,7 @@ pub(super) fn place_at(tubes: &Tubes, tube: &Tube, number: u32) -> DVec3 {
 }
 
 impl Ring {
-    /// At a number along a tube: [`STEPS`] times that of a section, and how far from there to the next.
+    /// The ring at a position along a tube: [`STEPS`] times the section's number, plus steps towards the next.
     pub fn at(tubes: &Tubes, tube: &Tube, number: u32) -> Self {
         let (sections, step) = (tubes.of(tube), number % STEPS);
         let i = (section(tube, number / STEPS) - tube.sections.start) as usize;
@@ -63,7 +63,7 @@ impl Ring {
         let share = step as f32 / STEPS as f32;
         let (place, tangent) = cubic.at(share);
         let rings = [0, 1].map(|k| Self::of(tube, &sections[cubic.ends[k]], cubic.tangents[k]));
-        let [a, b] = [0, 1].map(|k| carried(rings[k].x, cubic.tangents[k], tangent));
+        let [a, b] = [0, 1].map(|k| transported(rings[k].x, cubic.tangents[k], tangent));
         let x = (a.lerp(b, share)).try_normalize().unwrap_or(a);
         let radius = rings[0].radius + (rings[1].radius - rings[0].radius) * share;
         Self { place, x, y: tangent.cross(x), radius }
@@ -74,7 +74,7 @@ impl Ring {
         Self { place: section.place.into(), x: cos * x + sin * y, y: cos * y - sin * x, radius: tube.radius(section) }
     }
 
-    /// The point of it at an angle, radians, as many radii from the middle as `scale` says.
+    /// The ring's point at an angle (radians), `scale` radii from the centre.
     pub fn point(&self, angle: f32, scale: f32) -> Vec3 {
         let (sin, cos) = angle.sin_cos();
         self.place + scale * self.radius * (cos * self.x + sin * self.y)
@@ -89,12 +89,12 @@ impl Cubic {
         let tangents = ends.map(|i| tangent(sections, i, tube.closed));
         let chord = to - from;
         let along = chord.try_normalize().unwrap_or(tangents[0]);
-        // An arc's: 2/3 of the chord over 1 + cos of half its angle.
+        // Length of an arc's tangents: 2/3 of the chord over 1 + cos of half its angle.
         let [a, b] = tangents.map(|t| t * (chord.length() * 2.0 / 3.0 / (1.0 + t.dot(along).max(0.0))));
         Self { points: [from, from + a, to - b, to], tangents, ends }
     }
 
-    /// Where it is at a share of the way, 0 to 1, and where it leads.
+    /// Point and direction at a parameter, 0 to 1.
     fn at(&self, t: f32) -> (Vec3, Vec3) {
         let [a, b, c, d] = self.points;
         let (ab, bc, cd) = (a.lerp(b, t), b.lerp(c, t), c.lerp(d, t));
@@ -103,7 +103,7 @@ impl Cubic {
     }
 }
 
-/// How far the surface of a curve between two sections is from that of straight lines between their rings, metres, at most.
+/// Upper bound of the distance between the curve's surface and the straight lines between the rings of a segment, metres.
 pub(super) fn error(tubes: &Tubes, tube: &Tube, segment: u32) -> f64 {
     let sections = &tubes.sections;
     if sections[segment as usize].tangent() == Tangent::After {
@@ -112,7 +112,7 @@ pub(super) fn error(tubes: &Tubes, tube: &Tube, segment: u32) -> f64 {
     let Cubic { points, tangents, .. } = Cubic::new(tubes, tube, segment);
     let [a, b, c, d] = points.map(|p| p.as_dvec3());
     let along = (d - a).normalize_or_zero();
-    // A cubic is no farther from its chord than its second differences have it.
+    // The second differences of a cubic bound its distance from the chord.
     let bend = [a - 2.0 * b + c, b - 2.0 * c + d].map(|v| (v - along * v.dot(along)).length());
     let leg = (c - b).normalize_or(along);
     let turn = tangents.map(|t| t.as_dvec3().dot(leg).clamp(-1.0, 1.0));
@@ -120,13 +120,13 @@ pub(super) fn error(tubes: &Tubes, tube: &Tube, segment: u32) -> f64 {
     0.75 * bend[0].max(bend[1]) + radius * (1.0 - turn[0].min(turn[1]))
 }
 
-/// The same of a part of it, so many times halved.
+/// The error of a part of a segment that was halved `times` times.
 pub(super) fn of_halved(error: f64, times: u32) -> f64 {
     error * NEARER.powi(times as i32)
 }
 
-/// A vector across one tangent, turned with it to another one the shortest way.
-fn carried(v: Vec3, from: Vec3, to: Vec3) -> Vec3 {
+/// A vector perpendicular to one tangent, rotated to another one the shortest way.
+fn transported(v: Vec3, from: Vec3, to: Vec3) -> Vec3 {
     let sum = from + to;
     let half = 1.0 + from.dot(to);
     if half > 0.0 { v - sum * (v.dot(to) / half) } else { v }

@@ -1,4 +1,4 @@
-//! Curves of lines and arcs, and the points at which a tube along one has sections.
+//! Curves of lines and arcs, and the sections of a tube along one.
 
 use super::section::Tangent;
 use glam::DVec3;
@@ -7,27 +7,27 @@ use std::f64::consts::PI;
 /// A part of a curve.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Piece {
-    /// From one point to another.
+    /// A line from one point to another.
     Line([DVec3; 2]),
-    /// Of a circle.
+    /// An arc of a circle.
     Arc(Arc),
 }
 
-/// A part of a circle: from `middle + x`, `angle` radians towards `y`.
+/// An arc: from `middle + x`, `angle` radians towards `y`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Arc {
-    /// The circle's middle.
+    /// The circle's centre.
     pub middle: DVec3,
-    /// From there to the first point: as long as the radius.
+    /// From the centre to the first point; its length is the radius.
     pub x: DVec3,
-    /// At right angles to `x`, of the same length: the way that the arc begins.
+    /// Perpendicular to `x`, of the same length: the direction in which the arc starts.
     pub y: DVec3,
     /// Radians: above 0, at most 2 pi.
     pub angle: f64,
 }
 
 impl Arc {
-    /// The point after so many radians.
+    /// The point after `angle` radians.
     pub fn at(&self, angle: f64) -> DVec3 {
         self.middle + self.x * angle.cos() + self.y * angle.sin()
     }
@@ -39,7 +39,7 @@ impl Arc {
 }
 
 impl Piece {
-    /// Where it begins and ends.
+    /// The end points.
     pub fn ends(&self) -> [DVec3; 2] {
         match self {
             Self::Line(ends) => *ends,
@@ -47,7 +47,7 @@ impl Piece {
         }
     }
 
-    /// Its directions at both ends, unit vectors; zero for a line of no length.
+    /// The directions at both ends, unit vectors; zero for a line of zero length.
     fn directions(&self) -> [DVec3; 2] {
         match self {
             Self::Line([a, b]) => [(*b - *a).normalize_or_zero(); 2],
@@ -56,23 +56,23 @@ impl Piece {
     }
 }
 
-/// What a curve of points had that no curve has.
+/// Faults of a curve's points.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Odd {
-    /// Points that stand where the one before them does.
+    /// Repeated points.
     pub twice: u64,
-    /// Corners where the curve turns back on itself: the tube ends there, and another begins.
+    /// Corners where the curve reverses: the tube ends there, and another begins.
     pub back: u64,
 }
 
-/// Cosine of a turn below which a curve turns back: 179.4 degrees. Closer to -1: arcs of no radius. Farther: sharp bends are cut in two.
+/// Cosine below which a turn is a reversal, 179.4 degrees. Closer to -1: arcs of zero radius. Farther: sharp bends are cut.
 const BACK: f64 = -0.999_95;
-/// Cosine of a turn above which a corner is none, 0.003 degrees: the ring there leans by half of that.
+/// Cosine above which a turn is no corner: 0.003 degrees. The ring there tilts by half of that.
 const STRAIGHT: f64 = 1.0 - 1e-9;
 
-/// Curves through points, of lines, with an arc of the radius `bend` in place of each corner, or of less where lines are too short: an arc
-/// takes at most half of each. A tube along a polyline with sharp corners would have no surface there. One curve, or more where it turns
-/// back; none of fewer than two different points.
+/// Curves of lines through points, with corners rounded by arcs of radius `bend`, or less if lines are too short: an arc uses at
+/// most half of each line. A tube with sharp corners would have no surface there. Returns several curves if the line reverses,
+/// none for fewer than two different points.
 pub fn polyline(points: &[DVec3], closed: bool, bend: f64, odd: &mut Odd) -> Vec<Vec<Piece>> {
     let (points, closed) = distinct(points, closed, odd);
     let count = points.len();
@@ -108,7 +108,7 @@ pub fn polyline(points: &[DVec3], closed: bool, bend: f64, odd: &mut Odd) -> Vec
     curves
 }
 
-/// Points without those that stand where the one before them does; and whether the curve is closed, which one of two points is not.
+/// Points without repeated ones, and whether the curve is still closed (two points are not).
 pub(super) fn distinct(points: &[DVec3], closed: bool, odd: &mut Odd) -> (Vec<DVec3>, bool) {
     let mut points = points.to_vec();
     let count = points.len();
@@ -127,7 +127,7 @@ fn line(curves: &mut [Vec<Piece>], from: DVec3, to: DVec3) {
     }
 }
 
-/// The arc that touches two lines through a corner, `cut` before and after it.
+/// The arc that touches two lines through a corner, `cut` metres from it.
 fn corner(p: DVec3, [u, v]: [DVec3; 2], cut: f64, radius: f64) -> Arc {
     let inward = (v - u).normalize_or_zero();
     let x = -(inward - u * inward.dot(u)).normalize_or_zero() * radius;
@@ -135,17 +135,17 @@ fn corner(p: DVec3, [u, v]: [DVec3; 2], cut: f64, radius: f64) -> Arc {
     Arc { middle: begin - x, x, y: u * radius, angle: u.angle_between(v) }
 }
 
-/// A point of a curve at which a tube has a section.
+/// A point of a curve with a section of the tube.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stop {
-    /// Where.
+    /// The point, metres.
     pub place: DVec3,
-    /// Where its tangent comes from.
+    /// Source of its tangent.
     pub tangent: Tangent,
 }
 
-/// Points of a curve, so that a tube of `radius` between them is nowhere farther than `error` from the tube along the curve (all in metres).
-/// A line has two. `closed`: the curve comes back to its beginning, which is a point once.
+/// Points of a curve for a tube of `radius` that is nowhere farther than `error` from the tube along the curve (metres). A line
+/// has two points. The first point of a `closed` curve is not repeated.
 pub fn stops(pieces: &[Piece], closed: bool, radius: f64, error: f64) -> Vec<Stop> {
     let mut stops: Vec<Stop> = Vec::new();
     let count = pieces.len();
@@ -172,10 +172,10 @@ pub fn stops(pieces: &[Piece], closed: bool, radius: f64, error: f64) -> Vec<Sto
     stops
 }
 
-/// Angles within an arc at which there are sections. `beside`: whether a line is there, before and after. Where another arc is, one section is
-/// close to that end: its chord gives the ring there its tangent.
+/// Angles of sections inside an arc. `beside`: whether the pieces before and after are lines. Next to another arc, a section lies
+/// close to that end: its chord gives the tangent of the ring there.
 fn angles(arc: &Arc, radius: f64, error: f64, beside: [Option<bool>; 2]) -> Vec<f64> {
-    // The outer side of the tube is farthest from its chords.
+    // The tube's outer side is farthest from its chords.
     let outer = arc.radius() + radius;
     let step = if error < outer { 2.0 * (1.0 - error / outer).acos() } else { PI };
     let count = (arc.angle / step.min(LARGEST_STEP)).ceil().clamp(1.0, MOST_STEPS) as u32;
@@ -184,7 +184,7 @@ fn angles(arc: &Arc, radius: f64, error: f64, beside: [Option<bool>; 2]) -> Vec<
     let mut angles: Vec<f64> = (1..count).map(|k| even * f64::from(k)).collect();
     let meets = beside.map(|beside| beside == Some(false));
     if count == 1 && beside.contains(&None) && meets == [false; 2] {
-        // With its neighbours alone, an open end has no third point of its circle.
+        // An open end needs a third point on the circle.
         angles.push(arc.angle / 2.0);
     }
     if meets[0] {
@@ -196,12 +196,12 @@ fn angles(arc: &Arc, radius: f64, error: f64, beside: [Option<bool>; 2]) -> Vec<
     angles
 }
 
-/// Radians between sections of an arc, at most: farther apart, three of them hardly make a circle.
+/// Most radians between sections of an arc: wider steps make a poor circle of three points.
 const LARGEST_STEP: f64 = PI / 4.0;
-/// Sections of an arc, at most. Fewer: a huge arc is coarser than was asked. More: an error that is too small fills the memory.
+/// Most sections of an arc. Fewer: a huge arc exceeds the error. More: a tiny error fills the memory.
 const MOST_STEPS: f64 = 4096.0;
 
-/// Where neighbouring pieces do not go on in the same direction: radians between them at most, and 0 for a smooth curve.
+/// The sharpest angle between neighbouring pieces, radians; 0 for a smooth curve.
 pub fn sharpest(pieces: &[Piece], closed: bool) -> f64 {
     let next = |k: usize| pieces.get(k + 1).or(if closed { pieces.first() } else { None });
     let joints = (0..pieces.len()).filter_map(|k| Some((pieces[k].directions()[1], next(k)?.directions()[0])));

@@ -1,11 +1,11 @@
-//! Tangents of sections, axes that belong to tangents, and rolls that keep a ring from turning about its curve.
+//! Tangents of sections, axes for tangents, and rolls that keep rings from twisting about the curve.
 //!
 //! Based on: Wang, Jüttler, Zheng, Liu 2008 (double reflection); Duff and others 2017 (an axis from a tangent alone).
 
 use super::section::{Section, Tangent};
 use glam::{DVec3, Vec3};
 
-/// The tangent of section `i` of a tube, a unit vector; `closed`: the last section is followed by the first one. +X for what has no direction.
+/// The unit tangent of section `i` of a tube; if `closed`, the last section precedes the first. +X if there is no direction.
 pub(super) fn tangent(sections: &[Section], i: usize, closed: bool) -> Vec3 {
     let count = sections.len();
     let at = |k: usize| Vec3::from(sections[k].place);
@@ -23,29 +23,29 @@ pub(super) fn tangent(sections: &[Section], i: usize, closed: bool) -> Vec3 {
     found.try_normalize().unwrap_or(Vec3::X)
 }
 
-/// The tangent of the section beside an open end; zero where that is the other end.
+/// The tangent of the section next to an open end; zero if that is the other end.
 fn tangent_within(sections: &[Section], i: usize) -> Vec3 {
     if i == 0 || i + 1 == sections.len() { Vec3::ZERO } else { tangent(sections, i, false) }
 }
 
-/// The tangent in the middle of three points of a circle, from the first to the second and from there to the third.
+/// The tangent at the middle one of three points of a circle, from the two chords.
 fn of_circle(u: Vec3, v: Vec3) -> Vec3 {
-    // Weights of chords: each over the square of its length.
+    // Weights of the chords: the inverse of the squared length.
     let [uu, vv] = [u.length_squared(), v.length_squared()];
     if uu == 0.0 || vv == 0.0 { u + v } else { u * (vv / (uu + vv)) + v * (uu / (uu + vv)) }
 }
 
-/// The tangent at the end of a chord of a circle whose other end has the tangent `other`: its mirror image.
+/// The tangent at the end of a circle's chord whose other end has the tangent `other`: its mirror image.
 fn at_end(chord: Vec3, other: Vec3) -> Option<Vec3> {
     let along = chord.try_normalize()?;
     Some(if other == Vec3::ZERO { along } else { 2.0 * along.dot(other) * along - other })
 }
 
-/// Tangents with a lower z have axes of their own. Any number above -1 will do, but one that no curve is likely to have: a shader that rounds
-/// otherwise must take the same axes. At 0, level pipes would have either.
+/// Tangents with a lower z have other axes. Any number above -1 works if few curves reach it: a shader with other rounding must
+/// choose the same axes. At 0, level pipes could have either.
 const DOWN: f32 = -0.912_3;
 
-/// Two unit vectors across a unit tangent. They follow from it alone, and turn smoothly but where its z passes [`DOWN`].
+/// Two unit vectors perpendicular to a unit tangent. They depend on it alone, continuously except where z passes [`DOWN`].
 pub(super) fn across(t: Vec3) -> [Vec3; 2] {
     let sign = if t.z < DOWN { -1.0 } else { 1.0 };
     let a = -1.0 / (sign + t.z);
@@ -53,7 +53,7 @@ pub(super) fn across(t: Vec3) -> [Vec3; 2] {
     [Vec3::new(1.0 + sign * t.x * t.x * a, sign * b, -sign * t.x), Vec3::new(b, sign + t.y * t.y * a, -t.y)]
 }
 
-/// Gives each section the roll of a frame that doesn't turn about the curve; on a closed one, what is left over is spread along it.
+/// Sets the rolls of sections to a frame without twist about the curve; on a closed curve the remaining twist is spread.
 pub(super) fn roll(sections: &mut [Section], closed: bool) {
     let tangents: Vec<DVec3> = (0..sections.len()).map(|i| tangent(sections, i, closed).as_dvec3()).collect();
     let places: Vec<DVec3> = sections.iter().map(|s| Vec3::from(s.place).as_dvec3()).collect();
@@ -65,11 +65,11 @@ pub(super) fn roll(sections: &mut [Section], closed: bool) {
     let start = across(first.as_vec3())[0].as_dvec3();
     let (mut normal, mut rolls) = (start, vec![0.0]);
     for i in 1..sections.len() {
-        normal = carried(normal, [places[i - 1], places[i]], [tangents[i - 1], tangents[i]]);
+        normal = transported(normal, [places[i - 1], places[i]], [tangents[i - 1], tangents[i]]);
         rolls.push(angle(i, normal));
     }
     let last = sections.len() - 1;
-    let twist = if closed { angle(0, carried(normal, [places[last], places[0]], [tangents[last], first])) } else { 0.0 };
+    let twist = if closed { angle(0, transported(normal, [places[last], places[0]], [tangents[last], first])) } else { 0.0 };
     let (mut along, mut so_far) = (vec![0.0], 0.0);
     for i in 0..last {
         so_far += places[i].distance(places[i + 1]);
@@ -82,8 +82,8 @@ pub(super) fn roll(sections: &mut [Section], closed: bool) {
     }
 }
 
-/// A normal, carried from one place to the next by two reflections.
-fn carried(normal: DVec3, [from, to]: [DVec3; 2], [t0, t1]: [DVec3; 2]) -> DVec3 {
+/// A normal, transported from one point to the next by two reflections.
+fn transported(normal: DVec3, [from, to]: [DVec3; 2], [t0, t1]: [DVec3; 2]) -> DVec3 {
     let reflect = |v: DVec3, n: DVec3| {
         let nn = n.length_squared();
         if nn == 0.0 { v } else { v - 2.0 / nn * n.dot(v) * n }
@@ -122,7 +122,7 @@ mod tests {
         }
     }
 
-    /// In a plane nothing turns: the normal across the plane stays as it is. On a closed curve, the ring comes back to itself.
+    /// In a plane nothing twists: the normal across the plane stays. On a closed curve, the ring returns to itself.
     #[test]
     fn a_ring_does_not_turn_about_its_curve() {
         let wave: Vec<DVec3> = (0..40).map(|k| DVec3::new(0.1 * f64::from(k), (0.3 * f64::from(k)).sin(), 0.0)).collect();
@@ -137,7 +137,7 @@ mod tests {
         for i in 0..of.len() {
             assert!((normal(&of, i, false).z - across_the_plane).abs() < 1e-3, "{i}");
         }
-        // A knot, closed: neighbours differ by no more than the curve bends and the twist that is spread.
+        // A closed knot: neighbours differ at most by the curve's bend and the spread twist.
         let knot: Vec<DVec3> = (0..300)
             .map(|k| {
                 let t = f64::from(k) / 300.0 * std::f64::consts::TAU;

@@ -1,8 +1,8 @@
-//! Tubes: a curve, a radius and a frame a section, of which triangles are made as fine as somebody needs them.
+//! Tubes: a curve, a radius and a frame per section, tessellated as finely as needed.
 //!
-//! Based on: the thesis' tubes of discrete curves (sections with a frame of their own, made into triangles as they are drawn). What differs:
-//! a section takes 16 bytes, not 36, since its frame follows from its neighbours and an angle; sections are taken where the curve bends, by
-//! an error in metres, not by a turn in degrees; and ends, arcs and joints have the curve's own tangents, not differences of points.
+//! Based on: the thesis' tubes of discrete curves (sections with their own frames, tessellated when drawn). Differences: a
+//! section takes 16 bytes instead of 36, since its frame follows from its neighbours and an angle; sections follow an error in
+//! metres, not a turn in degrees; ends, arcs and joints have the curve's own tangents.
 
 mod between;
 pub mod curve;

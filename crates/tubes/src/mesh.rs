@@ -8,17 +8,17 @@ use glam::Vec3;
 use std::f32::consts::TAU;
 use std::ops::Range;
 
-/// Sides of a ring, at least and at most.
+/// Fewest and most sides of a ring.
 const FEWEST: f64 = 6.0;
 const MOST: f64 = 64.0;
 
-/// Metres that triangles of an imported tube may be off its surface: at most these; but no less than the second share of the radius, and no
-/// more than the first. Less: more triangles. More: one sees the sides.
+/// Largest error of an imported tube's triangles, metres, limited to these shares of the radius: at most the first and at least
+/// the second. Less: more triangles. More: visible sides.
 const ERROR: f64 = 1e-3;
 const SHARES: [f64; 2] = [0.02, 0.002];
 
 impl Tube {
-    /// How many triangles [`mesh`] makes of it, with rings of so many sides.
+    /// Number of triangles that [`mesh`] makes with rings of `sides` sides.
     pub fn triangles(&self, sides: u32) -> u64 {
         let (sides, segments) = (u64::from(sides), self.segments().len() as u64);
         let is_hollow = self.inner > 0.0;
@@ -37,28 +37,28 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// How far triangles of a tube are off its surface where nobody says otherwise, metres: 1 mm, within 0.2 % to 2 % of its radius.
+/// Default error of a tube's triangles, metres: 1 mm, within 0.2 % to 2 % of its radius.
 pub fn usual_error(radius: f64) -> f64 {
     ERROR.min(SHARES[0] * radius).max(SHARES[1] * radius)
 }
 
-/// The fewest sides, 6 to 64, with which a ring of a radius is no farther than `error` inside its circle: metres.
+/// The fewest sides, 6 to 64, whose ring of a radius stays within `error` of its circle, metres.
 pub fn sides(radius: f64, error: f64) -> u32 {
     let sides = if error < radius { std::f64::consts::PI / (1.0 - error / radius).acos() } else { FEWEST };
     sides.ceil().clamp(FEWEST, MOST) as u32
 }
 
-/// Sides of a ring of a radius (metres) where nobody says otherwise.
+/// Default number of sides of a ring of a radius (metres).
 pub fn usual_sides(radius: f64) -> u32 {
     sides(radius, usual_error(radius))
 }
 
-/// A tube with rings of so many sides, 3 or more. Corners are on the tube's surface.
+/// A tube with rings of `sides` sides, 3 or more. Corners lie on the tube's surface.
 pub fn mesh(tubes: &Tubes, tube: &Tube, sides: u32) -> Mesh {
     part(tubes, tube, tube.segments(), sides)
 }
 
-/// The same of some segments of it. Where it is cut, it is open.
+/// The mesh of some segments of a tube; cut ends are open.
 pub fn part(tubes: &Tubes, tube: &Tube, segments: Range<u32>, sides: u32) -> Mesh {
     let sections = tubes.of(tube);
     let (first, count) = ((segments.start - tube.sections.start) as usize, segments.len() as u32);

@@ -1,19 +1,19 @@
-//! Tubes cut into pieces, each of which can be seen or hidden.
+//! Tubes cut into pieces for culling.
 
 use super::section::{Section, Tangent};
 use super::tube::{Tube, Tubes};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
-/// Metres of a piece, at most, where sections allow. Longer: a pipe through many rooms is seen from all of them. Shorter: more objects.
+/// Longest piece, metres, if sections allow. Longer: a pipe is visible from all the rooms it passes. Shorter: more objects.
 const LONGEST: f64 = 50.0;
-/// Of that, what rounding may add.
+/// Share of that length that rounding may add.
 const ROUNDING: f64 = 1e-3;
-/// Sections that a straight part gets more, at most. More: an endless line fills the memory.
+/// Most sections added to a straight part. More: an endless line fills the memory.
 const MOST_CUTS: f64 = 64.0;
 
 impl Tubes {
-    /// The same tubes, with sections more where a straight part is longer than a piece.
+    /// The same tubes, with more sections on straight parts that are longer than a piece.
     pub fn divided(&self) -> Self {
         let mut all = Self::default();
         for tube in &self.tubes {
@@ -31,7 +31,7 @@ impl Tubes {
         all
     }
 
-    /// Adds sections between two that a straight part is between.
+    /// Adds sections to a straight part.
     fn divide(&mut self, from: &Section, to: &Section) {
         let [a, b] = [from, to].map(place);
         let count = (a.distance(b) / (LONGEST * (1.0 + ROUNDING))).ceil().min(MOST_CUTS);
@@ -42,7 +42,7 @@ impl Tubes {
         }
     }
 
-    /// Segments of each piece, in order: a part of a tube, or several short tubes; of at most so many segments, 1 or more.
+    /// Segments of each piece, in order: a part of a tube, or several short tubes, with at most `most` segments (1 or more).
     pub fn pieces(&self, most: u32) -> Vec<Range<u32>> {
         let mut pieces: Vec<Range<u32>> = Vec::new();
         let mut room = Room { segments: 0, metres: 0.0 };
@@ -71,7 +71,7 @@ impl Tubes {
     }
 }
 
-/// What a piece has, or may have.
+/// Segments and length of a piece, or those left.
 struct Room {
     segments: u32,
     metres: f64,

@@ -1,7 +1,7 @@
-//! Prisms around tubes: what a bake sees of them.
+//! Prisms around tubes: the tubes' shape in a bake.
 //!
-//! A prism of six sides goes along straight lines between some of a tube's sections, and holds the whole tube between them. Two lines meet
-//! in the plane that halves their angle, where the sides of the one end in those of the other.
+//! A prism of six sides follows straight lines between some of a tube's sections and contains the whole tube between them. Two
+//! lines meet in the plane that bisects their angle, and share their corners there.
 
 use super::frame::{across, tangent};
 use super::tube::{Tube, Tubes};
@@ -10,20 +10,20 @@ use std::f64::consts::{FRAC_PI_3, FRAC_PI_6};
 use std::ops::Range;
 
 const SIDES: usize = 6;
-/// Of the radius: how far sections may be from the line that replaces them. Larger: fewer triangles, and thicker prisms.
+/// Largest distance of sections from their line, as a share of the radius. Larger: fewer triangles, thicker prisms.
 const BULGE: f64 = 0.125;
-/// Sections that one line may replace.
+/// Most sections that one line replaces.
 const LONGEST_RUN: usize = 64;
-/// Cosine of a turn between two lines, above which their prisms meet. Less: long tips at sharp corners.
+/// Cosine of a turn above which two prisms meet. Less: long tips at sharp corners.
 const BLUNT: f64 = 0.5;
-/// Single precision of corners, of the radius.
+/// Rounding of single-precision corners, as a share of the radius.
 const ROUNDING: f64 = 1.0 / 1_048_576.0;
-/// Of a place's coordinates, how far sides are from it at least: thinner prisms have triangles without area.
+/// Least distance of a prism's sides, as a share of the coordinates: thinner prisms have triangles of zero area.
 const LEAST: f64 = 64.0 * f64::EPSILON;
-/// Of that reach, how far a prism goes on beyond its ends at least, and how long it is between two turns.
+/// Least length beyond the ends and between two turns, as a share of the sides' distance.
 const SHORTEST: f64 = 1e-3;
 
-/// A closed surface, or several, around some segments of a tube.
+/// One or several closed surfaces around some segments of a tube.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Prism {
     /// Corners, metres relative to the tube's origin.
@@ -32,7 +32,7 @@ pub struct Prism {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// The prism around some segments of a tube. A hole in the tube is filled.
+/// The prism around some segments of a tube. It fills the tube's hole.
 pub fn prism(tubes: &Tubes, tube: &Tube, segments: Range<u32>) -> Prism {
     let sections = tubes.of(tube);
     let first = (segments.start - tube.sections.start) as usize;
@@ -44,7 +44,7 @@ pub fn prism(tubes: &Tubes, tube: &Tube, segments: Range<u32>) -> Prism {
     let farthest = places.iter().map(|p| (p + tube.origin).abs().max_element()).fold(0.0, f64::max);
     let reach = (radius * (1.0 + ROUNDING) + bulge + f64::from(tube.error)).max(LEAST * farthest);
     let points: Vec<DVec3> = lines.iter().map(|&k| places[k]).collect();
-    // Rings lean, and so reach farther than an end, as far as they are near it.
+    // Rings tilt, so those near an end may reach beyond it.
     let sine = |k: usize, along: DVec3| tangent(sections, stops[k], tube.closed).as_dvec3().cross(along).length();
     let beyond = |end: DVec3, along: DVec3| {
         let near = (0..places.len()).filter(|&k| places[k].distance(end) < 2.0 * reach);
@@ -57,7 +57,7 @@ pub fn prism(tubes: &Tubes, tube: &Tube, segments: Range<u32>) -> Prism {
     around(&points, &directions, reach, ends)
 }
 
-/// Sections between which lines are near enough to those that they replace: the first, the last, and some between.
+/// Sections that remain as ends of lines: the first, the last, and some between, so that the lines stay near the others.
 fn lines(places: &[DVec3], most: f64) -> Vec<usize> {
     let (mut kept, mut from) = (vec![0], 0);
     while from + 1 < places.len() {
@@ -70,7 +70,7 @@ fn lines(places: &[DVec3], most: f64) -> Vec<usize> {
     kept
 }
 
-/// How far places are from the line between the first and the last; infinite where they go back along it.
+/// Largest distance of points from the line between the first and the last; infinite if they go back along it.
 fn bulge(places: &[DVec3]) -> f64 {
     let (from, to) = (places[0], places[places.len() - 1]);
     let Some(along) = (to - from).try_normalize() else { return if places.len() > 2 { f64::INFINITY } else { 0.0 } };
@@ -79,7 +79,7 @@ fn bulge(places: &[DVec3]) -> f64 {
     if goes_on { off } else { f64::INFINITY }
 }
 
-/// Prisms around lines, `reach` metres from them at least. `ends`: metres that they go on beyond the first and the last point.
+/// Prisms around lines, at least `reach` metres from them. `ends`: metres beyond the first and the last point.
 fn around(points: &[DVec3], directions: &[DVec3], reach: f64, ends: [f64; 2]) -> Prism {
     let mut prism = Prism::default();
     let mut begin = ends[0];
@@ -87,11 +87,11 @@ fn around(points: &[DVec3], directions: &[DVec3], reach: f64, ends: [f64; 2]) ->
     for (k, &along) in directions.iter().enumerate() {
         let from = *ring.get_or_insert_with(|| prism.open(hexagon(points[k] - along * begin, along, reach)));
         let next = directions.get(k + 1);
-        let halves = next.filter(|next| next.dot(along) >= BLUNT).map(|next| along + next);
+        let bisector = next.filter(|next| next.dot(along) >= BLUNT).map(|next| along + next);
         let slide = |plane: DVec3| from.map(|p| p + along * ((points[k + 1] - p).dot(plane) / along.dot(plane)));
-        // Where the line is too short for its turns, prisms end, and others begin.
+        // If the line is too short for its turns, a prism ends and another begins.
         let goes_on = |to: &[DVec3; SIDES]| from.iter().zip(to).all(|(from, to)| (to - from).dot(along) > SHORTEST * reach);
-        if let Some(to) = halves.map(slide).filter(goes_on) {
+        if let Some(to) = bisector.map(slide).filter(goes_on) {
             prism.sides(to);
             ring = Some(to);
         } else {
@@ -105,7 +105,7 @@ fn around(points: &[DVec3], directions: &[DVec3], reach: f64, ends: [f64; 2]) ->
     prism
 }
 
-/// Six corners around a point, in the plane across a direction, whose sides are `reach` away from it.
+/// Six corners around a point, perpendicular to a direction; the sides are `reach` away from the point.
 fn hexagon(at: DVec3, along: DVec3, reach: f64) -> [DVec3; SIDES] {
     let [x, y] = across(along.as_vec3()).map(|v| v.as_dvec3());
     let x = x.reject_from_normalized(along).normalize();
@@ -117,7 +117,7 @@ fn hexagon(at: DVec3, along: DVec3, reach: f64) -> [DVec3; SIDES] {
 }
 
 impl Prism {
-    /// Begins with a face.
+    /// Starts with a cap.
     fn open(&mut self, ring: [DVec3; SIDES]) -> [DVec3; SIDES] {
         let start = self.positions.len() as u32;
         self.positions.extend(ring);
@@ -125,7 +125,7 @@ impl Prism {
         ring
     }
 
-    /// Adds sides from the last ring to another one.
+    /// Adds sides from the last ring to another.
     fn sides(&mut self, ring: [DVec3; SIDES]) {
         let start = self.positions.len() as u32;
         let before = start - SIDES as u32;
@@ -137,7 +137,7 @@ impl Prism {
         }
     }
 
-    /// Ends with a face.
+    /// Ends with a cap.
     fn close(&mut self) {
         let start = (self.positions.len() - SIDES) as u32;
         self.triangles.extend((1..SIDES as u32 - 1).map(|k| [start, start + k, start + k + 1]));

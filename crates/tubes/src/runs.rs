@@ -1,24 +1,24 @@
-//! Runs of segments that one chord may replace, with how far the surface is from the chord's: worked out once, so that what is far away costs
-//! little to choose. What is near is divided further, into parts of segments.
+//! Runs of segments that one chord may replace, with the error of that chord. They are computed once, so that selecting distant
+//! tubes is cheap. Near segments are divided further into parts.
 
 use super::between::{self, BITS, Ring};
 use super::tube::Tubes;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Errors are kept in single precision: by this much more.
+/// Factor for rounding errors to single precision.
 const ROUNDING: f64 = 1.0 + 1e-6;
 
-/// Of what a tube's chords may be off: a cubic that is farther from its chord isn't the curve. Less: rounding makes none of arcs.
+/// A cubic with more than this factor of the tube's error does not follow the curve. Less: rounding would exclude arcs.
 const STRAYS: f64 = 1.01;
 
-/// Runs of the segments of some objects. Those of a level are twice as long as those of the level below, from the first segment of an object
-/// in a tube on; the last one is of what is left. At the sixth level they are segments, below it parts of them.
+/// Runs of the segments of some objects. Each level has runs twice as long as the level below, starting at the first segment of
+/// an object in a tube; the last run may be shorter. At level 6 runs are segments, below they are parts of segments.
 #[derive(Clone, Debug, Default)]
 pub struct Runs {
-    /// In the order of their segments.
+    /// Sorted by segment.
     pub(super) parts: Vec<Part>,
-    /// Of runs of a segment or more, metres: how far the curve's surface is from the chord's. Below 0 for segments that aren't divided.
+    /// Errors of runs of a segment or more: from the curve's surface to the chord's, metres. Negative for undivided segments.
     errors: Vec<f32>,
 }
 
@@ -27,34 +27,34 @@ pub struct Runs {
 pub(super) struct Part {
     /// The tube's number.
     pub tube: u32,
-    /// As a range of [`Tubes::sections`].
+    /// Range of [`Tubes::sections`].
     pub segments: Range<u32>,
-    /// Where its errors begin.
+    /// Index of its first error.
     first: u32,
 }
 
-/// A run: its level and its number there.
+/// A run: its level and its index there.
 pub(super) type Run = (u32, u32);
 
 impl Part {
-    /// The level at which one run is all of it.
+    /// The level with a single run.
     pub fn top(&self) -> u32 {
         BITS + (self.segments.len() as u32).next_power_of_two().trailing_zeros()
     }
 
-    /// Numbers along the tube at a run's ends; the second one of a closed tube's last run is past its last section.
+    /// Positions of a run's ends along the tube; the end of a closed tube's last run is past its last section.
     pub fn ends(&self, (level, i): Run) -> [u32; 2] {
         let [start, end] = self.all();
         let at = |i: u32| u64::from(end).min(u64::from(start) + (u64::from(i) << level)) as u32;
         [at(i), at(i + 1)]
     }
 
-    /// Numbers along the tube where it begins and ends.
+    /// Positions of the part's ends along the tube.
     pub fn all(&self) -> [u32; 2] {
         [self.segments.start, self.segments.end].map(|section| section << BITS)
     }
 
-    /// The runs that a run is of, first and last, which may be one.
+    /// The first and last half of a run, which may be the same.
     pub fn halves(&self, (level, i): Run) -> [Run; 2] {
         let below = level - 1;
         [(below, 2 * i), (below, (2 * i + 1).min(self.count(below) - 1))]
@@ -67,7 +67,7 @@ impl Part {
 }
 
 impl Runs {
-    /// Of objects, each a range of segments.
+    /// Computes the runs of objects, each a range of segments.
     pub fn new(tubes: &Tubes, objects: impl Iterator<Item = Range<u32>>) -> Self {
         let mut runs = Self::default();
         for segments in objects.filter(|segments| !segments.is_empty()) {
@@ -83,7 +83,7 @@ impl Runs {
         runs
     }
 
-    /// Bytes that they take.
+    /// Memory in bytes.
     pub fn bytes(&self) -> usize {
         4 * self.errors.len() + size_of::<Part>() * self.parts.len()
     }
@@ -105,7 +105,7 @@ impl Runs {
         self.parts.get(before).filter(|part| part.segments.end == segment)
     }
 
-    /// How far the curve's surface is from that of a run, metres.
+    /// Distance of the curve's surface from that of a run, metres.
     pub(super) fn error(&self, part: &Part, (level, i): Run) -> f64 {
         if level < BITS {
             let times = BITS - level;
@@ -115,22 +115,22 @@ impl Runs {
         f64::from(self.errors[(part.first + before + i) as usize].abs())
     }
 
-    /// Whether a run is of shorter ones: of segments, or a part of one that is divided.
+    /// Whether a run can be divided into shorter ones: it has several segments, or is part of a segment that can be divided.
     pub(super) fn is_divided(&self, part: &Part, (level, i): Run) -> bool {
         let is_smooth = || self.errors[(part.first + (i >> (BITS - level))) as usize].is_sign_positive();
         level > BITS || (level > 0 && is_smooth())
     }
 
-    /// Adds the errors of a part: a run is as far off as the worse of its halves, and their middle ring is from the run's surface.
+    /// Adds the errors of a part: the larger error of a run's halves plus the distance of their common ring from its surface.
     fn measure(&mut self, tubes: &Tubes, part: usize) {
         let part = self.parts[part].clone();
         let tube = &tubes.tubes[part.tube as usize];
         for segment in part.segments.clone() {
-            // Where sections of a spline are far apart beside close ones, the cubic strays: there the chord is the curve.
+            // Between uneven sections of a spline the cubic may stray from the curve; then the chord is the curve.
             let (cubic, most) = (between::error(tubes, tube, segment), f64::from(tube.error));
-            let strays = cubic.is_nan() || cubic > most * STRAYS;
-            self.keep(if strays { most } else { cubic });
-            self.errors.last_mut().filter(|_| strays).into_iter().for_each(|error| *error = -*error);
+            let is_stray = cubic.is_nan() || cubic > most * STRAYS;
+            self.keep(if is_stray { most } else { cubic });
+            self.errors.last_mut().filter(|_| is_stray).into_iter().for_each(|error| *error = -*error);
         }
         for level in BITS + 1..=part.top() {
             for run in (0..part.count(level)).map(|i| (level, i)) {
@@ -148,7 +148,7 @@ impl Runs {
     }
 }
 
-/// How far points of the second ring are, at most, from those of the same angle on lines from the first ring to the third.
+/// Largest distance of the second ring's points from the lines between points of the first and the third at the same angle.
 fn off(rings: &[Ring; 3]) -> f64 {
     let of = |v: fn(&Ring) -> glam::Vec3| rings.each_ref().map(|ring| v(ring).as_dvec3());
     let places = of(|ring| ring.place);

@@ -3,10 +3,10 @@
 use half::f16;
 use std::f32::consts::TAU;
 
-/// Where the tangent of a section comes from.
+/// Source of a section's tangent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Tangent {
-    /// The circle through it and its neighbours. At an open end, the circle through the next two sections.
+    /// The circle through the section and its neighbours; at an open end, through the next two sections.
     Circle,
     /// The segment before it.
     Before,
@@ -14,7 +14,7 @@ pub enum Tangent {
     After,
 }
 
-/// A section: where the curve is, how thick the tube is there, and how its ring is turned.
+/// A section: a point of the curve, the tube's radius there, and the roll of its ring.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Section {
     /// Metres, relative to the tube's origin.
@@ -25,11 +25,11 @@ pub struct Section {
     turn: u16,
 }
 
-/// Steps of a whole turn.
+/// Steps of a full turn.
 const STEPS: u16 = 1 << 14;
 
 impl Section {
-    /// With a radius (metres, above 0) and a roll (radians).
+    /// A section with a radius (metres, above 0) and a roll (radians).
     pub fn new(place: [f32; 3], radius: f32, tangent: Tangent, roll: f32) -> Self {
         let steps = (roll / TAU * f32::from(STEPS)).round().rem_euclid(f32::from(STEPS));
         let tangent = match tangent {
@@ -45,7 +45,7 @@ impl Section {
         f16::from_bits(self.radius).to_f32()
     }
 
-    /// Where its tangent comes from.
+    /// Source of its tangent.
     pub fn tangent(&self) -> Tangent {
         match self.turn / STEPS {
             1 => Tangent::Before,
@@ -65,7 +65,7 @@ impl Section {
         bytes
     }
 
-    /// Radians from the axis that belongs to the tangent to the ring's first corner: 0 to 2 pi.
+    /// Angle from the tangent's first axis to the ring's first corner, radians: 0 to 2 pi.
     pub fn roll(&self) -> f32 {
         f32::from(self.turn % STEPS) / f32::from(STEPS) * TAU
     }
@@ -81,7 +81,7 @@ mod tests {
         for radius in [1e-6f32, 0.0127, 0.5, 1e4] {
             for (tangent, roll) in [(Tangent::Circle, 0.0), (Tangent::Before, 1.0), (Tangent::After, -1.0)] {
                 let section = Section::new([1.0, 2.0, 3.0], radius, tangent, roll);
-                // Half precision: 2^-11 of the radius, and 2^-25 m where that is more.
+                // Half precision: 2^-11 of the radius, or 2^-25 m if that is more.
                 assert!((section.radius() - radius).abs() <= radius / 2048.0 + 3e-8, "{radius}");
                 assert_eq!(section.tangent(), tangent);
                 assert!((section.roll() - roll.rem_euclid(TAU)).abs() < TAU / 16384.0, "{roll}");

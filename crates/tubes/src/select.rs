@@ -1,7 +1,7 @@
-//! How tubes are drawn in a frame: which chord replaces which segments, or which part of a segment, and how many sides each ring has, by pixels.
+//! Level of detail of tubes in a frame, by pixels: chords that replace segments or parts of them, and sides of each ring.
 //!
-//! Sides are those of a ring, not of a segment: the most that a segment needs which meets there, whoever draws that segment. So segments that
-//! meet have the same corners, and what is drawn of a segment doesn't depend on what else is drawn, unless that is too much for a frame.
+//! Sides belong to a ring, not to a segment: a ring has the most sides that one of its segments needs, of whichever object. So
+//! neighbours share corners, and a segment's drawing doesn't depend on other objects, unless a frame exceeds its limit.
 
 use super::between::{BITS, place_at, section};
 use super::drawn::{Band, Wall};
@@ -11,40 +11,40 @@ use glam::{DMat3, DVec2, DVec3};
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Sides that a ring can have.
+/// Possible numbers of sides of a ring.
 pub const SIDES: [u32; 11] = [4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096];
-/// Triangles of a frame, at most, beside eight for each segment or run: through a view of 179.9 degrees, all of a plant wants the finest rings that
-/// there are. Fewer: large plants are coarser than was asked. More: such a view fills the memory.
+/// Most triangles of a frame, beside eight for each segment or run: in a view of 179.9 degrees, a whole plant needs the finest
+/// rings. Fewer: large plants are coarser than asked. More: such a view fills the memory.
 const MOST_TRIANGLES: u64 = 1 << 23;
-/// How much farther off surfaces may be where they are more, and how often, at most: a million times.
+/// Factor by which the limit grows if a frame has more, and how often at most: a million times in all.
 const COARSER: f64 = 4.0;
 const COARSEST: u32 = 10;
-/// Of what a surface may be off, what chords may take; the rest is for sides. More: more sides. Less: more segments.
+/// Share of the limit for chords; the rest is for sides. More: more sides. Less: more segments.
 const SHARE: f64 = 0.5;
-/// Of a radius: what single precision takes.
+/// Rounding of single precision, as a share of the radius.
 const ROUNDING: f64 = 1.0 / 4_194_304.0;
 
-/// A camera, and how exact its pictures are.
+/// A camera and the error limit of its picture.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     eye: DVec3,
-    /// A unit vector along the view.
+    /// Unit vector of the view direction.
     along: DVec3,
-    /// Unit normals of the sides of what it sees, inwards.
+    /// Unit normals of the view frustum's sides, inwards.
     sides: [DVec3; 4],
-    /// Metres: what is nearer along the view isn't seen.
+    /// Near plane, metres.
     near: f64,
-    /// Pixels, times the depth over metres: how fast points at the screen's corners move.
+    /// Largest speed of projected points at the screen's corners: pixels times depth per metre.
     rate: f64,
-    /// How much farther corners of the screen are than its middle.
+    /// Distance of the screen's corners relative to its centre.
     slant: f64,
-    /// Pixels that a surface may be off.
+    /// Largest error of a surface, pixels.
     limit: f64,
 }
 
 impl View {
-    /// From `eye`, metres, where clip-space x, y and w are dot products with three rows; with a near plane at `near` metres, pictures of `size`
-    /// pixels, and surfaces that are no farther than `limit` pixels from where they should be: all above 0.
+    /// A view from `eye`, metres; clip-space x, y and w are dot products with three rows. `near`: distance of the near plane,
+    /// metres; `size`: of the picture, pixels; `limit`: largest error of surfaces, pixels. All above 0.
     pub fn new(eye: DVec3, [x, y, w]: [DVec3; 3], near: f64, size: [f64; 2], limit: f64) -> Self {
         let scale = w.length();
         let [x, y, along] = [x, y, w].map(|row| row / scale);
@@ -62,8 +62,8 @@ impl View {
         Self { eye, along, sides, near, rate, slant, limit }
     }
 
-    /// The least depth, metres, of what may be on the screen within `reach` of a line from `a` to `b` but no nearer to it than `hole`. `None`:
-    /// nothing is.
+    /// Least visible depth, metres, of surfaces within `reach` of a line from `a` to `b` but no nearer to it than `hole`. `None`
+    /// if they are off the screen.
     fn depth(&self, [a, b]: [DVec3; 2], reach: f64, hole: f64) -> Option<f64> {
         let [a, b] = [a - self.eye, b - self.eye];
         let (mut from, mut to) = (0.0f64, 1.0f64);
@@ -92,24 +92,24 @@ impl View {
         Some(depth.max(surface / self.slant).max(self.near))
     }
 
-    /// Metres that a surface at a depth may be off.
+    /// Allowed error of a surface at a depth, metres.
     fn may_be_off(&self, depth: f64) -> f64 {
         self.limit * depth / (self.rate + self.limit)
     }
 }
 
-/// What was chosen.
+/// Counts of a selection.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Chosen {
-    /// Chords that are drawn: for a segment, for several, or for a part of one.
+    /// Drawn chords: for one segment, several, or a part of one.
     pub segments: u64,
-    /// Their triangles, with those that have no area, and those of caps and holes.
+    /// Their triangles, including those of zero area, of caps and of holes.
     pub triangles: u64,
-    /// Chords that may be farther off than the limit: finer ones there are not, or too many of them.
+    /// Chords whose error may exceed the limit: there are no finer ones, or too many.
     pub over: u64,
 }
 
-/// Chooses; keeps its memory from frame to frame.
+/// Selects levels of detail; keeps its memory between frames.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     bands: [Vec<Band>; SIDES.len()],
@@ -120,7 +120,7 @@ pub struct Selection {
     open: Vec<Run>,
 }
 
-/// A segment that is drawn: its run, and which of [`SIDES`] it needs.
+/// A drawn run and the index into [`SIDES`] that it needs.
 #[derive(Clone, Copy, Debug)]
 struct Drawn {
     run: Run,
@@ -128,7 +128,7 @@ struct Drawn {
     is_over: bool,
 }
 
-/// What becomes of a run.
+/// Decision about a run.
 enum Verdict {
     Unseen,
     Divided,
@@ -136,8 +136,8 @@ enum Verdict {
 }
 
 impl Selection {
-    /// Chooses how to draw some objects, each by its number (below 2^24) and its segments, which `runs` has. Where that is more than
-    /// 8.4 million triangles beside eight a segment, surfaces may be farther off, until it is not.
+    /// Selects the level of detail of objects, each with its number (below 2^24) and its segments, which `runs` must contain. If
+    /// the result exceeds 8.4 million triangles beside eight per segment, the error limit is raised until it does not.
     pub fn select(
         &mut self,
         tubes: &Tubes,
@@ -157,7 +157,7 @@ impl Selection {
         }
     }
 
-    /// Chooses, unless it is too much and may not be.
+    /// Selects; false if the result is too large and `may_be_much` is unset.
     fn fits(&mut self, judge: &Judge<'_>, objects: impl Iterator<Item = (u32, Range<u32>)>, may_be_much: bool) -> bool {
         self.bands.iter_mut().for_each(Vec::clear);
         self.chosen = Chosen::default();
@@ -174,17 +174,17 @@ impl Selection {
         true
     }
 
-    /// What is drawn with so many of [`SIDES`].
+    /// Bands with the sides of this index into [`SIDES`].
     pub fn bands(&self, sides: usize) -> &[Band] {
         &self.bands[sides]
     }
 
-    /// How much that is.
+    /// Counts of the last selection.
     pub fn chosen(&self) -> Chosen {
         self.chosen
     }
 
-    /// Adds what was chosen of a part.
+    /// Adds the bands of a part.
     fn add(&mut self, judge: &Judge<'_>, part: &Part, object: u32) {
         let tube = &judge.tubes.tubes[part.tube as usize];
         let drawn = std::mem::take(&mut self.drawn);
@@ -225,7 +225,7 @@ impl Selection {
     }
 }
 
-/// Decides about runs, by nothing but the view.
+/// Decides about runs by the view alone.
 struct Judge<'j> {
     tubes: &'j Tubes,
     runs: &'j Runs,
@@ -233,7 +233,7 @@ struct Judge<'j> {
 }
 
 impl Judge<'_> {
-    /// Lists what is drawn of a part, in order.
+    /// Lists the drawn runs of a part, in order.
     fn part(&self, part: &Part, open: &mut Vec<Run>, drawn: &mut Vec<Drawn>) {
         drawn.clear();
         open.clear();
@@ -262,7 +262,7 @@ impl Judge<'_> {
         let hole = f64::from(tube.inner) * radii[0].min(radii[1]);
         let hole = if hole > 0.0 { hole } else { radii[0].min(radii[1]) };
         let line = ends.map(|number| place_at(self.tubes, tube, number) + tube.origin);
-        // Rings at ends lean by no more than the chord's error.
+        // Rings at the ends tilt by no more than the chord's error.
         let reach = radius * (1.0 + ROUNDING) + error;
         let Some(depth) = self.view.depth(line, reach, hole - 2.0 * error) else { return Verdict::Unseen };
         let most = self.view.may_be_off(depth);
@@ -271,14 +271,14 @@ impl Judge<'_> {
             return Verdict::Divided;
         }
         let left = most - error - radius * ROUNDING;
-        // Where the chord itself is too far off, sides don't help.
+        // More sides don't help if the chord itself exceeds the limit.
         let of_sides = if left > 0.0 { left } else { (1.0 - SHARE) * most };
         let need = SIDES.iter().position(|&sides| radius * (1.0 - (PI / f64::from(sides)).cos()) <= of_sides);
         let last = SIDES.len() - 1;
         Verdict::Drawn(Drawn { run, need: need.unwrap_or(last) as u8, is_over: need.is_none() || left <= 0.0 })
     }
 
-    /// What the segment before a part needs, whoever draws it.
+    /// Sides that the segment before a part needs, whichever object it belongs to.
     fn need_before(&self, part: &Part) -> u8 {
         let tube = &self.tubes.tubes[part.tube as usize];
         let is_first = part.segments.start == tube.sections.start;
@@ -287,7 +287,7 @@ impl Judge<'_> {
         self.runs.ending(end).filter(|_| !is_open).map_or(0, |part| self.need_at(part, 1))
     }
 
-    /// What the segment after a part needs.
+    /// Sides that the segment after a part needs.
     fn need_after(&self, part: &Part) -> u8 {
         let tube = &self.tubes.tubes[part.tube as usize];
         let is_last = part.segments.end == tube.segments().end;
@@ -296,7 +296,7 @@ impl Judge<'_> {
         self.runs.beginning(start).filter(|_| !is_open).map_or(0, |part| self.need_at(part, 0))
     }
 
-    /// What the first (0) or the last (1) segment that is drawn of a part needs.
+    /// Sides that the first (0) or the last (1) drawn run of a part needs.
     fn need_at(&self, part: &Part, end: usize) -> u8 {
         let mut run = (part.top(), 0);
         loop {

@@ -1,19 +1,19 @@
-//! Curves that touch points: centripetal Catmull-Rom splines.
+//! Interpolating curves: centripetal Catmull-Rom splines.
 //!
-//! Based on: Catmull and Rom 1974; Barry and Goldman 1988 (how a point is found); Yuksel, Schaefer, Keyser 2011 (steps by the root of the
-//! distance: no loops, no cusps between points).
+//! Based on: Catmull and Rom 1974; Barry and Goldman 1988 (evaluation); Yuksel, Schaefer, Keyser 2011 (knots by the root of the
+//! distance: no loops or cusps between points).
 
 use super::curve::Stop;
 use super::section::Tangent;
 use glam::DVec3;
 
-/// Halvings of a part between two points, at most: 512 sections. More: points that are far apart fill the memory.
+/// Most halvings of a part between two points: 512 sections. More: points that are far apart fill the memory.
 const DEEPEST: u32 = 9;
-/// Cosine of three quarters of what a curve turns between sections, at most: of 45 degrees.
+/// Cosine of three quarters of the largest turn between sections, 45 degrees.
 const LEAST_COSINE: f64 = 0.831_469_612_302_545_2;
 
-/// Points of the curve through `points`, of which no two that follow each other are the same, so that a tube of `radius` between them is no
-/// farther than about `error` from the tube along the curve: metres, judged in the middle and the quarters of each part.
+/// Points of the curve through `points` for a tube of `radius` that is no farther than about `error` from the tube along the
+/// curve (metres), estimated at the middle and the quarters of each part. Neighbouring `points` must differ.
 pub fn spline(points: &[DVec3], closed: bool, radius: f64, error: f64) -> Vec<Stop> {
     let count = points.len();
     let parts = if closed { count } else { count.saturating_sub(1) };
@@ -22,7 +22,7 @@ pub fn spline(points: &[DVec3], closed: bool, radius: f64, error: f64) -> Vec<St
     for k in 0..parts {
         stops.push(at(k));
         let (b, c) = (points[k], points[(k + 1) % count]);
-        // Beyond an open end, the curve goes on as it came.
+        // Beyond an open end the curve continues straight.
         let a = if k > 0 || closed { points[(k + count - 1) % count] } else { 2.0 * b - c };
         let d = if k + 2 < count || closed { points[(k + 2) % count] } else { 2.0 * c - b };
         let part = Part::new([a, b, c, d]);
@@ -38,7 +38,7 @@ pub fn spline(points: &[DVec3], closed: bool, radius: f64, error: f64) -> Vec<St
 struct Part {
     points: [DVec3; 4],
     knots: [f64; 4],
-    /// One over what is between two knots, by the first and how many on (one or two); 0 where they are the same.
+    /// Inverse knot differences, by the first knot and the distance (one or two knots); 0 for equal knots.
     inverse: [[f64; 2]; 3],
 }
 
@@ -56,7 +56,7 @@ impl Part {
         Self { points, knots, inverse }
     }
 
-    /// The point at a share of the way, 0 to 1.
+    /// The point at a parameter, 0 to 1.
     fn at(&self, share: f64) -> DVec3 {
         let knots = &self.knots;
         let t = knots[1] + share * (knots[2] - knots[1]);
@@ -69,7 +69,7 @@ impl Part {
         between(between(ab, bc, 0, 2), between(bc, cd, 1, 2), 1, 1)
     }
 
-    /// Adds the points between two shares of the way. `three`: the points there and half-way.
+    /// Adds the points between two parameters. `three`: the points there and half-way.
     fn divide(
         &self,
         [from, to]: [f64; 2],
@@ -93,7 +93,7 @@ impl Part {
     }
 }
 
-/// How far a chord's tube is inside the curve's, over its radius, for what the curve turns: infinite where that is too much.
+/// Distance of a chord's tube inside the curve's, over its radius, from the curve's turn; infinite if the turn is too large.
 fn inside(start: DVec3, quarters: [DVec3; 2], end: DVec3) -> f64 {
     let [first, last] = [quarters[0] - start, end - quarters[1]].map(DVec3::normalize_or_zero);
     if first == DVec3::ZERO || last == DVec3::ZERO {
@@ -102,8 +102,8 @@ fn inside(start: DVec3, quarters: [DVec3; 2], end: DVec3) -> f64 {
     if first.dot(last) < LEAST_COSINE {
         return f64::INFINITY;
     }
-    // Directions of the outer quarters are those of three quarters of the turn. Their angle by its chord, and 1 - cos of half the turn, by series:
-    // off by less than a thousandth up to the largest turn.
+    // The outer quarters' directions differ by three quarters of the turn. Series give this angle from its chord, and 1 - cos of
+    // half the turn, with an error below a thousandth up to the largest turn.
     let chord = first.distance_squared(last);
     let square = chord * (1.0 + chord / 12.0 * (1.0 + chord * (2.0 / 15.0)));
     let half_turn = square * (4.0 / 9.0);
@@ -129,7 +129,7 @@ mod tests {
         assert!(circle.iter().all(|p| closed.iter().any(|stop| stop.place == *p)));
         // Through eight points of a circle, the curve stays within 1 % of it.
         assert!(closed.iter().all(|stop| (stop.place.length() - 1.0).abs() < 0.01) && closed.len() > 40);
-        // A hundredth of the error takes ten times the sections, but parts are halved.
+        // A hundredth of the error takes ten times as many sections, but parts are halved.
         let finer = spline(&circle, true, 0.1, 1e-6);
         assert!((5..=20).contains(&(finer.len() / closed.len())), "{} and {}", closed.len(), finer.len());
     }

@@ -1,4 +1,4 @@
-//! Tubes, with the sections of all of them in one list.
+//! Tubes, with all their sections in one list.
 
 use super::curve::{Odd, Piece, Stop, distinct, polyline, stops};
 use super::frame;
@@ -8,41 +8,41 @@ use glam::DVec3;
 use std::fmt;
 use std::ops::Range;
 
-/// Coordinates beyond this, metres, are damage.
+/// Coordinates beyond this, metres, are treated as damage.
 const FARTHEST: f64 = 1e12;
 
-/// What tubes have beside their curve.
+/// Cross-section and ends of tubes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Shape {
     /// Radius, metres.
     pub radius: f64,
     /// Radius of the hole, metres; 0 for none.
     pub inner: f64,
-    /// Whether ends are closed by a face.
+    /// Whether the ends are closed by a face.
     pub capped: bool,
 }
 
 /// A tube.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Tube {
-    /// Added to the places of its sections, metres.
+    /// Added to the sections' coordinates, metres.
     pub origin: DVec3,
     /// Its sections, as a range of [`Tubes::sections`]: two or more.
     pub sections: Range<u32>,
-    /// The last section is followed by the first one.
+    /// Whether the last section is followed by the first.
     pub closed: bool,
-    /// Ends are closed by a face.
+    /// Whether the ends are closed by a face.
     pub capped: bool,
     /// Radius of the hole over the outer radius: 0 for none, below 1.
     pub inner: f32,
-    /// Radii of its sections, which have half precision, are multiplied by this: by 1 within 2^-11, but for radii below 6e-5 m.
+    /// Factor for the sections' radii, which have half precision: within 2^-11 of 1, except for radii below 6e-5 m.
     pub scale: f32,
-    /// How far the curve's surface is from straight lines between the rings of two sections, metres, at most.
+    /// Largest distance of the curve's surface from straight lines between the rings of two sections, metres.
     pub error: f32,
 }
 
 impl Tube {
-    /// Its segments, each by the section that it begins with, as a range of [`Tubes::sections`].
+    /// Its segments, each named by its first section, as a range of [`Tubes::sections`].
     pub fn segments(&self) -> Range<u32> {
         self.sections.start..self.sections.end - u32::from(!self.closed)
     }
@@ -62,23 +62,23 @@ pub struct Tubes {
     pub tubes: Vec<Tube>,
 }
 
-/// What was odd about curves: counted, not refused.
+/// Faults of curves: counted, not refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Counts {
-    /// Points twice, and turns back.
+    /// Repeated points and reversals.
     pub odd: Odd,
-    /// Bends tighter than their tube's radius: its inner side passes through itself.
+    /// Bends tighter than the tube's radius, whose inner side intersects itself.
     pub tight: u64,
 }
 
-/// Why a curve makes no tube.
+/// Error of a curve that makes no tube.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum TubeError {
-    /// Not finite, or 0 or infinite in half precision (below 3e-8, above 65,504), metres; or not above the hole's radius.
+    /// Not finite, not above the hole's radius, or 0 or infinite in half precision (below 3e-8 m, above 65,504 m).
     Radius(f64),
     /// Fewer than two different points.
     Points,
-    /// A coordinate that is not finite, or beyond 1e12 m.
+    /// A coordinate that is not finite or beyond 1e12 m.
     Coordinate,
 }
 
@@ -100,8 +100,8 @@ impl fmt::Display for TubeError {
 impl std::error::Error for TubeError {}
 
 impl Tubes {
-    /// Adds tubes along a polyline that is the curve: its corners become arcs of the tube's radius, or less where lines are too short. More
-    /// than one where the line turns back on itself. Surfaces are no farther than `error` metres from those of the curve.
+    /// Adds tubes along a polyline: its corners become arcs of the tube's radius, or less if lines are too short. Adds several if
+    /// the line reverses. Surfaces are within `error` metres of those of the curve.
     pub fn line(
         &mut self,
         points: &[DVec3],
@@ -119,7 +119,7 @@ impl Tubes {
         curves.iter().try_for_each(|pieces| self.curve(pieces, is_whole, shape, error, counts))
     }
 
-    /// Adds a tube along lines and arcs, each of which begins where and as the one before it ends.
+    /// Adds a tube along lines and arcs; each piece continues the one before it, in the same direction.
     pub fn curve(
         &mut self,
         pieces: &[Piece],
@@ -134,7 +134,7 @@ impl Tubes {
         self.push(&stops(pieces, closed, shape.radius, error), closed, shape, error)
     }
 
-    /// Adds a tube along a smooth curve that touches some points.
+    /// Adds a tube along a smooth curve through points.
     pub fn through(
         &mut self,
         points: &[DVec3],
@@ -155,7 +155,7 @@ impl Tubes {
         let origin = stops.first().map_or(DVec3::ZERO, |stop| stop.place);
         for stop in stops {
             let section = Section::new((stop.place - origin).as_vec3().to_array(), radius, stop.tangent, 0.0);
-            // Where single precision makes two points one, the second one is left out.
+            // Points that coincide in single precision are left out.
             if self.sections.len() == start || self.sections.last().is_some_and(|last| last.place != section.place) {
                 self.sections.push(section);
             }
@@ -173,7 +173,7 @@ impl Tubes {
         Ok(())
     }
 
-    /// Adds the tubes of another list, moved. Gives the number that is added to those of its sections.
+    /// Appends the tubes of another list, moved. Returns the offset of their section numbers.
     pub fn append(&mut self, other: Self, by: DVec3) -> u32 {
         let start = self.sections.len() as u32;
         self.sections.extend(other.sections);
@@ -184,7 +184,7 @@ impl Tubes {
         start
     }
 
-    /// Adds them to a hash.
+    /// Adds the tubes to a hash.
     pub fn hash_into(&self, h: &mut xxhash_rust::xxh3::Xxh3) {
         for section in &self.sections {
             h.update(&section.bytes());
@@ -198,7 +198,7 @@ impl Tubes {
         }
     }
 
-    /// Parts of tubes whose segments are in a range of [`Self::sections`]: each tube with its segments there.
+    /// Each tube with segments in a range of [`Self::sections`], and those segments.
     pub fn parts(&self, segments: Range<u32>) -> impl Iterator<Item = (&Tube, Range<u32>)> {
         let first = self.tubes.partition_point(|tube| tube.sections.end <= segments.start);
         let reached = self.tubes[first..].iter().take_while(move |tube| tube.sections.start < segments.end);
@@ -212,7 +212,7 @@ impl Tubes {
     }
 }
 
-/// An arc is tight where its radius is less than the tube's by more than this share: rounding makes none so.
+/// An arc is tight if its radius is below the tube's by more than this share, to allow for rounding.
 const TIGHT: f64 = 1e-9;
 
 fn check(places: impl IntoIterator<Item = DVec3>, shape: Shape) -> Result<(), TubeError> {

@@ -1,12 +1,12 @@
-//! A copy of a file before it is written in place.
+//! Backup copies of files that are written in place.
 
 use super::{CliError, at};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Copies a file beside it before other bytes take its place, and returns the copy's name: `FILE.bak`, or `FILE.bak.2` and so on
-/// where there are older ones, which stay. Makes none where the bytes are the same.
+/// Copies a file that is about to be replaced with `bytes`, and returns the copy's name: `FILE.bak`, or `FILE.bak.2` and so on if
+/// older copies exist. Makes no copy if the bytes are the same.
 pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError> {
     let before = fs::read(path).map_err(|e| at(path, e))?;
     if before == bytes {
@@ -21,7 +21,7 @@ pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError>
             Err(e) => return Err(at(&backup, e)),
             Ok(mut file) => {
                 if let Err(e) = file.write_all(&before).and_then(|()| file.sync_all()) {
-                    // What is not whole is no backup.
+                    // An incomplete copy is no backup.
                     let _ = fs::remove_file(&backup);
                     return Err(at(&backup, e));
                 }

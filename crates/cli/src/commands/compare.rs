@@ -1,4 +1,4 @@
-//! Rows of another tool beside a level's, as `vis --against` and `report --rows` tell it.
+//! Compares rows of another tool with a level's, for `vis --against` and `report --rows`.
 
 use super::level::Input;
 use super::{CliError, at};
@@ -9,10 +9,10 @@ use enfilade_levels::rows::read_rows;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Lines that prose tells.
-const TOLD: usize = 20;
+/// Most lines in prose.
+const MOST_LINES: usize = 20;
 
-/// Rows for the clusters of a level: text as `vis --rows` writes it, or what a .bsp holds.
+/// Reads rows for the clusters of a level: text as `vis --rows` writes it, or the rows of a .bsp.
 pub fn other_rows(path: &Path, input: &Input) -> Result<BitMatrix, CliError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bsp")) {
         let other = Input::read(path)?;
@@ -26,7 +26,7 @@ pub fn other_rows(path: &Path, input: &Input) -> Result<BitMatrix, CliError> {
     read_rows(&bytes, input.level.cells).map_err(|e| at(path, e))
 }
 
-/// The key `against`; docs/cli.md says what each means.
+/// The JSON key `against`, see docs/cli.md.
 pub fn told(a: &Against) -> Value {
     let line = |line: &Line| {
         json!({
@@ -49,14 +49,14 @@ pub fn told(a: &Against) -> Value {
     })
 }
 
-/// What each count is.
+/// Counts with their names.
 pub fn counts(a: &Against) -> Vec<(String, u64)> {
     let lost = a.lost.len() as u64;
     [
         ("in their rows", a.theirs),
         ("in both", a.both),
         ("theirs only: proven hidden", a.refuted),
-        ("ours only: on a line, which they lack", lost),
+        ("ours only: proven visible by a line", lost),
         ("ours only: undecided", a.undecided),
         ("theirs one way only (a sees b, b doesn't see a)", a.one_way),
         ("of those, proven hidden", a.one_way_refuted),
@@ -65,11 +65,11 @@ pub fn counts(a: &Against) -> Vec<(String, u64)> {
     .into()
 }
 
-/// The same in prose, with the first of the lines.
+/// The comparison in prose, with the first lines.
 pub fn prose(a: &Against, path: &Path) -> String {
     let mut lines = vec![
         format!(
-            "{} has {} pairs: {} are in both, {} are proven hidden; it lacks {} that lie on a line and {} undecided ones",
+            "{} has {} pairs: {} are in both, {} are proven hidden; it lacks {} that are proven visible and {} undecided ones",
             path.display(),
             a.theirs,
             a.both,
@@ -77,16 +77,16 @@ pub fn prose(a: &Against, path: &Path) -> String {
             a.lost.len(),
             a.undecided
         ),
-        format!("{} of its pairs are there one way only, {} of those proven hidden", a.one_way, a.one_way_refuted),
+        format!("{} of its pairs are in one direction only, {} of those proven hidden", a.one_way, a.one_way_refuted),
     ];
-    for line in a.lost.iter().take(TOLD) {
+    for line in a.lost.iter().take(MOST_LINES) {
         let [x, y] = line.cells;
         let portals: Vec<String> = line.portals.iter().map(|p| (p / 2).to_string()).collect();
         let (from, to) = (line.from.to_array(), line.to.to_array());
         lines.push(format!("  it lacks {x} {y}: the line from {from:?} to {to:?} through portals {}", portals.join(" ")));
     }
-    if a.lost.len() > TOLD {
-        lines.push(format!("  and {} more; --json lists them all", a.lost.len() - TOLD));
+    if a.lost.len() > MOST_LINES {
+        lines.push(format!("  and {} more; --json lists them all", a.lost.len() - MOST_LINES));
     }
     lines.join("\n")
 }

@@ -1,6 +1,6 @@
-//! Counts on the command line: whole numbers, or numbers with k, M or G.
+//! Counts on the command line: whole numbers, optionally with k, M or G.
 
-/// Suffixes, and what they stand for.
+/// Suffixes and their factors.
 const SUFFIXES: [(char, u64); 3] = [('G', 1_000_000_000), ('M', 1_000_000), ('k', 1_000)];
 
 /// Reads a count: `20000`, `20k`, `0.5M`.
@@ -12,7 +12,7 @@ pub fn parse(text: &str) -> Result<u64, String> {
     };
     let number: f64 = text[..text.len() - 1].parse().map_err(|_| wrong())?;
     let count = (number * unit as f64).round();
-    // Beyond 2^53 a float has no single numbers left.
+    // Beyond 2^53, `f64` can't hold every whole number.
     let most = (1u64 << 53) as f64;
     if (0.0..=most).contains(&count) { Ok(count as u64) } else { Err(wrong()) }
 }

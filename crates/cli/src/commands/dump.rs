@@ -35,7 +35,7 @@ enum Rows {
 }
 
 impl Args {
-    /// What is read.
+    /// Input files.
     pub fn files(&self) -> Files {
         Files::new().reads(&self.file, &["pvs"])
     }
@@ -47,13 +47,13 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let mut out = BufWriter::new(io::stdout().lock());
     let written = if args.json { json(&file, args.rows, &mut out) } else { text(&file, args.rows, &mut out) };
     match written.and_then(|()| out.flush()) {
-        // The reader has seen enough.
+        // The reader has closed the pipe.
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
         _ => Ok(Outcome::Done),
     }
 }
 
-/// Half-spaces in the model's own coordinates, in `f64`: nothing is lost on the way.
+/// A half-space in the model's own coordinates, in `f64` without rounding.
 fn plane(origin: DVec3, plane: &Vec4) -> [f64; 4] {
     let n = plane.truncate().as_dvec3();
     [n.x, n.y, n.z, f64::from(plane.w) + n.dot(origin)]
@@ -101,7 +101,7 @@ fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<
     Ok(())
 }
 
-/// A matrix of which every bit may be set without being there.
+/// A matrix; `None` stands for one with every bit set.
 #[derive(Clone, Copy)]
 struct Matrix<'f> {
     matrix: Option<&'f BitMatrix>,
@@ -130,7 +130,7 @@ impl<'f> Matrix<'f> {
     }
 }
 
-/// Lists of ids, written as they are made: a large file's rows are never in memory as text.
+/// Lists of ids, written one by one: the text of a large file is never in memory.
 impl Serialize for Matrix<'_> {
     fn serialize<S: Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
         s.collect_seq((0..self.rows).map(|row| Ids(*self, row)))
@@ -145,7 +145,7 @@ impl Serialize for Ids<'_> {
     }
 }
 
-/// `cells`, `objects` and, where there are any, `view_cells`, or one of them.
+/// `cells`, `objects` and, if present, `view_cells`, or only one of them.
 struct Sides<'f> {
     cells: Option<Matrix<'f>>,
     objects: Option<Matrix<'f>>,
@@ -170,7 +170,7 @@ impl Serialize for Sides<'_> {
     }
 }
 
-/// A list whose elements become JSON one at a time.
+/// A list whose elements are converted to JSON one at a time.
 struct Each<'f, T, F>(&'f [T], F);
 
 impl<T, F: Fn(usize, &T) -> serde_json::Value> Serialize for Each<'_, T, F> {
@@ -179,7 +179,7 @@ impl<T, F: Fn(usize, &T) -> serde_json::Value> Serialize for Each<'_, T, F> {
     }
 }
 
-/// The whole document.
+/// The JSON document.
 struct Document<'f> {
     file: &'f PvsFile,
     only: Option<Rows>,

@@ -17,7 +17,7 @@ pub struct Args {
     /// The model that the file was baked for.
     #[arg(long, value_name = "INPUT")]
     model: PathBuf,
-    /// The model cut into the objects of the file.
+    /// The model to write, cut into the objects of the file.
     #[arg(short, long, value_name = "OUT.glb")]
     output: PathBuf,
     #[command(flatten)]
@@ -28,7 +28,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let files = Files::new().reads(&self.file, &["pvs"]).model(&self.model).reads_too(self.files.paths());
         files.writes(&self.output, Kind::Glb)
@@ -49,8 +49,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     replace_file(&output, |out| out.write_all(&made.glb)).map_err(|e| at(&output, e))?;
     let (objects, meshes, bytes) = (file.objects.len(), made.meshes, made.glb.len());
     if json {
-        let told = json!({ "objects": objects, "meshes": meshes, "bytes": bytes, "notes": made.notes });
-        super::answer(&format!("{told:#}"))?;
+        let report = json!({ "objects": objects, "meshes": meshes, "bytes": bytes, "notes": made.notes });
+        super::answer(&format!("{report:#}"))?;
     } else {
         let last = format!("{}: {objects} objects in {meshes} meshes, {bytes} bytes", output.display());
         super::answer(&made.notes.into_iter().chain([last]).collect::<Vec<_>>().join("\n"))?;

@@ -1,5 +1,5 @@
-//! What a command reads and what it writes, looked at before its work: no input is written over, no file of another kind than the
-//! command writes is, and what can't be written is said at once.
+//! Checks of a command's files before its work: it overwrites no input and no file of another kind, and reports at once what it
+//! can't write.
 
 use super::kinds::Kind;
 use super::{CliError, at};
@@ -8,8 +8,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Names that a message about a folder tells.
-const TOLD: usize = 6;
+/// Most names in a message about a folder.
+const MOST_NAMES: usize = 6;
 
 /// The files of a command.
 #[derive(Default)]
@@ -21,43 +21,43 @@ pub struct Files {
 /// A file that is read.
 struct Read {
     path: PathBuf,
-    /// Where it must be a file: the extensions of such files.
+    /// For files, not folders: the extensions.
     named: Option<Vec<&'static str>>,
 }
 
-/// A file that is written, or a folder that files are put into.
+/// A file or a folder to write to.
 struct Write {
     path: PathBuf,
     kind: Option<Kind>,
-    /// It takes the place of an input, which is kept as a backup.
+    /// The file is an input; a backup is kept.
     in_place: bool,
 }
 
 impl Files {
-    /// None.
+    /// No files.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// A file of one of these kinds is read.
+    /// Adds an input file with one of these extensions.
     pub fn reads(mut self, path: &Path, extensions: &[&'static str]) -> Self {
         self.reads.push(Read { path: path.to_owned(), named: Some(extensions.to_vec()) });
         self
     }
 
-    /// A file is read if it is named; or a folder, from which files are.
+    /// Adds input files or folders, if given.
     pub fn reads_too<'p>(mut self, paths: impl IntoIterator<Item = &'p PathBuf>) -> Self {
         self.reads.extend(paths.into_iter().map(|path| Read { path: path.clone(), named: None }));
         self
     }
 
-    /// A model is read, and what lies beside it.
+    /// Adds a model and the files beside it.
     pub fn model(self, path: &Path) -> Self {
         let beside = ["roles.json", "prt"].map(|extension| path.with_extension(extension));
         self.reads(path, &enfilade_formats::extensions().collect::<Vec<_>>()).reads_too(&beside)
     }
 
-    /// A model or a level is read, and what lies beside it.
+    /// Adds a model or a level and the files beside it.
     pub fn model_or_level(self, path: &Path, more: &[&'static str]) -> Self {
         let levels = ["prt", "bsp"];
         let models = enfilade_formats::extensions().filter(|extension| !levels.contains(extension));
@@ -65,33 +65,33 @@ impl Files {
         self.reads(path, &all).reads_too(&["roles.json", "prt"].map(|extension| path.with_extension(extension)))
     }
 
-    /// A file is written, if it is named.
+    /// Adds an output file, if given.
     pub fn writes<'p>(mut self, path: impl Into<Option<&'p PathBuf>>, kind: Kind) -> Self {
         let path = path.into().cloned();
         self.writes.extend(path.map(|path| Write { path, kind: Some(kind), in_place: false }));
         self
     }
 
-    /// An input is written back, and kept as a backup.
+    /// Adds an input that is written back, with a backup.
     pub fn writes_back(mut self, path: &Path, kind: Kind) -> Self {
         self.writes.push(Write { path: path.to_owned(), kind: Some(kind), in_place: true });
         self
     }
 
-    /// Files are put into a folder, if it is named.
+    /// Adds an output folder, if given.
     pub fn fills<'p>(mut self, folder: impl Into<Option<&'p PathBuf>>) -> Self {
         let folder = folder.into().cloned();
         self.writes.extend(folder.map(|path| Write { path, kind: None, in_place: false }));
         self
     }
 
-    /// Whether a path is among them.
+    /// Whether a path is among the files.
     #[cfg(test)]
     pub fn name(&self, path: &Path) -> bool {
         self.reads.iter().any(|read| read.path == path) || self.writes.iter().any(|write| write.path == path)
     }
 
-    /// Refuses before any work what would be lost or couldn't be written by it. Touches nothing.
+    /// Refuses outputs that would destroy a file or can't be written. Changes nothing.
     pub fn check(&self) -> Result<(), CliError> {
         self.reads.iter().try_for_each(Read::check)?;
         let inputs: Vec<(&Path, Identity)> =
@@ -103,7 +103,7 @@ impl Files {
             let is_same = |(_, other): &&(&Path, Identity)| *other == identity;
             if let Some((input, _)) = inputs.iter().find(is_same).filter(|_| !write.in_place) {
                 let same = if *input == path { String::new() } else { format!(", as {}", input.display()) };
-                return Err(at(path, format!("is read{same}, and would be written over; give the output another name")));
+                return Err(at(path, format!("is an input{same}, and would be overwritten; give the output another name")));
             }
             if let Some((other, _)) = outputs.iter().find(is_same) {
                 return Err(at(path, format!("would be written twice, also as {}; give two names", other.display())));
@@ -116,7 +116,7 @@ impl Files {
 }
 
 impl Read {
-    /// Refuses a folder where a file is meant.
+    /// Refuses a folder in place of a file.
     fn check(&self) -> Result<(), CliError> {
         let Some(extensions) = self.named.as_ref().filter(|_| self.path.is_dir()) else { return Ok(()) };
         let is_named = |name: &String| {
@@ -129,19 +129,19 @@ impl Read {
         names.sort();
         if names.is_empty() {
             let kinds: Vec<String> = extensions.iter().map(|e| format!(".{e}")).collect();
-            return Err(at(&self.path, format!("is a folder without a file that is read here ({})", kinds.join(", "))));
+            return Err(at(&self.path, format!("is a folder without a file of these types: {}", kinds.join(", "))));
         }
-        let more = if names.len() > TOLD { format!(" and {} more", names.len() - TOLD) } else { String::new() };
-        names.truncate(TOLD);
+        let more = if names.len() > MOST_NAMES { format!(" and {} more", names.len() - MOST_NAMES) } else { String::new() };
+        names.truncate(MOST_NAMES);
         Err(at(&self.path, format!("is a folder; give a file in it: {}{more}", names.join(", "))))
     }
 }
 
 impl Write {
-    /// Refuses what can't be written, or holds something else. `folders`: those that are known to take files.
+    /// Refuses a path that can't be written or holds another kind of file. `folders`: known to be writable.
     fn check(&self, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
         let Some(kind) = self.kind else { return check_filled(&self.path, folders) };
-        // A link stays one: what it points to is replaced.
+        // A link stays; its target is replaced.
         let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
         match fs::metadata(&target) {
             Ok(about) if about.is_dir() => return Err(at(&self.path, "is a folder; give the name of a file")),
@@ -154,7 +154,7 @@ impl Write {
     }
 }
 
-/// Refuses a file that is protected, or of another kind.
+/// Refuses a file that is protected or of another kind.
 fn check_replaced(path: &Path, about: &fs::Metadata, kind: Kind) -> Result<(), CliError> {
     let protected = || at(path, "is write-protected, so it isn't replaced; give another name");
     if about.permissions().readonly() {
@@ -168,28 +168,28 @@ fn check_replaced(path: &Path, about: &fs::Metadata, kind: Kind) -> Result<(), C
         true => Ok(()),
         false => {
             let remedy = if kind == Kind::State { "move it" } else { "give another name" };
-            Err(at(path, format!("is no {}, so it isn't replaced; {remedy}", kind.name())))
+            Err(at(path, format!("is not a {}, so it isn't replaced; {remedy}", kind.name())))
         }
     }
 }
 
-/// Refuses a folder that can't be made or can't take files, and pictures in it that can't be replaced.
+/// Refuses a folder that can't be made or written to.
 fn check_filled(folder: &Path, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
     let there = folder.ancestors().find(|f| !f.as_os_str().is_empty() && fs::symlink_metadata(f).is_ok());
     check_folder(folder, there.unwrap_or(Path::new(".")), folders)
 }
 
-/// Refuses a folder that takes no file.
+/// Refuses a folder that can't be written to.
 fn check_folder(path: &Path, folder: &Path, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
     if folders.iter().any(|known| known == folder) {
         return Ok(());
     }
     match fs::metadata(folder) {
         Ok(about) if about.is_dir() => (),
-        Ok(_) => return Err(at(folder, "is no folder")),
+        Ok(_) => return Err(at(folder, "is not a folder")),
         Err(_) => return Err(at(folder, "there is no such folder")),
     }
-    // Only trying tells: root may write where bits forbid it, and nobody may on a disk that is read-only.
+    // Only a trial is certain: root may ignore permissions, and a disk may be read-only.
     let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
     let trial = folder.join(format!(".enfilade.{}.{now}.tmp", std::process::id()));
     let made = OpenOptions::new().write(true).create_new(true).open(&trial);
@@ -203,12 +203,12 @@ fn check_folder(path: &Path, folder: &Path, folders: &mut Vec<PathBuf>) -> Resul
     Ok(())
 }
 
-/// The folder that a file lies in.
+/// The folder of a file.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// What is the same for all names of a file.
+/// Identity of a file under any of its names.
 #[derive(PartialEq, Eq)]
 enum Identity {
     /// Device and number.
@@ -219,7 +219,7 @@ enum Identity {
 }
 
 impl Identity {
-    /// `None` for what is neither a file nor to become one: a pipe, a device, a folder.
+    /// `None` for a pipe, a device or a folder.
     fn of(path: &Path) -> Option<Self> {
         match fs::metadata(path) {
             Ok(about) if !about.is_file() => None,

@@ -128,7 +128,7 @@ struct Output {
     /// Seed of every random choice.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Also write X.path.json, X.rooms.json and X.expected.json: a walk, the rooms and doors, the counts.
+    /// Also write X.path.json (a walk), X.rooms.json (rooms and doors) and X.expected.json (counts).
     #[arg(long)]
     facts: bool,
     /// Print the counts as JSON.
@@ -137,7 +137,7 @@ struct Output {
 }
 
 impl Args {
-    /// What is written.
+    /// Output files.
     pub fn files(&self) -> Files {
         let out = match &self.scene {
             Scene::Ground { output, .. } => return Files::new().writes(output, FileKind::Tiff),
@@ -158,13 +158,13 @@ impl Args {
 }
 
 impl Output {
-    /// Where a fact of the scene is written.
+    /// Path of a fact file.
     fn fact(&self, what: &str) -> PathBuf {
         self.output.with_extension(format!("{what}.json"))
     }
 }
 
-/// What is written of a scene beside it.
+/// Fact files of a scene.
 const FACTS: [&str; 3] = ["path", "rooms", "expected"];
 
 /// Runs the command.
@@ -182,7 +182,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Deck { objects, output } => (Kind::Deck { objects }, output),
         Scene::Ground { size, spacing, output, seed, json } => {
             let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;
-            tell(&output, &made, json)?;
+            print_ground(&output, &made, json)?;
             return Ok(Outcome::Done);
         }
     };
@@ -194,12 +194,12 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         }
     }
     let count = |key: &str| made.expected[key].as_u64().unwrap_or_default();
-    let mut said = format!("{}: {} triangles in {} nodes", out.output.display(), count("triangles"), count("nodes"));
+    let mut summary = format!("{}: {} triangles in {} nodes", out.output.display(), count("triangles"), count("nodes"));
     if count("rooms") > 0 {
         let counts = ["rooms", "doors", "openings", "windows"].map(|key| format!("{} {key}", count(key))).join(", ");
-        said += &format!("; {counts} on {} storeys", count("storeys"));
+        summary += &format!("; {counts} on {} storeys", count("storeys"));
     }
-    super::prose(&said, out.json)?;
+    super::prose(&summary, out.json)?;
     if out.json {
         super::answer(&made.expected.to_string())?;
     }
@@ -210,15 +210,15 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), CliError> {
     replace_file(path, |out| out.write_all(bytes)).map_err(|e| at(path, e))
 }
 
-/// Says what ground was made.
-fn tell(path: &Path, made: &Ground, as_json: bool) -> Result<(), CliError> {
+/// Prints a summary of the ground.
+fn print_ground(path: &Path, made: &Ground, as_json: bool) -> Result<(), CliError> {
     let &Ground { size, spacing, seed, heights: [low, high] } = made;
-    let said = format!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
-    super::prose(&said, as_json)?;
+    let summary = format!("{}: {size} x {size} samples {spacing} m apart, {low:.1} to {high:.1} m high", path.display());
+    super::prose(&summary, as_json)?;
     if as_json {
-        let told =
+        let facts =
             json!({ "name": "ground", "seed": seed, "size": size, "spacing": spacing, "lowest": low, "highest": high });
-        super::answer(&told.to_string())?;
+        super::answer(&facts.to_string())?;
     }
     Ok(())
 }

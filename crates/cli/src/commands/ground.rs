@@ -14,22 +14,22 @@ use std::path::{Path, PathBuf};
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// Heights: GeoTIFF, SRTM .hgt or Esri .asc; several that abut are one ground.
+    /// Height rasters: GeoTIFF, SRTM .hgt or Esri .asc; adjacent ones form one ground
     #[arg(value_name = "RASTER", required = true)]
     rasters: Vec<PathBuf>,
-    /// The tiles.
+    /// The ground to write
     #[arg(short, long, value_name = "OUT.ground")]
     output: PathBuf,
     /// Samples of a tile along a side.
     #[arg(long, value_name = "SAMPLES", default_value = "33", value_parser = ["33", "65", "129"])]
     tile: String,
-    /// Metres between samples, where a raster has no georeference [default: 1]
+    /// Metres between samples, for a raster without a georeference [default: 1]
     #[arg(long, value_name = "METRES")]
     spacing: Option<f64>,
     /// Make no ground under this building.
     #[arg(long, value_name = "MODEL")]
     keep_out: Option<PathBuf>,
-    /// Where the building's origin is: metres east, up and south of the ground's middle; degrees to the left.
+    /// Position of the building's origin: metres east, up and south of the ground's middle; degrees to the left
     #[arg(long, value_name = "X,Y,Z,DEGREES", allow_hyphen_values = true, requires = "keep_out")]
     place: Option<Placement>,
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let files = Files::new().reads_too(&self.rasters);
         let files = self.keep_out.iter().fold(files, |files, model| files.model(model));
@@ -67,12 +67,12 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     if args.json {
         super::answer(&format!("{:#}", as_json(&made, raster.notes())))?;
     } else {
-        super::answer(&raster.notes().iter().cloned().chain(told(&made, &args.output)).collect::<Vec<_>>().join("\n"))?;
+        super::answer(&raster.notes().iter().cloned().chain(summary(&made, &args.output)).collect::<Vec<_>>().join("\n"))?;
     }
     Ok(Outcome::Done)
 }
 
-/// A model's triangles, seen from above, in the ground's coordinates.
+/// A model's triangles from above, in the ground's coordinates.
 fn footprint(model: &Path, files: &FilesFlag, place: Placement) -> Result<Vec<[DVec2; 3]>, CliError> {
     let options = files.options();
     let scene = import(model, &options).map_err(|e| at(model, e))?;
@@ -93,7 +93,7 @@ fn write(raster: &mut Raster, options: &MakeOptions, (input, output): (&Path, &P
         }
     });
     match (made, written) {
-        // What reading the raster met names its own file.
+        // Errors of reading a raster already name its file.
         (Some(Err(GroundError::Raster(line))), _) => Err(CliError(line)),
         (Some(Err(e @ GroundError::Heights(_))), _) => Err(at(input, e)),
         (Some(Err(e)), _) => Err(at(output, e)),
@@ -123,7 +123,7 @@ fn as_json(made: &Made, notes: &[String]) -> serde_json::Value {
     })
 }
 
-fn told(made: &Made, output: &Path) -> Vec<String> {
+fn summary(made: &Made, output: &Path) -> Vec<String> {
     let header = &made.header;
     let [columns, rows] = header.grid.size();
     let [dx, dz] = header.spacing;
@@ -136,7 +136,7 @@ fn told(made: &Made, output: &Path) -> Vec<String> {
     }
     if header.grid.top() == 0 {
         lines.push(format!(
-            "its full mesh has {} triangles, fewer than {LEAST_TRIANGLES}: it is drawn whole, without levels, cache or thread",
+            "the full mesh has {} triangles, fewer than {LEAST_TRIANGLES}: it is drawn whole, without levels, cache or thread",
             made.triangles
         ));
     }

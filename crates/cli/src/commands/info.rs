@@ -27,7 +27,7 @@ struct InfoReport {
 }
 
 impl Args {
-    /// What is read.
+    /// Input files.
     pub fn files(&self) -> Files {
         Files::new().reads(&self.file, &["pvs"])
     }
@@ -43,12 +43,12 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
-/// Lines with a name each.
+/// Lines with a label each.
 #[derive(Default)]
 struct Lines(String);
 
 impl Lines {
-    /// One line, whatever a name in the file holds.
+    /// Adds one line, whatever the text holds.
     fn add(&mut self, name: &str, what: &str) {
         // Writing into a String cannot fail.
         let _ = writeln!(self.0, "{name:<10} {}", what.split_whitespace().collect::<Vec<_>>().join(" "));
@@ -83,7 +83,7 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
     };
     out.add("rows", &format!("{:.0} % of the pairs of a cell and an object are kept", percent(kept, p.total_pairs)));
     if let Some(expected) = expected_draw {
-        out.add("expected", &format!("{expected}, on a walk through every cell"));
+        out.add("expected", &format!("{expected}, on a path through every cell"));
     }
     let views = &f.view_cells;
     if views.count != 0 {
@@ -97,7 +97,7 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
     out.0
 }
 
-/// Both sides of what is seen, bytes, and what is not in the file.
+/// Bounds of the visible pairs, bytes, and parts left out of the file.
 fn figures(f: &FileSummary, out: &mut Lines) {
     let p = &f.pvs;
     for (label, name, [lower, upper, undecided, all]) in [
@@ -123,16 +123,16 @@ fn figures(f: &FileSummary, out: &mut Lines) {
     out.add("repairs", &f.repairs.to_string());
 }
 
-/// Units of prose: from how many metres on, their name, how many a metre has.
+/// Units of length: least metres, name, factor.
 const UNITS: [(f64, &str, f64); 4] =
     [(1e3, "km", 1e-3), (0.1, "m", 1.0), (1e-5, "mm", 1e3), (f64::MIN_POSITIVE, "\u{b5}m", 1e6)];
 
-/// A length in the unit that reads best, to three significant digits.
+/// A length in a readable unit, to three significant digits.
 fn length(metres: f64) -> String {
     let (_, name, scale) = UNITS.into_iter().find(|&(from, ..)| metres >= from).unwrap_or(UNITS[1]);
     let number = metres * scale;
     let whole_digits = if number >= 1.0 { number.log10() as usize + 1 } else { 0 };
-    // Small numbers have zeros behind the point: `0.0125` is three digits, too.
+    // Zeros after the point don't count as digits: `0.0125` has three.
     let zeros = if number > 0.0 && number < 1.0 { (-number.log10()) as usize } else { 0 };
     let decimals = if number == 0.0 { 0 } else { 3usize.saturating_sub(whole_digits) + zeros };
     format!("{number:.decimals$} {name}")

@@ -1,4 +1,4 @@
-//! The kinds of files that commands write, and how each is told from others by how it begins.
+//! The kinds of files that commands write, and how to recognise each by its first bytes.
 
 use enfilade::file::MAGIC;
 use std::fs::File;
@@ -30,15 +30,15 @@ pub enum Kind {
     Page,
     /// A table of `report`.
     Table,
-    /// What an interrupted run leaves.
+    /// The state of an interrupted run.
     State,
     /// JSON.
     Json,
 }
 
-/// Bytes of a file's beginning that tell its kind.
+/// Bytes at a file's start that are read to find its kind.
 const HEAD: u64 = 4096;
-/// How each table of a report begins.
+/// Start of each table of a report.
 const TABLES: [&str; 6] =
     ["strategy,cpu_", "cell,name,", "view_cells,bytes,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
 
@@ -58,16 +58,16 @@ const ALL: [Kind; 13] = [
     Kind::State,
     Kind::Json,
 ];
-/// How other files of this field begin.
+/// Start of other common files.
 const OTHERS: [&[u8]; 8] = [b"PK\x03\x04", b"\x1F\x8B", b"ISO-10303-21", b"ply", b"solid ", b"PRT", b"<", b"%PDF"];
 
 impl Kind {
-    /// In words, after "is no".
+    /// In words, after "is not a".
     pub fn name(self) -> &'static str {
         match self {
             Self::Pvs => ".pvs file",
             Self::Glb => "binary glTF",
-            Self::Leaks => "OBJ file of leaks",
+            Self::Leaks => "file of leaks (OBJ)",
             Self::Points => "file of points",
             Self::Rows => "text of rows",
             Self::Bsp => ".bsp level",
@@ -81,8 +81,8 @@ impl Kind {
         }
     }
 
-    /// Whether a file may be replaced by one of this kind: it is empty, it begins as this kind does, or it has the extension of a
-    /// kind that is only ours, and doesn't begin as another one.
+    /// Whether a file of this kind may replace the file at `path`: it is empty or of this kind, or it has an extension that only
+    /// Enfilade uses and isn't recognised as another kind.
     pub fn may_replace(self, path: &Path) -> io::Result<bool> {
         let mut head = Vec::new();
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;
@@ -98,7 +98,7 @@ impl Kind {
 
     fn begins(self, head: &[u8]) -> bool {
         let starts = |magics: &[&[u8]]| magics.iter().any(|magic| head.starts_with(magic));
-        // A character may be cut off at the end.
+        // The last character may be cut off.
         let text = match std::str::from_utf8(head) {
             Ok(text) => text,
             Err(e) if e.error_len().is_none() => std::str::from_utf8(&head[..e.valid_up_to()]).unwrap_or_default(),
@@ -113,7 +113,7 @@ impl Kind {
             Self::Ground => starts(&[b"\x89GRN\r\n\x1a\n"]),
             Self::Tiff => starts(&[b"II\x2a\0", b"MM\0\x2a", b"II\x2b\0", b"MM\0\x2b"]),
             Self::Png => starts(&[b"\x89PNG\r\n\x1a\n"]),
-            // One that was killed at once may have less.
+            // A killed run may have written less.
             Self::State => starts(&[b"EnfWork\n"]) || b"EnfWork\n".starts_with(head),
             Self::Leaks => line.starts_with("o leak_"),
             Self::Points => line.split_whitespace().count() == 3 && words.all(|word| word.parse::<f64>().is_ok()),

@@ -1,4 +1,4 @@
-//! Levels as commands take them: a `.prt`, or a `.bsp` with its portals.
+//! Level inputs of commands: a `.prt`, or a `.bsp` with its portals.
 
 use super::{CliError, at};
 use enfilade::BitMatrix;
@@ -9,13 +9,13 @@ use enfilade_levels::{Level, VisOptions};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 
-/// Flags of commands that work out what can be seen in a level.
+/// Flags of commands that compute the visibility of a level.
 #[derive(clap::Args)]
 pub struct SearchFlags {
     /// Most flow steps of a search; pairs that it leaves undecided count as visible
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
     pub steps: u64,
-    /// Random lines from each side of a portal, before any search
+    /// Random lines from each side of a portal before any search
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
     pub lines: u64,
     /// Compare with rows of another tool: text as `vis --rows` writes it, or a .bsp that holds some
@@ -24,13 +24,13 @@ pub struct SearchFlags {
 }
 
 impl SearchFlags {
-    /// As the library takes them.
+    /// The library's options.
     pub fn options(&self, seed: u64) -> VisOptions {
         VisOptions { seed, steps: self.steps, lines: self.lines }
     }
 }
 
-/// Stands for a Quake level in a binary that reads none: there is no value of it.
+/// Stands for a Quake level in a binary without that feature; it has no values.
 #[cfg(not(feature = "quake"))]
 pub enum Bsp {}
 
@@ -51,24 +51,24 @@ impl Bsp {
     }
 }
 
-/// A level, and what its clusters are to its leaves.
+/// A level and the clusters of its leaves.
 pub struct Input {
     /// Clusters and portals.
     pub level: Level,
-    /// Of each leaf.
+    /// Cluster of each leaf.
     pub clusters: Vec<u32>,
-    /// Where it is one.
+    /// The Quake level, if the input is one.
     pub bsp: Option<Bsp>,
-    /// Where the portals are from: `PRT1`, `PRT2` or `PRT1-AM`, and `tree`.
+    /// Source of the portals: `PRT1`, `PRT2`, `PRT1-AM` or `tree`.
     pub portals_from: String,
-    /// Portals of the tree that were too narrow to be real.
+    /// Portals of the tree that were too narrow and left out.
     pub slivers: usize,
-    /// What else there is to say.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
 impl Input {
-    /// Reads a `.prt`, or a `.bsp` with the portals of the `.prt` beside it, or, without one that fits, of its own tree.
+    /// Reads a `.prt` or a `.bsp`. The portals of a `.bsp` come from the `.prt` beside it, if that fits, else from its own tree.
     pub fn read(path: &Path) -> Result<Self, CliError> {
         match path.extension().map(|e| e.to_ascii_lowercase()) {
             Some(e) if e == "prt" => Ok(Self::of_prt(prt_file(path)?, None)),
@@ -76,18 +76,18 @@ impl Input {
             Some(e) if e == "map" => {
                 Err(at(path, "a level's source: compile it (qbsp) and give the .bsp or the .prt, or `bake` it as it is"))
             }
-            _ if path.is_dir() => Err(at(path, "is a folder, and is named neither .prt nor .bsp; give a level in it")),
+            _ if path.is_dir() => Err(at(path, "is a folder; give a .prt or .bsp in it")),
             _ => Err(at(path, "is named neither .prt nor .bsp")),
         }
     }
 
-    /// The rows that the level holds, for its clusters: a cluster's is what its leaves see.
+    /// The level's own rows, by cluster: a cluster sees what any of its leaves sees.
     pub fn rows(&self) -> Result<BitMatrix, String> {
         let of_leaves = match &self.bsp {
             Some(bsp) => bsp.rows().map_err(|e| e.to_string())?,
             None => None,
         };
-        let of_leaves = of_leaves.ok_or("holds no rows; name some with --rows")?;
+        let of_leaves = of_leaves.ok_or("has no rows; give a file with --rows")?;
         let mut rows = BitMatrix::new(self.level.cells, self.level.cells);
         for (leaf, &cluster) in self.clusters.iter().enumerate() {
             of_leaves.ones(leaf).for_each(|other| _ = rows.set(cluster as usize, self.clusters[other] as usize));
@@ -95,7 +95,7 @@ impl Input {
         Ok(rows)
     }
 
-    /// The cluster that a word means: its number, or a place in it, as `X,Y,Z` in the level's own units.
+    /// The cluster of a word: a number, or a point `X,Y,Z` in the level's own units.
     pub fn cluster(&self, word: &str) -> Result<u32, String> {
         let last = self.level.cells.saturating_sub(1);
         if let Ok(cluster) = word.parse::<u32>() {
@@ -106,18 +106,18 @@ impl Input {
         let numbers: Vec<f64> =
             words.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()).unwrap_or(f64::NAN)).collect();
         let [x, y, z] = numbers[..] else {
-            return Err(format!("{word}: takes a cluster's number, 0 to {last}, or a place, as 480,-352,88"));
+            return Err(format!("{word}: takes a cluster's number, 0 to {last}, or a point, as 480,-352,88"));
         };
         self.cluster_at(DVec3::new(x, y, z)).map_err(|e| format!("{word}: {e}"))
     }
 
     #[cfg(feature = "quake")]
-    fn cluster_at(&self, place: DVec3) -> Result<u32, String> {
-        if place.is_nan() {
-            return Err("a place is three numbers, as 480,-352,88".into());
+    fn cluster_at(&self, point: DVec3) -> Result<u32, String> {
+        if point.is_nan() {
+            return Err("a point has three numbers, as 480,-352,88".into());
         }
         let bsp = self.bsp.as_ref().ok_or("a .prt doesn't say where its clusters are; give the .bsp, or a number")?;
-        let leaf = bsp.leaf_at(place).ok_or("lies in a wall, or beyond the level")?;
+        let leaf = bsp.leaf_at(point).ok_or("lies in a wall or outside the level")?;
         Ok(self.clusters[leaf])
     }
 
@@ -148,16 +148,13 @@ impl Input {
                     let fit = bsp.fit(&prt);
                     let says = format!("{} {fit}", beside.display());
                     if fit.is_taken() {
-                        let notes = if fit.elsewhere.is_empty() {
-                            Vec::new()
-                        } else {
-                            vec![format!("{says}; it is taken as it is")]
-                        };
+                        let notes =
+                            if fit.elsewhere.is_empty() { Vec::new() } else { vec![format!("{says}; it is used anyway")] };
                         return Ok(Self { notes, ..Self::of_prt(prt, Some(bsp)) });
                     }
-                    notes.push(format!("{says}: it isn't of this level, and portals are taken from the tree"));
+                    notes.push(format!("{says}: it is of another level; portals come from the BSP tree"));
                 }
-                Err(e) => notes.push(format!("{e}: portals are taken from the tree")),
+                Err(e) => notes.push(format!("{e}: portals come from the BSP tree")),
             }
         }
         let derived = bsp.level().map_err(|e| at(path, e))?;

@@ -1,4 +1,4 @@
-//! One file a command: its flags, its call into the library, its printing.
+//! One file per command: its flags, its library call, its output.
 
 mod backup;
 pub mod bake;
@@ -27,7 +27,7 @@ use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// A line of prose. Writing into a `String` cannot fail.
+/// Writes a line of prose. Writing into a `String` cannot fail.
 macro_rules! say {
     ($out:ident, $($text:tt)+) => {{
         let _ = writeln!($out, $($text)+);
@@ -35,7 +35,7 @@ macro_rules! say {
 }
 pub(crate) use say;
 
-/// How a command ended when nothing was wrong with its input.
+/// The end of a command with valid input.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
     /// Exit 0.
@@ -50,31 +50,31 @@ pub struct CliError(pub String);
 
 impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // One line, whatever a library put into its message.
+        // One line, whatever the library's message holds.
         f.write_str(&self.0.split_whitespace().collect::<Vec<_>>().join(" "))
     }
 }
 
-/// Where files that a model names may lie.
+/// Folder and roles of a model's files.
 #[derive(clap::Args)]
 pub struct FilesFlag {
-    /// Files that the model names (buffers, materials) may lie in this folder, and below it [default: in the model's own]
+    /// Folder of files that the model names (buffers, materials), with subfolders [default: the model's folder]
     #[arg(long, value_name = "DIR", help_heading = "Model")]
     pub files_under: Option<PathBuf>,
 }
 
 impl FilesFlag {
-    /// The paths among them.
+    /// The given paths.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.files_under.iter()
     }
 
-    /// As an import takes them.
+    /// Import options.
     pub fn options(&self) -> ImportOptions {
         ImportOptions { files_under: self.files_under.clone(), ..ImportOptions::default() }
     }
 
-    /// What imports a file's model as it was imported for the bake.
+    /// Import options that repeat the import of the bake.
     pub fn again(&self, import: &Import) -> ImportOptions {
         ImportOptions { files_under: self.files_under.clone(), ..import.options() }
     }
@@ -92,23 +92,23 @@ pub struct RunFlags {
     pub seed: u64,
 }
 
-/// Puts the path before a message.
+/// An error with the path before it.
 pub fn at(path: &Path, error: impl fmt::Display) -> CliError {
     CliError(format!("{}: {error}", path.display()))
 }
 
-/// The answer of a command, prose or JSON: on stdout. Notes while it works, progress and errors go to stderr.
+/// Prints a command's answer, prose or JSON, to stdout. Notes, progress and errors go to stderr.
 pub fn answer(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout().lock();
     let written = writeln!(out, "{}", text.trim_end_matches('\n')).and_then(|()| out.flush());
     match written {
-        // The reader has seen enough.
+        // The reader has closed the pipe.
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(CliError(format!("stdout: {e}"))),
         _ => Ok(()),
     }
 }
 
-/// The answer in prose; beside JSON, which has stdout for itself, it is a note.
+/// Prints the answer in prose: to stdout, or to stderr beside JSON.
 pub fn prose(text: &str, as_json: bool) -> Result<(), CliError> {
     if as_json {
         eprintln!("{}", text.trim_end_matches('\n'));
@@ -122,7 +122,7 @@ pub fn json(report: &impl serde::Serialize) -> Result<String, CliError> {
     serde_json::to_string_pretty(report).map_err(|e| CliError(format!("JSON: {e}")))
 }
 
-/// Threads to work on: as many as asked for, or one a core.
+/// A pool of this many threads, or one per core.
 pub fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, CliError> {
     let threads = threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

@@ -4,16 +4,16 @@ use super::bake::peak_rss_mb;
 use enfilade_measure::pages::building::Stage;
 use std::time::Instant;
 
-/// What each stage took, in the order in which they were first entered.
+/// Time and memory of each stage, in order of the first entry.
 #[derive(Default)]
 pub struct Stages {
-    /// Those that were left; one that was entered again has its times added up.
+    /// Finished stages; times of a stage that was entered again are added up.
     pub done: Vec<Stage>,
     current: Option<(String, Instant)>,
 }
 
 impl Stages {
-    /// True where this is another stage than before.
+    /// Enters a stage; true if it is not the current one.
     pub fn enter(&mut self, stage: &str) -> bool {
         let is_new = self.current.as_ref().is_none_or(|(name, _)| name != stage);
         if is_new {
@@ -37,19 +37,19 @@ impl Stages {
     }
 }
 
-/// Processor time; where the system doesn't tell, wall clock on all threads.
+/// Processor time, or wall time on all threads if the system doesn't report it.
 pub struct Clock {
     cpu: Option<f64>,
     wall: Instant,
 }
 
 impl Clock {
-    /// From now on.
+    /// Starts now.
     pub fn start() -> Self {
         Self { cpu: cpu_seconds(), wall: Instant::now() }
     }
 
-    /// Since it was started.
+    /// Seconds since the start.
     pub fn seconds(&self) -> f64 {
         match (self.cpu, cpu_seconds()) {
             (Some(from), Some(to)) => to - from,
@@ -58,12 +58,12 @@ impl Clock {
     }
 }
 
-/// Processor time that the threads of this process have had, seconds, where the system says so.
+/// Processor time of this process's threads, seconds, if the system reports it.
 fn cpu_seconds() -> Option<f64> {
     let tasks = std::fs::read_dir("/proc/self/task").ok()?;
     let mut nanoseconds = 0.0;
     for task in tasks {
-        // A thread may end in between.
+        // A thread may end meanwhile.
         let Ok(text) = std::fs::read_to_string(task.ok()?.path().join("schedstat")) else { continue };
         nanoseconds += text.split_whitespace().next()?.parse::<f64>().ok()?;
     }

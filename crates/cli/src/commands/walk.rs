@@ -22,9 +22,9 @@ use std::path::{Path, PathBuf};
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file that `bake` wrote.
+    /// The .pvs file
     file: PathBuf,
-    /// The model that it was baked for.
+    /// The model that the file was baked for
     #[arg(long)]
     model: PathBuf,
     #[command(flatten)]
@@ -32,36 +32,36 @@ pub struct Args {
     /// A camera path, or N random views [default: a path through every cell]
     #[arg(long, value_name = "P.json|random:N", value_parser = views)]
     path: Option<Views>,
-    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of these; or exact: what is visible, and no more, at
-    /// milliseconds a frame. May be given several times.
+    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of these; or exact: only what is visible, in
+    /// milliseconds per frame. May be repeated
     #[arg(long = "mode", default_value = "both")]
     modes: Vec<String>,
-    /// Put a picture of every frame into this folder; frames are compared as with --verify-pixels.
+    /// Write a picture of every frame into this folder; frames are compared as with --verify-pixels
     #[arg(long, value_name = "DIR")]
     frames: Option<PathBuf>,
-    /// Size of the pictures, pixels.
+    /// Size of the pictures, pixels
     #[arg(long, default_value = "640x360", value_name = "WxH")]
     size: String,
-    /// Leave out objects with fewer pixels than N, as far as their boxes tell; 1 leaves out what has none. Several with commas between
-    /// are walked one by one; 0 is no limit.
+    /// Leave out objects that cover fewer than N pixels, judged by their boxes; 1 leaves out objects that cover none, 0 is no
+    /// limit. Each value is a walk of its own
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_value = "0")]
     min_pixels: Vec<u32>,
-    /// Compare every frame with a picture of everything; exit 1 where a conservative file misses a pixel, or as
-    /// many of one object as --min-pixels says.
+    /// Compare every frame with a picture of everything; exit 1 if a conservative file misses a pixel, or --min-pixels pixels of
+    /// one object
     #[arg(long)]
     verify_pixels: bool,
-    /// Take every n-th frame of the path.
+    /// Take every n-th frame of the path
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..), value_name = "N")]
     every: u32,
-    /// Doors: all open, or shut where the model has a solid leaf in them that is shut.
+    /// Doors: all open, or shut where the model has a shut solid leaf
     #[arg(long, value_enum, default_value_t)]
     doors: Doors,
-    /// Seed of the path through every cell, or of the random views.
+    /// Seed of the path through every cell, or of the random views
     #[arg(long, default_value_t = 0)]
     seed: u64,
     #[command(flatten)]
     loading: loading::Flags,
-    /// JSON on stdout: a line a frame, then a summary a mode; with --budget, a line a method.
+    /// JSON on stdout: a line per frame, then a summary per mode; with --budget, a line per method
     #[arg(long)]
     json: bool,
 }
@@ -88,10 +88,10 @@ fn views(text: &str) -> Result<Views, String> {
     count.ok_or_else(|| format!("takes 1 to {MOST_VIEWS} random views, as in random:100"))
 }
 
-/// What doors do.
+/// State of the doors.
 #[derive(Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 enum Doors {
-    /// All stand open.
+    /// All open.
     #[default]
     Open,
     /// As the model has them.
@@ -99,7 +99,7 @@ enum Doors {
 }
 
 impl Args {
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let files = Files::new().reads(&self.file, &["pvs"]).model(&self.model).reads_too(self.files.paths());
         files.reads_too(self.path.as_ref().and_then(Views::path)).fills(&self.frames)
@@ -111,7 +111,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (width, height) = size(&args.size)?;
     let modes = modes(&args.modes)?;
     let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    // Where pictures are written, none of the model's own may be among them.
+    // Pictures must not overwrite the model's own.
     let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
     let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
@@ -164,7 +164,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
             super::answer(&prose(summary, file.objects.iter().map(|o| u64::from(o.triangles)).sum()))?;
         }
     }
-    // A sampled file doesn't promise every pixel, so a miss is a figure, not a fault; nor is one of an object that is too small.
+    // A sampled file doesn't promise every pixel, so its misses are no failure; nor are misses below `min_pixels`.
     let fails = |s: &Summary| {
         let misses = s.most_missed_pixels.is_some_and(|most| most >= u64::from(s.min_pixels.max(1)));
         args.verify_pixels && misses || s.lost_objects.is_some_and(|lost| lost > 0)
@@ -173,7 +173,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     Ok(if failed { Outcome::Failed } else { Outcome::Done })
 }
 
-/// The files of pictures that a model names.
+/// Picture files that a model names.
 fn named_pictures(scene: &Scene, model: &Path) -> Vec<PathBuf> {
     let folder = model.parent().unwrap_or(Path::new(""));
     let all = scene.trace.iter().flat_map(|trace| &trace.materials).flat_map(|material| material.pictures()).flatten();
@@ -209,7 +209,7 @@ fn prose(s: &Summary, all_triangles: u64) -> String {
     line
 }
 
-/// Modes by name, each once, in the order given; `all` stands for all but `exact`.
+/// Modes by name, each once, in the given order; `all` means all but `exact`.
 fn modes(names: &[String]) -> Result<Vec<WalkMode>, CliError> {
     let mut modes = Vec::new();
     for name in names {

@@ -1,4 +1,4 @@
-//! `enfilade why`: of a `.pvs`, or of a level.
+//! `enfilade why`, for a `.pvs` or a level.
 
 mod level;
 
@@ -14,8 +14,8 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Separations that are told of a pair.
-const TOLD: usize = 20;
+/// Most separations of a pair, and names in a message.
+const MOST_SHOWN: usize = 20;
 
 /// Flags.
 #[derive(clap::Args)]
@@ -23,10 +23,10 @@ pub struct Args {
     /// The file that `bake --rows both` wrote, or a level
     #[arg(value_name = "OUT.pvs|LEVEL.prt|LEVEL.bsp")]
     file: PathBuf,
-    /// The cell that looks: 3, cell:3, or a room's name; of a level a cluster's number, or a place in it, as 480,-352,88
+    /// The cell to look from: 3, cell:3, or a room's name; in a level a cluster's number, or a point in it, as 480,-352,88
     #[arg(value_name = "A", allow_hyphen_values = true)]
     from: String,
-    /// What it looks for: an object (17, object:17), another cell (cell:4), or the name of either; of a level as A
+    /// The target: an object (17, object:17), another cell (cell:4), or a name; in a level as A
     #[arg(value_name = "B", allow_hyphen_values = true)]
     to: String,
     /// The model that the file was baked for: witnesses and shields are tested against its triangles
@@ -43,7 +43,7 @@ fn is_level(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("prt") || e.eq_ignore_ascii_case("bsp"))
 }
 
-/// The cell that a word means: its number, its name or its author's id.
+/// The cell of a word: its number, its name or its author's id.
 fn cell(file: &PvsFile, word: &str) -> Result<CellId, String> {
     let word = word.strip_prefix("cell:").unwrap_or(word);
     if let Ok(id) = word.parse() {
@@ -55,7 +55,7 @@ fn cell(file: &PvsFile, word: &str) -> Result<CellId, String> {
     }
 }
 
-/// The object or cell that a word means; a number alone is an object's.
+/// The object or cell of a word; a plain number is an object's.
 fn goal(file: &PvsFile, word: &str) -> Result<Goal, String> {
     if word.starts_with("cell:") {
         return cell(file, word).map(Goal::Cell);
@@ -82,7 +82,7 @@ fn cells_named(file: &PvsFile, name: &str) -> Vec<u32> {
     named(file.cells.iter().map(|cell| [Some(cell.name.as_str()), cell.source.as_deref()]), name)
 }
 
-/// Numbers of what has this name; where nothing has it to the letter, capitals count for nothing.
+/// Numbers of all with this name; the case is ignored if none matches exactly.
 fn named<'n>(names: impl Iterator<Item = [Option<&'n str>; 2]> + Clone, name: &str) -> Vec<u32> {
     let by = |is: &dyn Fn(&str) -> bool| -> Vec<u32> {
         let has = |of: [Option<&str>; 2]| of.into_iter().flatten().any(is);
@@ -92,19 +92,19 @@ fn named<'n>(names: impl Iterator<Item = [Option<&'n str>; 2]> + Clone, name: &s
     if exactly.is_empty() { by(&|of| of.to_lowercase() == name.to_lowercase()) } else { exactly }
 }
 
-/// The one of these.
+/// The only id, or an error that lists them.
 fn only(name: &str, what: &str, ids: &[u32]) -> Result<u32, String> {
     match ids {
         [id] => Ok(*id),
         _ => {
-            let told: Vec<String> = ids.iter().take(TOLD).map(ToString::to_string).collect();
-            Err(format!("{} {what} are named {name:?}: {}; give a number", ids.len(), told.join(" ")))
+            let listed: Vec<String> = ids.iter().take(MOST_SHOWN).map(ToString::to_string).collect();
+            Err(format!("{} {what} are named {name:?}: {}; give a number", ids.len(), listed.join(" ")))
         }
     }
 }
 
 impl Args {
-    /// What is read.
+    /// Input files.
     pub fn files(&self) -> Files {
         let file = &self.file;
         let files = if is_level(file) {
@@ -143,7 +143,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     Ok(if is_refuted { Outcome::Failed } else { Outcome::Done })
 }
 
-/// Puts an answer into words.
+/// Explains an answer in words.
 pub(super) struct Teller<'f> {
     pub file: &'f PvsFile,
     pub from: CellId,
@@ -153,7 +153,7 @@ pub(super) struct Teller<'f> {
 impl Teller<'_> {
     fn json(&self, why: &Why) -> Value {
         let mut out = json!({ "from": self.cell_json(self.from), "to": self.goal_json() });
-        let told: &[(&str, Value)] = &match why {
+        let entries: &[(&str, Value)] = &match why {
             Why::Itself => vec![("verdict", "itself".into())],
             Why::Witnessed(sight) => vec![
                 ("verdict", "witnessed".into()),
@@ -175,8 +175,8 @@ impl Teller<'_> {
             Why::Behind => vec![("verdict", "behind".into())],
             Why::Joined(cells) => vec![("verdict", "joined".into()), ("joined_from", (*cells).into())],
             Why::Undecided(doubt) => {
-                let mut told = vec![("verdict", "undecided".into())];
-                told.extend(match doubt {
+                let mut entries = vec![("verdict", "undecided".into())];
+                entries.extend(match doubt {
                     Doubt::Inside => vec![("because", "inside".into()), ("chain", json!([]))],
                     Doubt::Open(portals) => vec![("because", "open".into()), ("chain", ids(portals))],
                     Doubt::OutOfSteps => vec![("because", "steps".into()), ("chain", json!([]))],
@@ -184,10 +184,10 @@ impl Teller<'_> {
                         vec![("because", "separated".into()), ("separations", self.separations(found))]
                     }
                 });
-                told
+                entries
             }
         };
-        told.iter().for_each(|(key, value)| out[*key] = value.clone());
+        entries.iter().for_each(|(key, value)| out[*key] = value.clone());
         out
     }
 
@@ -203,14 +203,14 @@ impl Teller<'_> {
     }
 
     fn separations(&self, found: &[Separation]) -> Value {
-        let told = |s: &Separation| {
+        let entry = |s: &Separation| {
             let planes: Vec<[f64; 4]> = s.planes.iter().map(|p| self.plane(p)).collect();
             json!({ "chain": ids(&s.chain), "planes": planes })
         };
-        found.iter().take(TOLD).map(told).collect()
+        found.iter().take(MOST_SHOWN).map(entry).collect()
     }
 
-    /// In the model's own coordinates.
+    /// A plane in the model's own coordinates.
     fn plane(&self, p: &enfilade::geom::Plane) -> [f64; 4] {
         [p.n.x, p.n.y, p.n.z, p.d + p.n.dot(self.file.origin)]
     }
@@ -222,25 +222,26 @@ impl Teller<'_> {
                 let cells: Vec<String> = sight.cells.iter().map(ToString::to_string).collect();
                 lines.push(format!("  through {}, cells {}", way(&sight.portals), cells.join(" ")));
                 match sight.clear {
-                    Some(true) => lines.push("  tested against the model: nothing opaque is in its way".into()),
-                    Some(false) => lines.push("  but the model has something opaque in its way".into()),
+                    Some(true) => lines.push("  tested against the model: nothing opaque is in the way".into()),
+                    Some(false) => lines.push("  but the model has something opaque in the way".into()),
                     None => {}
                 }
             }
             Why::Shielded(shield) => match shield.confirmed {
-                Some(true) => lines.push("  asked of the model once more: shut".into()),
-                Some(false) => lines.push("  asked of the model once more, alone and of rounded portals: left open".into()),
-                None => lines.push("  --model asks its triangles once more".into()),
+                Some(true) => lines.push("  tested again with the model: every line is blocked".into()),
+                Some(false) => lines
+                    .push("  tested again with the model, this pair alone and with rounded portals: not confirmed".into()),
+                None => lines.push("  --model tests this again with the model's triangles".into()),
             },
             Why::Separated(found) | Why::Undecided(Doubt::Separated(found)) => {
-                for s in found.iter().take(TOLD) {
+                for s in found.iter().take(MOST_SHOWN) {
                     let end = if s.planes.is_empty() { ": impassable" } else { ": all beyond is inside" };
                     lines.push(format!("  {}{end}", way(&s.chain)));
                     let plane = |p| self.plane(p);
                     lines.extend(s.planes.iter().map(plane).map(|[x, y, z, d]| format!("    {:?} . p <= {d}", [x, y, z])));
                 }
-                if found.len() > TOLD {
-                    lines.push(format!("  and {} more", found.len() - TOLD));
+                if found.len() > MOST_SHOWN {
+                    lines.push(format!("  and {} more", found.len() - MOST_SHOWN));
                 }
             }
             _ => {}
@@ -256,31 +257,31 @@ impl Teller<'_> {
             Why::Itself => format!("{a} sees itself"),
             Why::Witnessed(s) => format!("{a} sees {b}: the segment from {} to {}", point(s.from), point(s.to)),
             Why::Known(portals) => {
-                format!("{a} sees {b}, proven by a segment that the file doesn't keep; by way of {}", way(portals))
+                format!("{a} sees {b}, proven by a segment that the file doesn't keep, through {}", way(portals))
             }
-            Why::Apart => format!("{a} doesn't see {b}: no way through portals leads there"),
+            Why::Apart => format!("{a} doesn't see {b}: no chain of portals connects them"),
             Why::Separated(found) => {
-                format!("{a} doesn't see {b}: {}", ended(found))
+                format!("{a} doesn't see {b}: {}", separation_summary(found))
             }
             Why::Shielded(s) => {
                 format!(
-                    "{a} doesn't see {b}: portals leave it open, by way of {}, and triangles shut every line",
+                    "{a} doesn't see {b}: the portals allow a line, through {}, but triangles block every line",
                     way(&s.chain)
                 )
             }
-            Why::Behind => format!("{a} doesn't see {b}: all that it could see of it faces away"),
-            Why::Joined(1) => format!("{a} doesn't see {b}: proven before others were joined"),
+            Why::Behind => format!("{a} doesn't see {b}: every triangle that it could see faces away"),
+            Why::Joined(1) => format!("{a} doesn't see {b}: proven before cells were joined"),
             Why::Joined(cells) => {
                 format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from")
             }
-            Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", because(doubt)),
+            Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", reason(doubt)),
         }
     }
 
-    /// The answer in one line that doesn't name the cell again.
+    /// The answer in one line without the first cell's name.
     pub fn remark(&self, why: &Why) -> String {
         match why {
-            Why::Undecided(doubt) => format!("{}: {}", self.goal_name(), because(doubt)),
+            Why::Undecided(doubt) => format!("{}: {}", self.goal_name(), reason(doubt)),
             why => self.sentence(why),
         }
     }
@@ -301,20 +302,20 @@ impl Teller<'_> {
     }
 }
 
-fn because(doubt: &Doubt) -> String {
+fn reason(doubt: &Doubt) -> String {
     match doubt {
-        Doubt::Inside => "it is in that cell, and no ray has met it".to_owned(),
-        Doubt::Open(portals) => format!("a line may pass {}, but none is known that nothing obstructs", way(portals)),
+        Doubt::Inside => "it is in that cell, but no ray has hit it".to_owned(),
+        Doubt::Open(portals) => format!("a line may pass {}, but no unobstructed one was found", way(portals)),
         Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
-        Doubt::Separated(found) => format!("asked for alone, {}", ended(found)),
+        Doubt::Separated(found) => format!("searched alone, {}", separation_summary(found)),
     }
 }
 
-fn ended(found: &[Separation]) -> String {
+fn separation_summary(found: &[Separation]) -> String {
     match found.len() {
-        0 => "the planes of the portals leave no way".to_owned(),
-        1 => "one chain of portals, which no line passes".to_owned(),
-        n => format!("{n} chains of portals, none of which a line passes"),
+        0 => "the portals' planes exclude every chain".to_owned(),
+        1 => "one chain of portals, and no line passes it".to_owned(),
+        n => format!("{n} chains of portals, and no line passes any of them"),
     }
 }
 

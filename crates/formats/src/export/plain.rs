@@ -1,4 +1,4 @@
-//! Scenes whose source isn't glTF: positions, texture coordinates, and a material for each that the importer tells.
+//! Exports scenes of formats other than glTF: positions, texture coordinates and the importer's materials.
 
 use super::Exported;
 use crate::gltf::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, FLOAT, U32, glb, pad, positions_accessor};
@@ -55,14 +55,14 @@ pub(super) fn cut(
     Ok(Exported { glb, meshes: scene.objects.len(), notes })
 }
 
-/// How an object looks, as far as the importer says it.
+/// The material of an object, if the importer knows it.
 fn look(scene: &Scene, id: usize) -> (Option<&Look>, Option<&Material>) {
     let Some(Trace { meshes, looks, materials, .. }) = &scene.trace else { return (None, None) };
     let look = &looks[meshes[id] as usize];
     (Some(look), look.material.map(|m| &materials[m as usize]))
 }
 
-/// The corners of an object: those in one place with one pair of texture coordinates are one.
+/// The corners of an object; equal positions with equal texture coordinates are merged.
 #[derive(Default)]
 struct Corners {
     positions: Vec<DVec3>,
@@ -90,7 +90,7 @@ fn corners(scene: &Scene, object: &Object, look: Option<&Look>) -> Corners {
     out
 }
 
-/// The materials that objects have.
+/// The materials of all objects.
 #[derive(Default)]
 struct Materials {
     /// Name, colour and picture.
@@ -99,7 +99,7 @@ struct Materials {
 }
 
 impl Materials {
-    /// The number of a material; without one, of glass or of what is opaque.
+    /// The number of a material; without one, that of glass or of opaque surfaces.
     fn number(&mut self, material: Option<&Material>, glass: bool) -> usize {
         let (name, colour, texture) = match material {
             Some(Material { name, colour, texture: Some(Picture::Named(uri)), .. }) => {
@@ -115,7 +115,7 @@ impl Materials {
         })
     }
 
-    /// Writes materials, textures and pictures. Returns what was left out.
+    /// Writes materials, textures and pictures. Returns notes on missing pictures.
     fn write(self, root: &mut Value, buffers: &mut Buffers, beside: &Pictures<'_>) -> Vec<String> {
         let (mut notes, mut materials, mut images) = (Vec::new(), Vec::new(), Vec::new());
         let mut number_of_image: BTreeMap<String, Option<usize>> = BTreeMap::new();
@@ -151,7 +151,7 @@ impl Materials {
     }
 }
 
-/// What the one buffer has: positions, indices and, where there are any, texture coordinates, a view each; then pictures.
+/// Contents of the single buffer: positions, indices and, if any, texture coordinates, one view each; then pictures.
 #[derive(Default)]
 struct Buffers {
     is_textured: bool,
@@ -162,7 +162,7 @@ struct Buffers {
     accessors: Vec<Value>,
 }
 
-/// The numbers of the views.
+/// Numbers of the views.
 const POSITIONS: usize = 0;
 const INDICES: usize = 1;
 const TEXTURE_COORDINATES: usize = 2;

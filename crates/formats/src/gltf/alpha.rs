@@ -1,28 +1,28 @@
-//! Which materials let light through by what they say of alpha, and have none: exporters mark all materials of a model so.
+//! Finds materials that are marked as blended or masked but have no alpha: some exporters mark all materials so.
 //!
-//! Alpha is that of the base colour's factor, times the picture's, times the corners' (glTF 2.0 specification, 3.9). A picture has none if
-//! it is a JPEG, or a PNG of grey or of red, green and blue without a transparent colour. Of pictures in files the name tells. What an
-//! animation lets fade is another matter ([`super::motion`]).
+//! Alpha is the product of the base colour's factor, the picture and the corners' colour (glTF 2.0 specification, 3.9). A picture
+//! has none if it is a JPEG, or a grey or RGB PNG without a transparent colour. For pictures in files the name decides.
+//! Animations that fade materials are in [`super::motion`].
 
 use super::data::Buffers;
 use super::document::{Document, Material};
 use serde_json::Value;
 
-/// Materials of a document by what their alpha is.
+/// Materials of a document by alpha.
 pub(super) struct Alpha {
-    /// For each material whether it is 1 wherever the corners' is.
+    /// For each material: whether alpha is 1 wherever that of the corners is.
     is_one: Vec<bool>,
 }
 
 impl Alpha {
-    /// Of a document; what isn't as it should be may have alpha.
+    /// Reads a document; invalid entries may have alpha.
     pub fn read(document: &Document, buffers: &Buffers<'_>) -> Self {
         let pictures = Pictures { textures: document.textures(), images: document.images(), buffers };
         let is_one = |material: &Material| material.has_alpha_mode() && pictures.leave_opaque(material);
         Self { is_one: document.materials.iter().map(is_one).collect() }
     }
 
-    /// True where nothing but the colours of corners can let light through.
+    /// Whether only the colours of corners can let light through.
     pub fn is_one(&self, material: usize) -> bool {
         self.is_one.get(material).copied().unwrap_or(false)
     }
@@ -47,7 +47,7 @@ impl Pictures<'_, '_> {
 
     fn has_no_alpha(&self, texture: &Value) -> Option<bool> {
         let texture = &self.textures[texture["index"].as_u64()? as usize];
-        // An extension's picture (WebP, Basis Universal) comes first.
+        // The picture of an extension (WebP, Basis Universal) takes precedence.
         let source = texture["source"].as_u64().filter(|_| texture["extensions"].is_null())?;
         let image = &self.images[source as usize];
         if let Some(uri) = image["uri"].as_str() {
@@ -63,11 +63,11 @@ fn is_named_jpeg(name: &str) -> bool {
     [".jpg", ".jpeg"].iter().any(|end| name.ends_with(end))
 }
 
-/// True where a picture has no alpha, by its first bytes.
+/// Whether a picture has no alpha, by its first bytes.
 fn is_without_alpha(bytes: &[u8]) -> bool {
     const JPEG: &[u8] = b"\xff\xd8\xff";
     const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
-    /// Where the header's colour type is, and where the chunk after it begins.
+    /// Offset of the header's colour type, and of the chunk after the header.
     const COLOUR_TYPE: usize = 25;
     const AFTER_HEADER: usize = 33;
     if bytes.starts_with(JPEG) {
@@ -76,7 +76,7 @@ fn is_without_alpha(bytes: &[u8]) -> bool {
     if !bytes.starts_with(PNG) || !matches!(bytes.get(COLOUR_TYPE), Some(0 | 2)) {
         return false;
     }
-    // A transparent colour is told before the picture begins.
+    // A transparent colour comes before the pixels.
     let mut at = AFTER_HEADER;
     while let Some(head) = bytes.get(at..).and_then(|rest| rest.first_chunk::<8>()) {
         match &head[4..] {
@@ -122,7 +122,7 @@ mod tests {
             (Vec::new(), false),
         ] {
             assert_eq!(is_without_alpha(&bytes), without, "{bytes:?}");
-            // Cut off anywhere: nothing is read beyond the end, and what has alpha never seems to have none.
+            // At every length: nothing is read beyond the end, and a picture with alpha never counts as opaque.
             for end in 0..bytes.len() {
                 assert!(without || !is_without_alpha(&bytes[..end]), "{bytes:?} to {end}");
             }

@@ -1,4 +1,4 @@
-//! Rooms, portals and roles that the author wrote into node names and extras. What is understood: [`super`].
+//! Rooms, portals and roles that the author wrote into node names and extras; for the syntax see [`super`].
 
 use super::data::broken;
 use super::hull::{convex_hull, is_closed};
@@ -13,26 +13,26 @@ use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 use std::collections::HashMap;
 
-/// A portal's corners may lie so far off their plane, as a share of the portal's diagonal, before a note says so.
+/// Distance of a portal's corners from its plane, as a share of its diagonal, above which a note is printed.
 const FLAT: f64 = 1e-3;
-/// A mesh that a name calls a portal is one if its corners lie no farther off a plane, as a share of its diagonal. Larger: statues are taken for
-/// openings, and not drawn. Smaller: openings drawn as thin boxes are taken for walls.
+/// Distance of corners from a plane, as a share of the diagonal, up to which a mesh named as a portal is one. Larger: statues
+/// count as openings and are not drawn. Smaller: openings drawn as thin boxes count as walls.
 const THIN: f64 = 0.05;
-/// Names of meshes that are no portals, in a note.
+/// Maximum names in a note about meshes that are no portals.
 const NAMED: usize = 3;
 
-/// What a node's name says.
+/// The meaning of a node's name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Named {
-    /// Nothing.
+    /// None.
     Plain,
     /// A room of this name.
     Room(String),
     /// A group of rooms; in the open air or not.
     Group { outside: bool },
-    /// The surface of the room that it is in.
+    /// The surface of the room around it.
     Bound,
-    /// A portal to the room of this name; empty where the author leaves it to geometry.
+    /// A portal to the room of this name; if empty, geometry decides.
     Portal(String),
 }
 
@@ -45,7 +45,7 @@ impl Named {
             Some(stem) if digits.len() < name.len() => stem,
             _ => name,
         };
-        // What follows an asterisk only makes the name unique. Suffixes may be in capitals.
+        // An asterisk and the text after it only make the name unique. Suffixes may be in capitals.
         let before = |suffix: &str| {
             let (stem, end) = name.split_at_checked(name.len().checked_sub(suffix.len())?)?;
             end.eq_ignore_ascii_case(suffix).then(|| stem.split('*').next().unwrap_or_default().to_owned())
@@ -72,10 +72,10 @@ pub(super) struct Extras {
     pub room: Option<RoomName>,
     pub portal: Option<[String; 2]>,
     pub tube: Option<Tube>,
-    /// What `export` writes.
+    /// Written by `export`.
     #[serde(rename = "object")]
     _object: Option<IgnoredAny>,
-    /// The same.
+    /// Likewise.
     #[serde(rename = "cells")]
     _cells: Option<IgnoredAny>,
 }
@@ -95,7 +95,7 @@ pub(super) enum RoleName {
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub(super) enum RoomName {
-    /// True: this node is a room, named as the node is; false: it is none, whatever its name.
+    /// True: this node is a room with the node's name; false: it is not a room, whatever its name.
     IsRoom(bool),
     /// This node is (a part of) the room of this name.
     Name(String),
@@ -116,9 +116,9 @@ impl From<RoleName> for Role {
 }
 
 impl Extras {
-    /// Reads the extras of a node; other tools' extras are ignored, a spelling mistake in ours is an error.
+    /// Reads the extras of a node; those of other tools are ignored, a spelling mistake in ours is an error.
     pub fn parse(extras: Option<&RawValue>, node: &str) -> Result<Self, ImportError> {
-        /// Extras may be anything; only an object can hold ours.
+        /// Extras may be any JSON; only an object can hold ours.
         #[derive(Deserialize)]
         struct Any<'a> {
             #[serde(borrow)]
@@ -131,21 +131,21 @@ impl Extras {
     }
 }
 
-/// A portal's hull may be this much larger than its mesh before it is told.
+/// Ratio of the areas of a portal's hull and its mesh above which a note is printed.
 const LOOSE: f64 = 1.05;
 
-/// A room while the nodes are walked.
+/// A room during the traversal of nodes.
 struct Room {
     id: String,
     name: String,
     outside: bool,
     /// Triangles of its `-bound` meshes.
     bound: Vec<[DVec3; 3]>,
-    /// Box around its other meshes.
+    /// Bounds of its other meshes.
     bounds: Aabb,
 }
 
-/// The rooms that a portal joins, while the nodes are walked: rooms may come after portals.
+/// The rooms that a portal joins; rooms may come after portals in the file.
 struct Portal {
     id: String,
     winding: Vec<DVec3>,
@@ -160,7 +160,7 @@ pub(super) struct Authored {
     /// The first room of each name and id.
     by_name: HashMap<String, usize>,
     portals: Vec<Portal>,
-    /// Nodes that are called portals, and are none.
+    /// Nodes named as portals that are none.
     no_portals: Vec<String>,
     notes: Vec<Note>,
 }
@@ -181,7 +181,7 @@ impl Authored {
         self.by_name.get(name).copied().unwrap_or_else(|| self.room(id, name, outside))
     }
 
-    /// Visible geometry of a room.
+    /// Adds visible geometry of a room.
     pub fn furnish(&mut self, room: Option<usize>, positions: &[DVec3]) {
         if let Some(room) = room {
             let bounds = &mut self.rooms[room].bounds;
@@ -189,7 +189,7 @@ impl Authored {
         }
     }
 
-    /// A `-bound` mesh.
+    /// Adds a `-bound` mesh.
     pub fn bound(&mut self, node: &str, room: Option<usize>, triangles: impl Iterator<Item = [DVec3; 3]>) {
         match room {
             Some(room) => self.rooms[room].bound.extend(triangles),
@@ -197,12 +197,12 @@ impl Authored {
         }
     }
 
-    /// A mesh that a name calls a portal, and that is none.
+    /// Adds a mesh that is named as a portal and is none.
     pub fn drawn(&mut self, node: &str) {
         self.no_portals.push(node.to_owned());
     }
 
-    /// A portal's mesh. `names`: the rooms it joins as the author names them, empty where unsaid; `inside`: the room it is in.
+    /// Adds a portal's mesh. `names`: the author's names of its rooms, empty if missing; `inside`: the room around it.
     pub fn portal(&mut self, node: &str, inside: Option<usize>, names: [String; 2], triangles: &[[DVec3; 3]]) {
         match winding(triangles) {
             Some((winding, off)) => {
@@ -212,12 +212,12 @@ impl Authored {
                     )));
                 }
                 let mesh: f64 = triangles.iter().map(|t| enfilade::geom::area(t)).sum();
-                // Drawn on both sides, it has twice the area.
+                // A mesh with both sides has twice the area.
                 if enfilade::geom::area(&winding) > LOOSE * mesh {
-                    self.notes.push(Note::taken(format!("{node}: a portal that is not convex; its hull is taken")));
+                    self.notes.push(Note::taken(format!("{node}: a portal that is not convex; its convex hull is used")));
                 }
                 if inside.is_none() && names[0].is_empty() {
-                    self.notes.push(Note::taken(format!("{node}: a portal in no room; its near side is left to geometry")));
+                    self.notes.push(Note::taken(format!("{node}: a portal in no room; geometry decides its near side")));
                 }
                 self.portals.push(Portal { id: node.to_owned(), winding, inside, names });
             }
@@ -225,7 +225,7 @@ impl Authored {
         }
     }
 
-    /// The hints, in the order of the nodes. Rooms without any surface are left out with a note.
+    /// The hints, in the order of nodes. Rooms without a surface are left out with a note.
     pub fn finish(self, notes: &mut Vec<Note>) -> Hints {
         let mut hints = Hints::default();
         notes.extend(self.notes.iter().cloned());
@@ -233,20 +233,20 @@ impl Authored {
             let first = self.no_portals[..NAMED.min(self.no_portals.len())].join(", ");
             let count = self.no_portals.len();
             notes.push(Note::taken(format!(
-                "{count} meshes are named as portals but are not flat or have a picture ({first}): they are drawn as they are"
+                "{count} meshes are named as portals but are not flat or have a picture ({first}): they are drawn as ordinary meshes"
             )));
         }
-        // Where each room went.
+        // New number of each room.
         let mut place = Vec::with_capacity(self.rooms.len());
         for room in &self.rooms {
             let surface = match (room.bound.is_empty(), room.bounds.is_empty()) {
                 (false, _) if is_closed(&room.bound) => room.bound.clone(),
                 (false, _) => match convex_hull(&room.bound) {
                     Some(hull) => {
-                        notes.push(Note::taken(format!("{}: its bound is not closed; its convex hull is taken", room.id)));
+                        notes.push(Note::taken(format!("{}: its bound is not closed; its convex hull is used", room.id)));
                         hull
                     }
-                    // Flat: no room, and the audit says so.
+                    // Flat: not a room; the audit reports it.
                     None => room.bound.clone(),
                 },
                 (true, false) => box_surface(room.bounds),
@@ -283,9 +283,9 @@ impl Authored {
     }
 }
 
-/// The outline of a mesh that is meant to be a flat convex polygon: the convex hull of its corners in the plane of its largest
-/// triangle, through the middle of their spread along the normal; counter-clockwise about that normal. Second: half that spread,
-/// metres. `None` where there is no area.
+/// The outline of a mesh that should be a flat convex polygon: the convex hull of its corners in the plane of its largest
+/// triangle, at the middle of their spread along the normal; counter-clockwise about that normal. Second: half that spread,
+/// metres. `None` without area.
 fn winding(triangles: &[[DVec3; 3]]) -> Option<(Vec<DVec3>, f64)> {
     let normal_of = |[a, b, c]: &[DVec3; 3]| (b - a).cross(c - a);
     let largest = triangles.iter().map(normal_of).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
@@ -300,7 +300,7 @@ fn winding(triangles: &[[DVec3; 3]]) -> Option<(Vec<DVec3>, f64)> {
     (winding.len() >= 3).then_some((winding, 0.5 * (most - least)))
 }
 
-/// True where a mesh is flat enough to be the mark of an opening.
+/// Whether a mesh is flat enough to mark an opening.
 pub(super) fn is_thin(triangles: &[[DVec3; 3]]) -> bool {
     let diagonal = Aabb::of(triangles.iter().flatten().copied()).diagonal();
     triangles.is_empty() || winding(triangles).is_none_or(|(_, off)| off <= THIN * diagonal)
@@ -311,7 +311,7 @@ pub(super) fn is_thin(triangles: &[[DVec3; 3]]) -> bool {
 pub(crate) fn flat_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     points.dedup();
-    // Rotation leaves corners on a side a rounding error off it, so on either side of it.
+    // Rotation moves corners on a side by rounding errors, to either side of it.
     let extent = points.iter().fold(0.0f64, |e, p| e.max(p.abs().max_element()));
     let flat = 1e-12 * extent * extent;
     let turns_left = |a: DVec2, b: DVec2, c: DVec2| {
@@ -334,7 +334,7 @@ pub(crate) fn flat_hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     hull
 }
 
-/// A box as twelve triangles that face out.
+/// A box as twelve outward-facing triangles.
 fn box_surface(b: Aabb) -> Vec<[DVec3; 3]> {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 1 { b.max[axis] } else { b.min[axis] };

@@ -1,7 +1,8 @@
-//! Meshes that skeletons and morph targets bend: where their vertices are as the file stands, and in which boxes they may be.
+//! Meshes bent by skeletons and morph targets: their vertices in the file's pose, and bounds of all poses.
 //!
-//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (3.7.2.2 morph targets, 3.7.3 skins): a skinned mesh is where its joints are, whatever the
-//! transform of its node. A bent vertex is a mean of its places by single joints, so that a box around these holds it.
+//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (3.7.2.2 morph targets, 3.7.3 skins): a skinned mesh follows its
+//! joints and ignores the transform of its node. A bent vertex is a weighted mean of its places by single joints, so bounds of
+//! these hold it.
 
 use super::data::{Buffers, broken, entry};
 use super::document::{Document, Primitive, Skin};
@@ -11,18 +12,18 @@ use enfilade::geom::Aabb;
 use enfilade::scene::ImportError;
 use glam::{DAffine3, DMat4, DVec3};
 
-/// Morph targets may share their bytes: no more is read than so many times what there is. More: a small file takes long. Less: none is known.
+/// Limit of reads per byte of the file, since morph targets may share bytes. More: small files take long. Less: no known limit.
 const MOST_TIMES: usize = 64;
 
 /// Vertices of a primitive in the node's own coordinates.
 pub(super) struct Morphed {
-    /// With the weights that the file gives.
+    /// With the file's weights.
     pub positions: Vec<DVec3>,
-    /// Least and greatest of each vertex, where an animation changes weights.
+    /// Range of each vertex, if an animation changes weights.
     pub range: Option<Vec<[DVec3; 2]>>,
 }
 
-/// Moves vertices by morph targets. `weights`: of the node, else of its mesh; `ranges`: see [`Motion::weights`]. `spent` counts what was read.
+/// Applies morph targets. `weights`: of the node, else of its mesh; `ranges`: see [`Motion::weights`]; `spent` counts reads.
 pub(super) fn morph(
     buffers: &Buffers<'_>,
     primitive: &Primitive,
@@ -59,9 +60,9 @@ pub(super) fn morph(
 /// The joints of a skin.
 pub(super) struct Joints {
     nodes: Vec<usize>,
-    /// From the mesh to each joint's own coordinates.
+    /// From the mesh to each joint's coordinates.
     inverse: Vec<DAffine3>,
-    /// From there to the world, as the file stands.
+    /// From there to the world, in the file's pose.
     rest: Vec<DAffine3>,
     /// Whether an animation moves any of them.
     pub moves: bool,
@@ -93,17 +94,17 @@ impl Joints {
         Ok(Self { nodes: skin.joints.clone(), inverse, rest, moves })
     }
 
-    /// How many there are.
+    /// Number of joints.
     pub fn len(&self) -> usize {
         self.nodes.len()
     }
 }
 
-/// Which joints bend each vertex of a part, and by how much; weights add up to 1.
+/// Joints and weights of each vertex of a part; weights add up to 1.
 pub(super) struct Weights(Vec<Vec<(usize, f64)>>);
 
 impl Weights {
-    /// `None` where the primitive doesn't say, or says it in a form that isn't read.
+    /// `None` if the primitive has none, or has them in an unsupported form.
     pub fn read(
         buffers: &Buffers<'_>,
         primitive: &Primitive,
@@ -114,7 +115,7 @@ impl Weights {
         let pairs = [(attributes.joints, attributes.weights), (attributes.more_joints, attributes.more_weights)];
         let mut of_vertex = vec![Vec::new(); part.vertices.len()];
         for (joint, weight) in pairs.into_iter().filter_map(|(joint, weight)| joint.zip(weight)) {
-            // In Draco compression these are elsewhere.
+            // Draco compression stores these elsewhere.
             if entry(&buffers.document().accessors, joint, "accessor")?.buffer_view.is_none() {
                 return Ok(None);
             }
@@ -144,7 +145,7 @@ impl Weights {
         Ok(Some(Self(of_vertex)))
     }
 
-    /// Where vertices are in the world.
+    /// The vertices in the world.
     pub fn bend(&self, joints: &Joints, positions: &[DVec3]) -> Vec<DVec3> {
         let matrices: Vec<DAffine3> =
             joints.rest.iter().zip(&joints.inverse).map(|(rest, inverse)| *rest * *inverse).collect();
@@ -154,7 +155,7 @@ impl Weights {
         positions.iter().zip(&self.0).map(place).collect()
     }
 
-    /// A box around all places of vertices, each of which may be in a box.
+    /// Bounds of all positions of vertices; each vertex may be anywhere in its box.
     pub fn sweep(
         &self,
         document: &Document,

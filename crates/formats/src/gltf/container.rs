@@ -1,4 +1,4 @@
-//! The container of a `.glb`, two chunks, JSON and binary; and what is common to all that is written into one.
+//! The container of a `.glb`: two chunks, JSON and binary; and shared code for writing one.
 //!
 //! Based on: Khronos Group, *glTF 2.0 Specification*, 2021, section 4.4.
 
@@ -15,7 +15,7 @@ pub const ARRAY_BUFFER: u32 = 34962;
 /// A target of buffer views.
 pub const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-/// Where the JSON chunk's text starts.
+/// Start of the JSON chunk's text.
 pub(super) const JSON_START: usize = 20;
 
 /// The JSON and BIN chunks of a `.glb`.
@@ -47,7 +47,7 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError
     };
     let json = chunk(12, b"JSON")?;
     let next = JSON_START + json.len();
-    // Chunks of other kinds may follow, and are to be ignored.
+    // Chunks of other kinds may follow and are ignored.
     let bin = if next + 8 <= length && word(next + 4)? == u32::from_le_bytes(*b"BIN\0") {
         Some(chunk(next, b"BIN\0")?)
     } else {
@@ -56,7 +56,7 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError
     Ok((json, bin))
 }
 
-/// The bytes of a `.glb`; `None` where they are more than its header can count (4 GiB).
+/// The bytes of a `.glb`; `None` if it exceeds the 4 GiB that its header can count.
 pub fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
     let mut text = document.to_string().into_bytes();
     pad(&mut text, b' ');
@@ -74,7 +74,7 @@ pub fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// An accessor of positions that begin at a byte of a view, with their bounds.
+/// An accessor of positions from an offset in a view, with their bounds.
 pub fn positions_accessor(view: usize, offset: usize, positions: &[[f32; 3]]) -> Value {
     let bound = |pick: fn(f32, f32) -> f32| -> Value {
         (0..3).map(|k| json!(positions.iter().map(|p| p[k]).reduce(pick))).collect()
@@ -85,7 +85,7 @@ pub fn positions_accessor(view: usize, offset: usize, positions: &[[f32; 3]]) ->
     })
 }
 
-/// Fills up to a multiple of four bytes, as chunks and views are.
+/// Pads to a multiple of four bytes, as chunks and views require.
 pub fn pad(bytes: &mut Vec<u8>, with: u8) {
     bytes.resize(bytes.len().next_multiple_of(4), with);
 }

@@ -1,8 +1,8 @@
-//! A model cut into its objects: a node and a mesh an object, with the attributes, materials and pictures of the source.
+//! Cuts a model into its objects: one node and one mesh per object, with the attributes, materials and pictures of the source.
 //!
-//! Nodes keep their numbers, transforms, animations, cameras and lights; what a node showed hangs below it, an object a child. The mesh of
-//! an object has only the vertices that its triangles use, and objects with the same triangles of one primitive share it, as those of
-//! instances do. Compressed data is written plainly, and all buffers and pictures are in the one binary chunk.
+//! Nodes keep their numbers, transforms, animations, cameras and lights; the objects of a node become its children. The mesh of
+//! an object has only the vertices of its triangles, and objects with the same triangles of one primitive share it, such as
+//! instances. Compressed data is written uncompressed, and all buffers and pictures are in the single binary chunk.
 
 use super::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32};
 use super::data::{Accessor, broken, entry, numbers, width};
@@ -21,22 +21,22 @@ const DRACO: &str = "KHR_draco_mesh_compression";
 const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_compression"];
 
-/// Bytes written are at most so many times those of the source. Vertices are repeated where objects meet, and decoded: four times is much.
-/// More: a small file with many views of the same bytes takes much memory. Less: models in strong compression are refused.
+/// Limit of the output, as a multiple of the source. Decoding, and vertices shared by objects, seldom give more than four times.
+/// More: a small file with many views of the same bytes takes much memory. Less: strongly compressed models are refused.
 const MOST_GROWTH: usize = 256;
 
 /// A model cut into its objects.
 pub(crate) struct Cut {
     /// A `.glb`.
     pub glb: Vec<u8>,
-    /// Objects with the same mesh are counted once.
+    /// Number of meshes; shared ones count once.
     pub meshes: usize,
-    /// What was left out, one line each.
+    /// Missing data, one line each.
     pub notes: Vec<String>,
 }
 
-/// Reads a model as [`super::import`] does, looks whether it is the right one, and cuts it. `extras` says for each object what its node
-/// has under `extras.enfilade`.
+/// Reads a model as [`super::import`], checks that it is the right one, and cuts it. `extras` gives the contents of
+/// `extras.enfilade` for each object.
 pub(crate) fn cut_file<E: From<ImportError>>(
     path: &Path,
     options: &ImportOptions,
@@ -70,17 +70,17 @@ pub(crate) fn cut_file<E: From<ImportError>>(
 struct Cutter<'a> {
     reading: &'a Reading<'a>,
     document: &'a Document,
-    /// The document as it is written.
+    /// The output document.
     root: Value,
     output: Output,
     metres_per_unit: f64,
     options: &'a ImportOptions,
-    /// Nodes of parts of tubes.
+    /// Nodes of tubes.
     tubes: Vec<usize>,
     notes: Vec<String>,
 }
 
-/// What is written: first what is kept of the source, a view each, then streams of new elements, a view each.
+/// The output: first the kept data of the source, then streams of new elements, one view each.
 struct Output {
     accessors: Vec<Value>,
     views: Vec<Value>,
@@ -88,11 +88,11 @@ struct Output {
     kept: Vec<u8>,
     /// Bytes from element to element (0: indices), and the elements.
     streams: Vec<(usize, Vec<u8>)>,
-    /// Most bytes of all that.
+    /// Limit of all bytes.
     most: usize,
 }
 
-/// Whether what is an object in a document isn't an array here. The importer takes both.
+/// Whether the document has no arrays in place of objects. The importer accepts both.
 fn is_plain(root: &Value) -> bool {
     let each = |value: &Value, name: &str, is_so: &dyn Fn(&Value) -> bool| {
         value.get(name).is_none_or(|list| list.as_array().is_some_and(|list| list.iter().all(is_so)))
@@ -105,7 +105,7 @@ fn is_plain(root: &Value) -> bool {
     root.is_object() && root.get("asset").is_some_and(Value::is_object) && lists && each(root, "meshes", &is_mesh)
 }
 
-/// Takes entries out of one of the document's lists.
+/// Removes entries from one of the document's lists and returns them.
 fn taken(root: &mut Value, name: &str, numbers: &[usize]) -> Result<Vec<Value>, ImportError> {
     let mut list = root.get_mut(name).map(Value::take).and_then(|list| list.as_array().cloned()).unwrap_or_default();
     let count = list.len();
@@ -121,10 +121,10 @@ fn list<'v>(root: &'v mut Value, name: &str) -> std::slice::IterMut<'v, Value> {
     root.get_mut(name).and_then(Value::as_array_mut).map_or(&mut [][..], Vec::as_mut_slice).iter_mut()
 }
 
-/// Calls its second argument with every number of some kind in a document.
+/// Calls its second argument with every number of one kind in a document.
 type Each = fn(&mut Value, &mut dyn FnMut(&mut Value));
 
-/// Moves the numbers that `each` finds in a document to those of a shorter list, which is returned: only what is found is in it, in order.
+/// Renumbers the references that `each` finds to a list of the used entries, and returns these entries in order.
 fn renumbered(root: &mut Value, each: Each) -> Vec<usize> {
     let mut used = BTreeSet::new();
     each(root, &mut |number| used.extend(number.as_u64().map(|n| n as usize)));
@@ -137,12 +137,12 @@ fn renumbered(root: &mut Value, each: Each) -> Vec<usize> {
     used
 }
 
-/// The meshes that nodes show.
+/// The meshes of nodes.
 fn each_mesh(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
     list(root, "nodes").filter_map(|node| node.get_mut("mesh")).for_each(found);
 }
 
-/// The accessors that anything but the list of accessors names.
+/// The references to accessors.
 fn each_accessor(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
     let mut all = |values: Option<&mut Value>| {
         values.and_then(Value::as_object_mut).into_iter().flat_map(Map::values_mut).for_each(&mut *found);
@@ -160,7 +160,7 @@ fn each_accessor(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
     }
 }
 
-/// The buffer views that anything names, accessors, pictures and extensions.
+/// The references to buffer views, by accessors, pictures and extensions.
 fn each_view(value: &mut Value, found: &mut dyn FnMut(&mut Value)) {
     match value {
         Value::Object(map) => {
@@ -173,7 +173,7 @@ fn each_view(value: &mut Value, found: &mut dyn FnMut(&mut Value)) {
     }
 }
 
-/// Takes out what is under a key of `extensions`, and `extensions` if nothing is left.
+/// Removes an extension, and `extensions` if it is then empty.
 fn remove_extension(value: &mut Value, name: &str) -> Option<Value> {
     let extensions = value.get_mut("extensions")?.as_object_mut()?;
     let removed = extensions.remove(name);
@@ -184,11 +184,11 @@ fn remove_extension(value: &mut Value, name: &str) -> Option<Value> {
 }
 
 impl<'a> Cutter<'a> {
-    /// Takes from the document what objects replace, and from its lists what nothing names then. Returns its meshes as they were.
+    /// Removes the meshes that objects replace, and then unused entries of the lists. Returns the original meshes.
     fn keep_the_rest(&mut self) -> Result<Vec<Value>, ImportError> {
         let source_meshes: Vec<Value> = list(&mut self.root, "meshes").map(|mesh| mesh.clone()).collect();
 
-        // 1. Meshes: of the drawn ones, points and lines stay.
+        // 1. Meshes: points and lines of drawn meshes stay.
         let of_tubes = |d: &&Drawn| d.is_tube;
         let lines = self.reading.drawn.iter().filter(of_tubes).map(|d| (d.mesh, d.primitive)).collect();
         let mut rests: BTreeMap<usize, Option<usize>> = BTreeMap::new();
@@ -196,7 +196,7 @@ impl<'a> Cutter<'a> {
             let rest = *rests.entry(mesh).or_insert_with(|| self.rest_of(mesh, &lines));
             let node = &mut self.root["nodes"][node];
             remove_extension(node, INSTANCING);
-            // What is cut is no tube any more.
+            // The node is no longer a tube.
             let ours = node.pointer_mut("/extras/enfilade").and_then(Value::as_object_mut);
             ours.and_then(|ours| ours.remove("tube"));
             node["mesh"] = json!(rest);
@@ -225,7 +225,7 @@ impl<'a> Cutter<'a> {
         Ok(source_meshes)
     }
 
-    /// A new mesh of what isn't triangles in a mesh, nor lines that are tubes (meshes and primitives), if there is any.
+    /// A new mesh of the primitives that are neither triangles nor tubes (`lines`: mesh and primitive), if there are any.
     fn rest_of(&mut self, mesh: usize, lines: &HashSet<(usize, usize)>) -> Option<usize> {
         let parts = self.reading.parts[mesh].as_ref()?;
         let mut rest = self.root["meshes"][mesh].clone();
@@ -236,20 +236,20 @@ impl<'a> Cutter<'a> {
         Some(meshes.len() - 1)
     }
 
-    /// Takes meshes from the nodes of rooms' surfaces and portals, and where objects have replaced them all.
+    /// Removes meshes from the nodes of room surfaces and portals, and from nodes that objects replaced entirely.
     fn undraw(&mut self) {
         for &node in &self.reading.undrawn {
             self.root["nodes"][node]["mesh"].take();
         }
         if !self.reading.undrawn.is_empty() {
-            self.notes.push(format!("{} surfaces of rooms and portals aren't drawn", self.reading.undrawn.len()));
+            self.notes.push(format!("{} surfaces of rooms and portals are not drawn", self.reading.undrawn.len()));
         }
         for node in list(&mut self.root, "nodes").filter(|node| node.get("mesh").is_some_and(Value::is_null)) {
             node.as_object_mut().map(|node| node.remove("mesh"));
         }
     }
 
-    /// Animations of the morph targets of nodes that objects replaced go to the nodes of their objects.
+    /// Moves animations of morph targets to the nodes of the objects.
     fn morph(&mut self, objects_of: &BTreeMap<usize, Vec<usize>>) {
         for animation in list(&mut self.root, "animations") {
             let Some(channels) = animation.get_mut("channels").and_then(Value::as_array_mut) else { continue };
@@ -266,7 +266,7 @@ impl<'a> Cutter<'a> {
             };
             *channels = std::mem::take(channels).into_iter().flat_map(passed_on).collect();
         }
-        // The format knows no empty lists.
+        // glTF forbids empty lists.
         if let Some(animations) = self.root.get_mut("animations").and_then(Value::as_array_mut) {
             animations.retain(|animation| animation["channels"] != json!([]));
             if animations.is_empty() {
@@ -275,7 +275,7 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Brings pictures beside the model into the file, each once.
+    /// Embeds the pictures beside the model, each once.
     fn pictures(&mut self, pictures: Pictures<'_>) -> Result<(), ImportError> {
         let mut known: HashMap<String, (&str, usize)> = HashMap::new();
         for i in 0..list(&mut self.root, "images").len() {
@@ -283,7 +283,7 @@ impl<'a> Cutter<'a> {
             if !known.contains_key(&uri) {
                 match pictures.read(&uri) {
                     Ok((kind, bytes)) => {
-                        // They are there: what they take is no growth.
+                        // Existing bytes do not count as growth.
                         self.output.most = self.output.most.saturating_add(bytes.len());
                         known.insert(uri.clone(), (kind, self.output.view(&bytes)?));
                     }
@@ -300,7 +300,7 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// Adds a node for each object, below the node that showed it. Returns how many meshes they have.
+    /// Adds a node for each object, below its original node. Returns the number of their meshes.
     fn objects(&mut self, source: &[Value], extras: &dyn Fn(usize) -> Value) -> Result<usize, ImportError> {
         let Reading { scene, drawn, .. } = self.reading;
         let Some(Trace { meshes: mesh_of, triangles: triangle_of, .. }) = &scene.trace else { return Ok(0) };
@@ -349,7 +349,7 @@ impl<'a> Cutter<'a> {
             }
         }
         self.morph(&objects_of);
-        // What a skin bends is below now.
+        // Skinned meshes are below it now.
         for node in drawn.iter().map(|d| d.node).collect::<BTreeSet<_>>() {
             if let Some(node) = self.root["nodes"][node].as_object_mut().filter(|node| !node.contains_key("mesh")) {
                 node.remove("skin");
@@ -359,7 +359,7 @@ impl<'a> Cutter<'a> {
         Ok(list(&mut self.root, "meshes").len() - before)
     }
 
-    /// Adds a node for a part of tubes, or of their mesh, where nothing turns or scales it.
+    /// Adds a node for a part of tubes, or of their mesh, at the root without rotation or scale.
     fn tube(&mut self, id: usize, source: &Value, mut extras: Value) -> Result<(), ImportError> {
         let scene = &self.reading.scene;
         let object = &scene.objects[id];
@@ -399,7 +399,7 @@ impl<'a> Cutter<'a> {
         Ok(())
     }
 
-    /// The vertices of triangles, three each, as the primitive numbers them.
+    /// The vertices of triangles, three each, by the numbers of the primitive.
     fn corners(&self, mesh: usize, primitive: usize, triangles: &[u32]) -> Vec<u32> {
         let part = self.reading.parts[mesh].as_ref().and_then(|parts| parts[primitive].as_ref());
         part.map_or_else(Vec::new, |part| {
@@ -433,11 +433,11 @@ impl<'a> Cutter<'a> {
             .collect()
     }
 
-    /// The attributes of a primitive that are in Draco compression, by name.
+    /// The attributes of a primitive in Draco compression, by name.
     fn decode(&self, source: &Value, primitive: &Primitive) -> Result<HashMap<String, (Vec<u8>, usize)>, ImportError> {
         let buffers = &self.reading.buffers;
         let position = primitive.attributes.position.map(|accessor| buffers.claimed(accessor)).transpose()?;
-        // The same choice as that of the import.
+        // The same choice as in the import.
         let is_compressed = position.is_none_or(|p| p.buffer_view.is_none());
         let Some(draco) = primitive.extensions.draco.as_ref().filter(|_| is_compressed) else { return Ok(HashMap::new()) };
         let (names, ids): (Vec<&str>, Vec<usize>) = named(source["extensions"][DRACO].get("attributes")).into_iter().unzip();
@@ -447,7 +447,7 @@ impl<'a> Cutter<'a> {
         Ok(names.into_iter().map(str::to_owned).zip(decoded).collect())
     }
 
-    /// Writes the vertices and triangles of an object, and has its primitive name them.
+    /// Writes the vertices and triangles of an object and sets the accessors of its primitive.
     fn write(&mut self, primitive: &mut Value, slots: &[Slot<'_>], corners: &[u32]) -> Result<(), ImportError> {
         let (mut order, mut places) = (Vec::new(), HashMap::new());
         let indices: Vec<u32> = corners
@@ -539,7 +539,7 @@ fn push(root: &mut Value, name: &str, value: Value) -> usize {
     })
 }
 
-/// Puts a node where an instance is.
+/// Sets the transform of a node to that of an instance.
 fn place(node: &mut Value, instance: Option<Placement>) {
     if let Some(Placement { scale, rotation, translation }) = instance {
         node["translation"] = json!(translation.to_array());
@@ -551,10 +551,13 @@ fn place(node: &mut Value, instance: Option<Placement>) {
 }
 
 fn too_large() -> ImportError {
-    ImportError::Unsupported { what: "a model that grows so much when it is cut".to_owned(), hint: "export it in parts" }
+    ImportError::Unsupported {
+        what: "a model that grows more than 256 times when it is exported".to_owned(),
+        hint: "export it in parts",
+    }
 }
 
-/// Numbers by name; what is no number is left out.
+/// Numbers by name; other values are ignored.
 fn named(attributes: Option<&Value>) -> Vec<(&str, usize)> {
     let all = attributes.and_then(Value::as_object).into_iter().flatten();
     all.filter_map(|(name, number)| Some((name.as_str(), number.as_u64()? as usize))).collect()
@@ -565,16 +568,16 @@ struct Slot<'b> {
     target: Option<usize>,
     name: String,
     elements: Elements<'b>,
-    /// What its accessors have in common.
+    /// Common entries of its accessors.
     like: Value,
-    /// Component type and width, where accessors need bounds.
+    /// Component type and width, if accessors need bounds.
     bounds: Option<(u64, usize)>,
 }
 
 /// The elements of an attribute, by vertex.
 enum Elements<'b> {
     Stored(Accessor<'b>),
-    /// Bytes, and how many a vertex has.
+    /// Bytes, and bytes per vertex.
     Decoded(Vec<u8>, usize),
 }
 
@@ -586,7 +589,7 @@ impl Elements<'_> {
         }
     }
 
-    /// Appends the element of a vertex; false where there is none.
+    /// Appends the element of a vertex; false if there is none.
     fn append(&self, vertex: usize, out: &mut Vec<u8>) -> bool {
         let size = self.size();
         let bytes = match self {
@@ -606,7 +609,7 @@ impl Elements<'_> {
 impl Output {
     const NONE: Self = Self { accessors: Vec::new(), views: Vec::new(), kept: Vec::new(), streams: Vec::new(), most: 0 };
 
-    /// Fails if so many bytes more are too many.
+    /// Fails if this many more bytes exceed the limit.
     fn room(&self, bytes: usize) -> Result<(), ImportError> {
         let now: usize = self.kept.len() + self.streams.iter().map(|(_, stream)| stream.len()).sum::<usize>();
         if now.saturating_add(bytes) > self.most { Err(too_large()) } else { Ok(()) }
@@ -621,7 +624,7 @@ impl Output {
         Ok(self.views.len() - 1)
     }
 
-    /// The stream of elements so many bytes apart, and the number of its view.
+    /// The stream of elements with this stride, and the number of its view.
     fn stream(&mut self, stride: usize) -> (usize, &mut Vec<u8>) {
         let place = self.streams.iter().position(|s| s.0 == stride).unwrap_or_else(|| {
             self.streams.push((stride, Vec::new()));
@@ -630,7 +633,7 @@ impl Output {
         (self.views.len() + place, &mut self.streams[place].1)
     }
 
-    /// Appends indices of so many vertices. Returns their accessor.
+    /// Appends indices into `vertices` vertices. Returns their accessor.
     fn indices(&mut self, indices: &[u32], vertices: usize) -> Result<usize, ImportError> {
         self.room(4 * indices.len())?;
         let (view, bytes) = self.stream(0);

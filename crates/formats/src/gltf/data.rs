@@ -1,6 +1,6 @@
-//! Buffers and accessors: every index, count, stride and offset is checked against the bytes that are there before anything is
-//! read, and elements are read where they lie, so that nothing is allocated on a file's word. Compressed views are decoded when first
-//! used, into a bounded multiple of the bytes that are there.
+//! Buffers and accessors. Every index, count, stride and offset is checked against the actual bytes before reading. Elements are
+//! read in place, so allocations never depend on unchecked numbers. Compressed views are decoded on first use, up to a bounded
+//! multiple of their bytes.
 
 use super::document::{AccessorEntry, Document, Draco, Filter, SparsePart};
 use super::primitive::Part;
@@ -11,7 +11,7 @@ use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// Shorthand: an error somewhere in the document.
+/// Shorthand for an error in the document.
 pub(super) fn broken(what: impl Into<String>) -> ImportError {
     ImportError::malformed(Place::File, what)
 }
@@ -21,17 +21,17 @@ pub(super) fn entry<'d, T>(table: &'d [T], index: usize, name: &str) -> Result<&
     table.get(index).ok_or_else(|| broken(format!("{name} {index} is used, there are {}", table.len())))
 }
 
-/// The buffers of a document, read when first used.
+/// The buffers of a document, read on first use.
 pub(super) struct Buffers<'a> {
     document: &'a Document,
     bin: Option<&'a [u8]>,
     beside: Sidecars<'a>,
     loaded: Vec<OnceCell<Vec<u8>>>,
-    /// Of compressed views.
+    /// Decoded bytes of compressed views.
     decoded: Vec<OnceCell<Vec<u8>>>,
     /// Decoded primitives, by view and id of the positions.
     primitives: RefCell<HashMap<(usize, usize), Rc<Part>>>,
-    /// By buffer: compressed bytes of it that were decoded.
+    /// By buffer: number of its compressed bytes that were decoded.
     spent: Vec<Cell<usize>>,
 }
 
@@ -52,7 +52,7 @@ impl<'a> Buffers<'a> {
         let buffer = entry(&self.document.buffers, index, "buffer")?;
         let bytes: &[u8] = match (&buffer.uri, self.bin) {
             (Some(uri), _) => {
-                // Buffers that name one file share one copy of it.
+                // Buffers of the same file share one copy.
                 let first = self.document.buffers.iter().position(|b| b.uri.as_ref() == Some(uri)).unwrap_or(index);
                 let cell = &self.loaded[first];
                 if cell.get().is_none() {
@@ -69,18 +69,18 @@ impl<'a> Buffers<'a> {
         })
     }
 
-    /// The document that they are of.
+    /// Their document.
     pub fn document(&self) -> &'a Document {
         self.document
     }
 
-    /// Bytes of all buffers that are there.
+    /// Bytes of all readable buffers.
     pub fn size(&self) -> usize {
         let size = |i| self.buffer(i).map_or(0, <[u8]>::len);
         (0..self.document.buffers.len()).map(size).fold(0, usize::saturating_add)
     }
 
-    /// The bytes of a buffer view, decoded where they are compressed.
+    /// The bytes of a buffer view, decoded if compressed.
     pub fn view(&self, view: usize) -> Result<&[u8], ImportError> {
         let entry = entry(&self.document.buffer_views, view, "bufferView")?;
         let within = |buffer: usize, from: usize, len: usize| {
@@ -106,7 +106,7 @@ impl<'a> Buffers<'a> {
         Ok(bytes)
     }
 
-    /// Counts compressed bytes that are to be decoded. Views that name the same bytes cost the file nothing, but memory.
+    /// Counts compressed bytes before decoding: views that repeat the same bytes are free in the file, but not in memory.
     fn spend(&self, buffer: usize, bytes: usize) -> Result<(), ImportError> {
         let spent = &self.spent[buffer];
         spent.set(spent.get().saturating_add(bytes));
@@ -116,7 +116,7 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// A primitive of at most `triangles` in Draco compression, decoded once however often it is used.
+    /// A primitive of at most `triangles` in Draco compression, decoded once.
     pub fn draco(&self, draco: &Draco, triangles: usize) -> Result<Rc<Part>, ImportError> {
         let view = draco.buffer_view;
         let wrong = |what: String| broken(format!("bufferView {view}: {what}"));
@@ -131,23 +131,23 @@ impl<'a> Buffers<'a> {
         Ok(part)
     }
 
-    /// What the document says of an accessor; nothing of it is checked.
+    /// The entry of an accessor, unchecked.
     pub fn claimed(&self, index: usize) -> Result<&AccessorEntry, ImportError> {
         entry(&self.document.accessors, index, "accessor")
     }
 
-    /// Fails where an accessor's bytes went through a filter that is for normals, quaternions or colours.
+    /// Fails if an accessor's bytes went through a filter for normals, quaternions or colours.
     pub fn refuse_filters(&self, index: usize) -> Result<(), ImportError> {
         let view = self.claimed(index)?.buffer_view.and_then(|view| self.document.buffer_views.get(view));
         let filter = view.and_then(|view| view.compressed()).map_or(Filter::None, |compressed| compressed.filter);
         match filter {
             Filter::None | Filter::Exponential => Ok(()),
-            _ => Err(broken(format!("accessor {index}: positions and indices have no such meshopt filter"))),
+            _ => Err(broken(format!("accessor {index}: positions and indices do not support this meshopt filter"))),
         }
     }
 
-    /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is refused, so
-    /// `count` is at most the number of bytes.
+    /// `count` elements of `size` bytes in a buffer view, from `offset`. A stride below the element's size is an error, so
+    /// `count` does not exceed the number of bytes.
     fn elements(&self, view: usize, offset: usize, count: usize, size: usize) -> Result<Elements<'_>, ImportError> {
         let entry = entry(&self.document.buffer_views, view, "bufferView")?;
         let bytes = self.view(view)?;
@@ -173,7 +173,7 @@ impl<'a> Buffers<'a> {
         }
         let width = width(&entry.kind);
         let component = Component::of(entry.component_type)
-            .ok_or_else(|| wrong(format!("component type {} is not one of glTF's", entry.component_type)))?;
+            .ok_or_else(|| wrong(format!("component type {} is not valid in glTF", entry.component_type)))?;
         let size = component.size() * width;
         let base = match entry.buffer_view {
             Some(view) => Some(self.elements(view, entry.byte_offset, entry.count, size)?),
@@ -182,7 +182,7 @@ impl<'a> Buffers<'a> {
         let sparse = self.sparse(entry, size).map_err(|e| wrong(e.to_string()))?;
         match (&base, &entry.sparse) {
             (None, None) => return Err(wrong("no bufferView: its data is missing or compressed".into())),
-            // Zeros cost no bytes, so this count is bound by nothing else.
+            // Zeros take no bytes, so nothing else limits this count.
             (None, Some(s)) if entry.count > self.room_of(s.values.buffer_view) => {
                 return Err(wrong(format!("{} elements, of which {} are stored", entry.count, s.count)));
             }
@@ -191,7 +191,7 @@ impl<'a> Buffers<'a> {
         Ok(Accessor { base, sparse, count: entry.count, width, component, normalized: entry.normalized })
     }
 
-    /// Bytes in the buffer that a buffer view lies in.
+    /// Bytes of the buffer behind a buffer view.
     fn room_of(&self, view: usize) -> usize {
         let view = self.document.buffer_views.get(view);
         let buffer = view.map(|v| v.compressed().map_or(v.buffer, |c| c.buffer));
@@ -236,7 +236,7 @@ impl Sparse<'_> {
         self.component.index(self.indices.at(i))
     }
 
-    /// Which of the values replaces element `i`, if one does.
+    /// The replacement of element `i`, if there is one.
     fn find(&self, i: usize) -> Option<&[u8]> {
         let (mut low, mut high) = (0, self.count);
         while low < high {
@@ -251,7 +251,7 @@ impl Sparse<'_> {
     }
 }
 
-/// Numbers in buffers, made into `f64` as they are read.
+/// Numbers in buffers, converted to `f64` on reading.
 pub(super) struct Accessor<'b> {
     base: Option<Elements<'b>>,
     sparse: Option<Sparse<'b>>,
@@ -262,13 +262,13 @@ pub(super) struct Accessor<'b> {
 }
 
 impl Accessor<'_> {
-    /// Number of elements, as the document says. The bytes are known to be there, other than for an accessor that has only
-    /// sparse values (the others are zero).
+    /// Number of elements in the document. Their bytes exist, except for an accessor with sparse values only (the others are
+    /// zero).
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// True for the component types that vertex indices may have.
+    /// Whether vertex indices may have this component type.
     pub fn holds_indices(&self) -> bool {
         self.component.is_index() && !self.normalized
     }
@@ -278,13 +278,13 @@ impl Accessor<'_> {
         self.width * self.component.size()
     }
 
-    /// The bytes of element `i`, and more after them; `None` beyond the count, and for a zero that isn't stored.
+    /// The bytes from element `i` on; `None` beyond the count and for a zero that is not stored.
     pub fn bytes(&self, i: usize) -> Option<&[u8]> {
         let replaced = self.sparse.as_ref().and_then(|s| s.find(i));
         replaced.or_else(|| self.base.as_ref().filter(|_| i < self.count).map(|b| b.at(i)))
     }
 
-    /// Element `i`, zeros beyond the accessor's width; `None` beyond its count.
+    /// Element `i`, padded with zeros; `None` beyond the count.
     pub fn get(&self, i: usize) -> Option<[f64; 4]> {
         let mut out = [0.0; 4];
         if i >= self.count {
@@ -298,7 +298,7 @@ impl Accessor<'_> {
         Some(out)
     }
 
-    /// Element `i` of a matrix, column by column; `None` beyond its count.
+    /// Element `i` as a matrix, column by column; `None` beyond the count.
     pub fn matrix(&self, i: usize) -> Option<[f64; 16]> {
         let bytes = self.bytes(i).filter(|_| i < self.count)?;
         Some(std::array::from_fn(|k| match k < self.width {
@@ -324,7 +324,7 @@ pub(super) fn width(kind: &str) -> usize {
     }
 }
 
-/// The numbers in the bytes of an element, as they are stored.
+/// The numbers in the bytes of an element, not normalised.
 pub(super) fn numbers(bytes: &[u8], component_type: u64) -> impl Iterator<Item = f64> {
     let component = Component::of(component_type).unwrap_or(Component::U8);
     bytes.chunks_exact(component.size()).map(move |b| component.number(b, false))
@@ -378,7 +378,7 @@ impl Component {
         if normalized { (value / most).max(-1.0) } else { value }
     }
 
-    /// The unsigned integer at the start of `bytes`; 0 for types that aren't ([`Component::is_index`]).
+    /// The unsigned integer at the start of `bytes`; 0 for other types ([`Component::is_index`]).
     fn index(self, b: &[u8]) -> u32 {
         match self {
             Self::U8 => u32::from(b[0]),
@@ -427,7 +427,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// `%20` and the like made into the bytes that they stand for; anything else as it is.
+/// Decodes `%20` and the like; other text stays as it is.
 pub(super) fn percent_decoded(uri: &str) -> String {
     let bytes = uri.as_bytes();
     let mut out = Vec::with_capacity(bytes.len());

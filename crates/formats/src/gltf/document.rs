@@ -1,8 +1,7 @@
 //! The part of the JSON document that geometry needs.
 //!
-//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (section 3). Own types rather than the `gltf` crate's: that one
-//! keeps node transforms in `f32`, which moves the walls of a georeferenced building by decimetres, and refuses
-//! KHR_mesh_quantization.
+//! Based on: Khronos Group, *glTF 2.0 Specification*, 2021 (section 3). Own types instead of those of the `gltf` crate, which
+//! keeps node transforms in `f32` (walls of georeferenced buildings move by decimetres) and refuses KHR_mesh_quantization.
 
 use super::container::{JSON_START, chunks};
 use enfilade::scene::{ImportError, Place, whole_file};
@@ -10,7 +9,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::value::RawValue;
 
-/// What may be listed under `extensionsRequired`: read, or without influence on where triangles are and what they hide.
+/// Supported names in `extensionsRequired`: read, or without effect on the position and opacity of triangles.
 const KNOWN: [&str; 12] = [
     "EXT_meshopt_compression",
     "KHR_meshopt_compression",
@@ -49,12 +48,12 @@ pub(super) struct Document {
     pub buffers: Vec<Buffer>,
     #[serde(default)]
     pub materials: Vec<Material>,
-    /// Read where they are as they should be: a model is never refused for how it moves.
+    /// Invalid ones are skipped: motion never makes an import fail.
     #[serde(default)]
     animations: Vec<Box<RawValue>>,
     #[serde(default)]
     pub skins: Vec<Skin>,
-    /// Read where somebody asks: a model is never refused for how it looks.
+    /// Read on demand: appearance never makes an import fail.
     images: Option<Box<RawValue>>,
     textures: Option<Box<RawValue>>,
 }
@@ -89,22 +88,22 @@ impl Document {
         self.nodes[index].0.as_deref().unwrap_or(&EMPTY)
     }
 
-    /// Its images as they are written; nothing where the list isn't as it should be.
+    /// Its images as JSON; null if the list is invalid.
     pub fn images(&self) -> serde_json::Value {
         written(&self.images)
     }
 
-    /// Its animations; `None` for one that isn't as it should be.
+    /// Its animations; `None` for an invalid one.
     pub fn animations(&self) -> impl Iterator<Item = Option<Animation>> {
         self.animations.iter().map(|raw| serde_json::from_str(raw.get()).ok())
     }
 
-    /// Its textures, likewise.
+    /// Its textures as JSON; null if the list is invalid.
     pub fn textures(&self) -> serde_json::Value {
         written(&self.textures)
     }
 
-    /// What its images are called that are files or within a uri; nothing where the list isn't as it should be.
+    /// The uris of its images; none if the list is invalid.
     pub fn image_uris(&self) -> impl Iterator<Item = String> {
         let images: Option<Vec<Image>> = self.images.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok());
         images.into_iter().flatten().filter_map(|image| image.uri)
@@ -115,7 +114,7 @@ fn written(raw: &Option<Box<RawValue>>) -> serde_json::Value {
     raw.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok()).unwrap_or_default()
 }
 
-/// A node, or nothing for one that says nothing: in a file, `{}` takes three bytes.
+/// A node; `None` if it is empty, since `{}` takes only three bytes in a file.
 #[derive(Deserialize)]
 #[serde(from = "Node")]
 struct Slot(Option<Box<Node>>);
@@ -165,12 +164,12 @@ impl Node {
         !placed && name.is_none() && mesh.is_none() && children.is_empty() && extras.is_none() && extensions.is_none()
     }
 
-    /// Its extensions that are read here.
+    /// Its supported extensions.
     pub fn extensions(&self) -> Result<NodeExtensions, serde_json::Error> {
         self.extensions.as_ref().map_or(Ok(NodeExtensions::default()), |raw| serde_json::from_str(raw.get()))
     }
 
-    /// Its extras and its extensions, as they are written; nothing where they aren't JSON of a sane depth.
+    /// Its extras and extensions as JSON; null if they are nested too deeply.
     pub fn written(&self) -> [serde_json::Value; 2] {
         [written(&self.extras), written(&self.extensions)]
     }
@@ -225,7 +224,7 @@ pub(super) struct Channel {
     pub target: Target,
 }
 
-/// What a channel moves: a path of a node, or whatever a pointer leads to.
+/// The target of a channel: a path of a node, or a pointer.
 #[derive(Deserialize)]
 pub(super) struct Target {
     pub node: Option<usize>,
@@ -277,7 +276,7 @@ pub(super) struct Primitive {
 pub(super) struct Attributes {
     #[serde(rename = "POSITION")]
     pub position: Option<usize>,
-    /// Which joints bend a vertex, and how much each: four, and four more.
+    /// Joints and weights of a vertex: four, and four more.
     #[serde(rename = "JOINTS_0")]
     pub joints: Option<usize>,
     #[serde(rename = "WEIGHTS_0")]
@@ -286,12 +285,12 @@ pub(super) struct Attributes {
     pub more_joints: Option<usize>,
     #[serde(rename = "WEIGHTS_1")]
     pub more_weights: Option<usize>,
-    /// Colours of corners, which may have an alpha.
+    /// Colours of corners, possibly with alpha.
     #[serde(rename = "COLOR_0")]
     pub colour: Option<IgnoredAny>,
 }
 
-/// By how much a target moves vertices.
+/// Offsets of a morph target.
 #[derive(Deserialize)]
 pub(super) struct MorphTarget {
     #[serde(rename = "POSITION")]
@@ -304,7 +303,7 @@ pub(super) struct PrimitiveExtensions {
     pub draco: Option<Draco>,
 }
 
-/// A primitive whose corners and vertices are in one view; the attributes are ids in it.
+/// A primitive whose corners and vertices are in one view; attributes are ids in it.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Draco {
@@ -340,7 +339,7 @@ pub(super) struct SparsePart {
     pub buffer_view: usize,
     #[serde(default)]
     pub byte_offset: usize,
-    /// Of the indices; the values have the accessor's own.
+    /// Of the indices; values have the accessor's own.
     pub component_type: Option<u64>,
 }
 
@@ -357,7 +356,7 @@ pub(super) struct BufferView {
 }
 
 impl BufferView {
-    /// Where its bytes are compressed.
+    /// Its compressed source, if any.
     pub fn compressed(&self) -> Option<&Compressed> {
         self.extensions.khr.as_ref().or(self.extensions.ext.as_ref())
     }
@@ -386,7 +385,7 @@ pub(super) struct Compressed {
     pub filter: Filter,
 }
 
-/// How a view is compressed.
+/// Codec of a view.
 #[derive(Deserialize, Clone, Copy, Debug)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Mode {
@@ -395,7 +394,7 @@ pub(super) enum Mode {
     Indices,
 }
 
-/// What is to be done after decompression.
+/// Filter after decompression.
 #[derive(Deserialize, Clone, Copy, PartialEq, Eq, Default)]
 #[serde(rename_all = "UPPERCASE")]
 pub(super) enum Filter {
@@ -417,10 +416,10 @@ pub(super) struct Buffer {
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Material {
-    /// A text, where the document is as it should be.
+    /// A string in valid documents.
     name: Option<serde_json::Value>,
     pub alpha_mode: Option<String>,
-    /// The base colour among others.
+    /// Includes the base colour.
     pbr_metallic_roughness: Option<serde_json::Value>,
     #[serde(default)]
     pub extensions: MaterialExtensions,
@@ -432,7 +431,7 @@ pub(super) struct MaterialExtensions {
     pub transmission: Option<Transmission>,
     #[serde(rename = "KHR_materials_unlit")]
     unlit: Option<IgnoredAny>,
-    /// Has a base colour of its own.
+    /// Has its own base colour.
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
     older: Option<IgnoredAny>,
 }
@@ -470,7 +469,7 @@ impl Material {
         self.extensions.transmission.as_ref().is_some_and(|t| t.transmission_factor > 0.0)
     }
 
-    /// Where its base colour is; `None` where an extension says another.
+    /// The object with its base colour; `None` if an extension replaces it.
     pub fn base(&self) -> Option<&serde_json::Value> {
         static NOTHING: serde_json::Value = serde_json::Value::Null;
         self.extensions.older.is_none().then(|| self.pbr_metallic_roughness.as_ref().unwrap_or(&NOTHING))

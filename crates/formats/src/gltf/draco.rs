@@ -9,14 +9,14 @@ use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, Poin
 #[cfg(feature = "draco")]
 use glam::DVec3;
 
-/// Decoded triangles are at most so many times the compressed bytes. Flat grids of Google's encoder have 11. More: a small file takes much
-/// memory. Less: such grids are refused.
+/// Limit of decoded triangles, as a multiple of compressed bytes. Flat grids of Google's encoder have 11. More: a small file
+/// takes much memory. Less: such grids are refused.
 const MOST_TRIANGLES: usize = 64;
-/// Bytes of all attributes of a vertex: positions have 12, and the most that is common is some 120.
+/// Limit of bytes per vertex: positions have 12, common vertices at most some 120.
 #[cfg(feature = "draco")]
 const MOST_VERTEX_BYTES: usize = 256;
 
-/// Decodes a primitive of at most so many triangles; `position` is the id of its attribute. An error says what is wrong with it.
+/// Decodes a primitive of at most `triangles`; `position` is the id of its attribute. Errors are texts.
 pub(super) fn decode(source: &[u8], position: usize, triangles: usize) -> Result<Part, String> {
     if triangles > MOST_TRIANGLES.saturating_mul(source.len()) {
         return Err(format!("{triangles} triangles can't be in {} compressed bytes", source.len()));
@@ -24,7 +24,7 @@ pub(super) fn decode(source: &[u8], position: usize, triangles: usize) -> Result
     codec(source, position, triangles)
 }
 
-/// The bytes of attributes of such a primitive, vertex by vertex, numbered as [`decode`] numbers them, and how many a vertex has.
+/// The bytes of attributes of such a primitive, vertex by vertex, in the numbering of [`decode`], and the bytes per vertex.
 #[cfg(feature = "draco")]
 pub(super) fn attributes(source: &[u8], ids: &[usize], triangles: usize) -> Result<Vec<(Vec<u8>, usize)>, String> {
     let mesh = mesh(source, triangles)?;
@@ -44,7 +44,7 @@ pub(super) fn attributes(source: &[u8], ids: &[usize], triangles: usize) -> Resu
     ids.iter().map(bytes).collect()
 }
 
-/// Fails: there is no decoder.
+/// Fails: no decoder is built in.
 #[cfg(not(feature = "draco"))]
 pub(super) fn attributes(source: &[u8], _: &[usize], triangles: usize) -> Result<Vec<(Vec<u8>, usize)>, String> {
     codec(source, 0, triangles).map(|_| Vec::new())
@@ -58,7 +58,7 @@ fn mesh(source: &[u8], triangles: usize) -> Result<Mesh, String> {
     MeshDecoder::new().decode(&mut DecoderBuffer::new(source).with_limits(limits), &mut mesh).map_err(|e| {
         match e.kind() {
             ErrorKind::LimitExceeded => {
-                format!("Draco compression: more in it than the {triangles} triangles of its accessor")
+                format!("Draco compression: it holds more than the {triangles} triangles of its accessor")
             }
             _ => format!("Draco compression: {e}"),
         }
@@ -72,7 +72,7 @@ fn codec(source: &[u8], position: usize, triangles: usize) -> Result<Part, Strin
     let mesh = mesh(source, triangles)?;
     let attribute = u32::try_from(position).ok().and_then(|id| mesh.attribute_by_unique_id(id));
     let attribute = attribute.filter(|a| a.num_components() == 3);
-    let attribute = attribute.ok_or_else(|| format!("Draco compression: attribute {position} is no position"))?;
+    let attribute = attribute.ok_or_else(|| format!("Draco compression: attribute {position} is not a position"))?;
     let corners = attribute.read_f32s(mesh.num_points(), 3);
     Ok(Part {
         vertices: (0..mesh.num_points() as u32).collect(),

@@ -1,4 +1,4 @@
-//! The convex hull of a room's bound, for bounds that aren't closed: Godot takes every bound for its hull.
+//! The convex hull of a room's bound, for bounds that are not closed: Godot always uses the hull.
 //!
 //! Based on: the incremental construction of Clarkson, Shor, *Applications of random sampling in computational geometry*, 1989,
 //! without its conflict graph: bounds have tens of corners.
@@ -7,7 +7,7 @@ use glam::DVec3;
 use robust::{Coord3D, orient3d};
 use std::collections::{HashMap, HashSet};
 
-/// Most distinct corners that a hull is made of.
+/// Maximum distinct corners of a hull.
 const MOST: usize = 2_000;
 
 /// Whether every edge is shared by an even number of triangles.
@@ -27,7 +27,7 @@ pub(super) fn is_closed(surface: &[[DVec3; 3]]) -> bool {
     odd.is_empty()
 }
 
-/// The hull's triangles, facing out; `None` where the corners lie in a plane, or are too many.
+/// The hull's triangles, facing out; `None` if the corners lie in a plane or are too many.
 pub(super) fn convex_hull(surface: &[[DVec3; 3]]) -> Option<Vec<[DVec3; 3]>> {
     let mut points: Vec<DVec3> = surface.iter().flatten().copied().collect();
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
@@ -38,7 +38,7 @@ pub(super) fn convex_hull(surface: &[[DVec3; 3]]) -> Option<Vec<[DVec3; 3]>> {
     let coord = |i: usize| Coord3D { x: points[i].x, y: points[i].y, z: points[i].z };
     // Positive where `d` is behind the triangle: it faces away from `d`.
     let behind = |[a, b, c]: [usize; 3], d: usize| orient3d(coord(a), coord(b), coord(c), coord(d));
-    // A tetrahedron that isn't flat: far apart first.
+    // The first tetrahedron: distant corners, not flat.
     let farthest = |measure: &dyn Fn(usize) -> f64| {
         (0..points.len()).map(|i| (measure(i), i)).reduce(|a, b| if b.0 > a.0 { b } else { a }).filter(|m| m.0 > 0.0)
     };
@@ -52,7 +52,7 @@ pub(super) fn convex_hull(surface: &[[DVec3; 3]]) -> Option<Vec<[DVec3; 3]>> {
     for p in 0..points.len() {
         let (seen, kept): (Vec<_>, Vec<_>) = faces.into_iter().partition(|&f| behind(f, p) < 0.0);
         faces = kept;
-        // The horizon: edges of faces that `p` sees whose other side it doesn't see.
+        // The horizon: edges between faces that `p` sees and faces that it does not.
         let mut horizon: HashMap<[usize; 2], [usize; 2]> = HashMap::new();
         for [i, j, k] in seen {
             for [from, to] in [[i, j], [j, k], [k, i]] {

@@ -1,9 +1,9 @@
-//! How primitives look: metallic-roughness materials, their pictures, and texture coordinates.
+//! Appearance of primitives: metallic-roughness materials, their pictures, and texture coordinates.
 //!
-//! Read only where somebody asks ([`ImportOptions::trace`](super::ImportOptions::trace)). What can't be understood is left at the value
-//! that the specification gives for what is missing: a model is never refused for how it looks. KHR_texture_transform,
-//! KHR_materials_unlit, KHR_materials_emissive_strength, KHR_materials_transmission, the older KHR_materials_pbrSpecularGlossiness (its
-//! diffuse part) and EXT_texture_webp are read.
+//! Read on demand only ([`ImportOptions::trace`](super::ImportOptions::trace)). Invalid values become the defaults of the
+//! specification: appearance never makes an import fail. KHR_texture_transform, KHR_materials_unlit,
+//! KHR_materials_emissive_strength, KHR_materials_transmission, the older KHR_materials_pbrSpecularGlossiness (its diffuse part)
+//! and EXT_texture_webp are read.
 
 use super::data::Buffers;
 use super::draco;
@@ -20,14 +20,14 @@ pub(super) struct Looks {
     materials: Vec<Textured>,
 }
 
-/// A material, and where its texture's coordinates are.
+/// A material, and the set and transform of its texture coordinates.
 struct Textured {
     material: Material,
     set: u64,
     transform: Transform,
 }
 
-/// KHR_texture_transform: turned and stretched, then moved.
+/// KHR_texture_transform: rotated and scaled, then moved.
 #[derive(Clone, Copy, PartialEq)]
 struct Transform {
     matrix: DMat2,
@@ -35,7 +35,7 @@ struct Transform {
 }
 
 impl Looks {
-    /// Of a document, whose text is `json`.
+    /// Reads a document with the text `json`.
     pub fn read(json: &[u8], buffers: &Buffers<'_>) -> Self {
         let root: Value = serde_json::from_slice(json).unwrap_or_default();
         let pictures: Vec<Option<Picture>> = list(&root["images"]).map(|image| picture(image, buffers)).collect();
@@ -43,16 +43,16 @@ impl Looks {
         let materials = list(&root["materials"]).enumerate().map(|(i, entry)| {
             let given = entry["name"].as_str().filter(|name| !name.is_empty());
             let name = super::short_name(given.unwrap_or(&format!("material {i}")));
-            let twins = names.entry(name.clone()).or_default();
-            *twins += 1;
-            let name = if *twins > 1 { format!("{name} ({i})") } else { name };
+            let copies = names.entry(name.clone()).or_default();
+            *copies += 1;
+            let name = if *copies > 1 { format!("{name} ({i})") } else { name };
             Textured::read(name, entry, &root["textures"], &pictures)
         });
         let materials = materials.collect();
         Self { root, materials }
     }
 
-    /// The material of a primitive, and texture coordinates by triangle of `part`; none where there is no picture.
+    /// The material of a primitive, and texture coordinates by triangle of `part`; no coordinates without a picture.
     pub fn of(
         &self,
         buffers: &Buffers<'_>,
@@ -86,7 +86,7 @@ impl Looks {
         let view = buffers.view(compressed["bufferView"].as_u64()? as usize).ok()?;
         let corners = self.root["accessors"][primitive["indices"].as_u64()? as usize]["count"].as_u64()?;
         let (bytes, size) = draco::attributes(view, &[id as usize], corners as usize).ok()?.pop()?;
-        // Pairs of floats, which is what encoders write.
+        // Pairs of floats, as encoders write them.
         let is_pair = size == 2 * size_of::<f32>();
         let pair = move |vertex: usize| {
             let numbers = bytes.as_chunks::<4>().0.get(2 * vertex..2 * vertex + 2)?;
@@ -96,7 +96,7 @@ impl Looks {
     }
 }
 
-/// The pair of a vertex.
+/// Texture coordinates of a vertex.
 type Coordinates<'b> = dyn Fn(usize) -> Option<[f64; 2]> + 'b;
 
 impl Textured {
@@ -107,7 +107,7 @@ impl Textured {
         let [colour, texture] =
             if older.is_object() { ["diffuseFactor", "diffuseTexture"] } else { ["baseColorFactor", "baseColorTexture"] };
         let (mut colour, texture) = (numbers(&pbr[colour], [1.0; 4]), &pbr[texture]);
-        // Coordinates are those of the first picture; one that has others is left out.
+        // Coordinates are those of the first picture; pictures with other coordinates are left out.
         let others = [&entry["normalTexture"], &pbr["metallicRoughnessTexture"], &entry["emissiveTexture"]];
         let image = |texture: &Value| self::image(texture, textures, pictures);
         let first = [texture].into_iter().chain(others).find(|texture| image(texture).is_some());
@@ -115,25 +115,25 @@ impl Textured {
         let image = |texture: &Value| image(texture).filter(|_| self::coordinates(texture) == coordinates);
         let [normals, roughness_and_metallic, emissive_texture] = others.map(image);
         if entry["alphaMode"].as_str() != Some("BLEND") {
-            // What lets light through tints it; of the clearest, a little is seen.
+            // Transmitted light is tinted; even the clearest glass stays slightly visible.
             let transmission = &extensions["KHR_materials_transmission"]["transmissionFactor"];
             colour[3] = 1.0 - 0.7 * number(transmission, 0.0).clamp(0.0, 1.0);
         }
         let is_left_out = others[1].is_object() && roughness_and_metallic.is_none();
         let [metallic, roughness] = match (older.is_object(), is_left_out) {
             (true, _) => [0.0, 1.0 - number(&pbr["glossinessFactor"], 1.0)],
-            // Things with such a picture are matt far more often than not.
+            // Materials with such a picture are mostly matt.
             (_, true) => [0.0, number(&pbr["roughnessFactor"], 1.0).max(0.7)],
             _ => [number(&pbr["metallicFactor"], 1.0), number(&pbr["roughnessFactor"], 1.0)],
         };
-        // What leads to no image is an empty picture: whoever reads it says so.
+        // A texture without an image becomes an empty picture, so that its reader reports it.
         let leads_nowhere = |texture: &Value| texture.is_object() && self::image(texture, textures, pictures).is_none();
-        let told = |image: Option<Picture>, texture| {
+        let or_empty = |image: Option<Picture>, texture| {
             image.or_else(|| leads_nowhere(texture).then(|| Picture::Within(Arc::from([]))))
         };
-        // Where it shines, a picture says that is left out.
-        let shines = if others[2].is_object() && emissive_texture.is_none() { 0.0 } else { 1.0 };
-        let strength = shines * number(&extensions["KHR_materials_emissive_strength"]["emissiveStrength"], 1.0);
+        // A missing picture tells where it emits light, so it emits none.
+        let emits = if others[2].is_object() && emissive_texture.is_none() { 0.0 } else { 1.0 };
+        let strength = emits * number(&extensions["KHR_materials_emissive_strength"]["emissiveStrength"], 1.0);
         let is_masked = entry["alphaMode"].as_str() == Some("MASK");
         let material = Material {
             metallic: metallic.clamp(0.0, 1.0),
@@ -141,18 +141,18 @@ impl Textured {
             emissive: numbers(&entry["emissiveFactor"], [0.0; 3]).map(|x| (x * strength).max(0.0)),
             unlit: extensions["KHR_materials_unlit"].is_object(),
             cutoff: is_masked.then(|| number(&entry["alphaCutoff"], 0.5)),
-            texture: told(image(texture), texture),
-            normals: told(normals, others[0]),
+            texture: or_empty(image(texture), texture),
+            normals: or_empty(normals, others[0]),
             normal_scale: number(&entry["normalTexture"]["scale"], 1.0),
-            roughness_and_metallic: told(roughness_and_metallic, others[1]),
-            emissive_texture: told(emissive_texture, others[2]),
+            roughness_and_metallic: or_empty(roughness_and_metallic, others[1]),
+            emissive_texture: or_empty(emissive_texture, others[2]),
             ..Material::matt(name, colour.map(|x| x.clamp(0.0, 1.0)))
         };
         Self { material, set: coordinates.0, transform: coordinates.1 }
     }
 }
 
-/// Which texture coordinates a texture takes, and how it turns them.
+/// The set of a texture's coordinates, and their transform.
 fn coordinates(texture: &Value) -> (u64, Transform) {
     let transform = &texture["extensions"]["KHR_texture_transform"];
     let set = transform["texCoord"].as_u64().or(texture["texCoord"].as_u64()).unwrap_or(0);
@@ -179,7 +179,7 @@ fn source(texture: &Value) -> Option<u64> {
     texture["source"].as_u64().or(texture["extensions"]["EXT_texture_webp"]["source"].as_u64())
 }
 
-/// The picture that a material's texture leads to.
+/// The picture of a material's texture.
 fn image(texture: &Value, textures: &Value, pictures: &[Option<Picture>]) -> Option<Picture> {
     let source = source(&textures[texture["index"].as_u64()? as usize])?;
     pictures.get(source as usize)?.clone()

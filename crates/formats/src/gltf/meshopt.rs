@@ -15,11 +15,11 @@ use meshoptimizer_rs::codec::{
 #[cfg(feature = "meshopt")]
 use meshoptimizer_rs::{Error, Workspace};
 
-/// Decoded bytes are at most so many times the compressed ones. Triangles take a byte or more for 12; corners of meshes a half or more for
-/// 12. More: a small file takes much memory. Less: regular grids are refused.
+/// Limit of decoded bytes, as a multiple of compressed ones. Triangles take a byte or more for 12; corners of meshes a half or
+/// more for 12. More: a small file takes much memory. Less: regular grids are refused.
 const MOST_RATIO: usize = 64;
 
-/// Decodes a view; an error says what is wrong with it.
+/// Decodes a view. Errors are texts.
 pub(super) fn decode(view: &Compressed, source: &[u8]) -> Result<Vec<u8>, String> {
     let size = view.count.checked_mul(view.byte_stride).filter(|&size| size <= MOST_RATIO.saturating_mul(source.len()));
     if size.is_none() {

@@ -1,8 +1,8 @@
-//! Where animations take nodes: a box around all poses of what hangs below a moved node.
+//! Motion of animated nodes: bounds of all poses of everything below a node.
 //!
-//! Each channel is taken alone, whatever plays at the same time: its values have a range, and the box of a node holds every combination of them. Cubic curves
-//! stay within the hull of their Bezier points (Farin, *Curves and Surfaces for CAGD*, 1988); a rotation between two others stays within
-//! their half angle of the middle one.
+//! Each channel is treated alone, whichever play at the same time: its values have a range, and the bounds of a node hold every
+//! combination. Cubic curves stay within the hull of their Bézier points (Farin, *Curves and Surfaces for CAGD*, 1988); a
+//! rotation between two others stays within half their angle of the middle one.
 
 use super::data::{Buffers, broken};
 use super::document::{Animation, Channel, Document};
@@ -13,47 +13,48 @@ use glam::{DAffine3, DQuat, DVec3, DVec4};
 use std::cell::{Cell, RefCell};
 use std::collections::{HashMap, HashSet};
 
-/// Values that differ from those of the node by less than this, as a share of one and the value, don't move it. Larger: slow drifts count as rest.
-/// Smaller: exporters that write a node's own place as keys, rounded, make all of a model move.
+/// Values that differ from the node's own by less than this, as a share of one plus the value, do not move it. Larger: slow
+/// drifts count as rest. Smaller: exporters that write rounded rest poses as keys animate whole models.
 const REST: f64 = 1e-6;
-/// A turn is cut into pieces of this angle of quaternions, radians: half that of space. Larger: boxes grow by more than the pieces' 2 %. Smaller: time.
+/// Rotations are cut into pieces of this quaternion angle, radians: half that of space. Larger: bounds grow by more. Smaller:
+/// time.
 const PIECE: f64 = 0.02;
-/// Below this angle of quaternions, radians, there is no arc to divide. Larger: turns by it lie off their arc. Smaller: its sine is zero.
+/// Below this quaternion angle, radians, an arc is not divided. Larger: rotations leave their arc. Smaller: its sine is zero.
 const NO_TURN: f64 = 1e-9;
-/// Pieces of a cubic turn.
+/// Pieces of a cubic rotation.
 const CUBIC_PIECES: usize = 16;
-/// With more rotations than this, a node may turn anyhow. Larger: time. Smaller: boxes of long animations become those of balls.
+/// With more rotations than this, a node may turn anyhow. Larger: time. Smaller: long animations get the bounds of balls.
 const MOST_TURNS: usize = 20_000;
-/// Nodes that boxes are taken through, in all. Larger: files of deep skeletons take minutes. Smaller: crowds are refused.
+/// Limit of steps through ancestors. Larger: files of deep skeletons take minutes. Smaller: crowds are refused.
 const MOST_STEPS: usize = 20_000_000;
 
-/// What animations move.
+/// Nodes and materials that animations change.
 pub(super) struct Motion {
     parents: Vec<Option<usize>>,
-    /// By node that is moved itself.
+    /// By animated node.
     ranges: HashMap<usize, Range>,
-    /// By node: least and greatest weights of its morph targets, as far as an animation changes them.
+    /// By node: range of the weights of its morph targets, if an animation changes them.
     weights: HashMap<usize, Vec<[f64; 2]>>,
     /// Nodes that an animation shows or hides.
     shown: HashSet<usize>,
     /// Materials that an animation changes.
     materials: HashSet<usize>,
-    /// Transforms of nodes in the world, as they were asked for.
+    /// World transforms of nodes, cached.
     rest: RefCell<HashMap<usize, DAffine3>>,
-    /// Nodes that boxes may still be taken through.
+    /// Steps left of [`MOST_STEPS`].
     left: Cell<usize>,
-    /// Animations that aren't as they should be.
+    /// Number of invalid animations.
     pub unread: usize,
 }
 
-/// All values of a node's channels, and its own.
+/// Range of a node's channels and its own values.
 struct Range {
     translation: Aabb,
     scale: Aabb,
     rotations: Turns,
 }
 
-/// Rotations. A point at distance 1 is nowhere farther than `spare` from where one of them has it.
+/// Rotations. A point at distance 1 is at most `spare` from its place under one of them.
 struct Turns {
     all: Vec<DQuat>,
     spare: f64,
@@ -80,7 +81,7 @@ impl Motion {
             left: Cell::new(MOST_STEPS),
             unread: 0,
         };
-        // Channels may share their values: a file's bytes are not to be read more often than they are there.
+        // Channels may share values: a file's bytes are read at most once in all.
         let mut left = buffers.size().saturating_add(1 << 20);
         for animation in document.animations() {
             let is_read = animation.is_some_and(|animation| {
@@ -94,37 +95,37 @@ impl Motion {
         motion
     }
 
-    /// True where an animation moves a node itself.
+    /// Whether an animation moves this node.
     pub fn moves(&self, node: usize) -> bool {
         self.ranges.contains_key(&node)
     }
 
-    /// True where an animation moves a node or one above it.
+    /// Whether an animation moves a node or an ancestor.
     pub fn carries(&self, node: usize) -> bool {
         !self.ranges.is_empty() && self.up(node).any(|node| self.moves(node))
     }
 
-    /// True where an animation shows or hides a node itself.
+    /// Whether an animation shows or hides this node.
     pub fn shows(&self, node: usize) -> bool {
         self.shown.contains(&node)
     }
 
-    /// True where an animation changes a material: it may fade.
+    /// Whether an animation changes a material, which may fade.
     pub fn changes(&self, material: usize) -> bool {
         self.materials.contains(&material)
     }
 
-    /// Least and greatest weights of a node's morph targets, where an animation changes them.
+    /// Range of the weights of a node's morph targets, if an animation changes them.
     pub fn weights(&self, node: usize) -> Option<&[[f64; 2]]> {
         self.weights.get(&node).map(Vec::as_slice)
     }
 
-    /// A node and those above it.
+    /// A node and its ancestors.
     fn up(&self, node: usize) -> impl Iterator<Item = usize> {
         std::iter::successors(Some(node), |&node| self.parents[node])
     }
 
-    /// The transform of a node in the world, as the file puts it; `root` is that of the scene, always the same.
+    /// World transform of a node in the file's pose; `root` is that of the scene, always the same.
     pub fn rest(&self, document: &Document, node: usize, root: DAffine3) -> Result<DAffine3, ImportError> {
         let mut known = self.rest.borrow_mut();
         let unknown: Vec<usize> = self.up(node).take_while(|node| !known.contains_key(node)).collect();
@@ -137,13 +138,13 @@ impl Motion {
         Ok(world)
     }
 
-    /// The box around all places of points, given in a node's own coordinates.
+    /// Bounds of all places of points, given in a node's own coordinates.
     pub fn sweep(&self, document: &Document, node: usize, points: &[DVec3], root: DAffine3) -> Result<Aabb, ImportError> {
         let mut points =
             if points.len() <= 8 { points.to_vec() } else { corners(Aabb::of(points.iter().copied())).to_vec() };
         for n in self.up(node) {
             let left = self.left.get().checked_sub(1);
-            self.left.set(left.ok_or_else(|| broken("skeletons of too many joints below each other"))?);
+            self.left.set(left.ok_or_else(|| broken("skeletons with too long chains of joints"))?);
             match self.ranges.get(&n) {
                 Some(range) => points = corners(range.sweep(&points)).to_vec(),
                 None => {
@@ -155,7 +156,7 @@ impl Motion {
         Ok(Aabb::of(points.iter().map(|&p| root.transform_point3(p))))
     }
 
-    /// Takes in a channel; `None` where it can't be read.
+    /// Adds a channel; `None` if it is invalid.
     fn channel(
         &mut self,
         document: &Document,
@@ -177,7 +178,7 @@ impl Motion {
             }
             (path, _) => match target.node {
                 Some(node) => (node, path),
-                // It leads nowhere.
+                // Without a target it has no effect.
                 None => return Some(()),
             },
         };
@@ -250,7 +251,7 @@ pub(super) fn corners(b: Aabb) -> [DVec3; 8] {
 }
 
 impl Range {
-    /// The box around all places of points.
+    /// Bounds of all places of points.
     fn sweep(&self, points: &[DVec3]) -> Aabb {
         let scales = if self.scale.size() == DVec3::ZERO { vec![self.scale.min] } else { corners(self.scale).to_vec() };
         let scaled: Vec<DVec3> = points.iter().flat_map(|p| scales.iter().map(move |s| *p * *s)).collect();
@@ -296,13 +297,13 @@ impl Turns {
         }
     }
 
-    /// Adds all rotations that are sums of these with weights above 0.
+    /// Adds all rotations that are positive sums of these.
     fn within(&mut self, hull: &[DVec4]) {
         let unit = |q: &DVec4| q.try_normalize();
         let middle = hull.iter().filter_map(unit).sum::<DVec4>().try_normalize();
         let widest = |middle: DVec4| hull.iter().map(|q| unit(q).map_or(-1.0, |q| q.dot(middle))).fold(1.0, f64::min);
         match middle.map(|middle| (middle, widest(middle))) {
-            // Half the angle of space at each side of the middle: chords are twice the sine.
+            // Twice the angle in space; a chord is twice the sine of half the angle.
             Some((middle, cosine)) if cosine > 0.5 => {
                 self.all.push(DQuat::from_vec4(middle));
                 self.spare = self.spare.max(2.0 * (1.0 - cosine * cosine).max(0.0).sqrt());
@@ -349,7 +350,7 @@ impl Values {
         values.iter().all(|v| v.is_finite()).then_some(Self { times, values, is_cubic, is_linear })
     }
 
-    /// Curves from key to key, and the last key, of `width` values a key in turn: two points of a line, four of a cubic, one elsewhere.
+    /// Curves from key to key, and the last key, for `width` values a key: two points of a line, four of a cubic, otherwise one.
     fn points(&self, width: usize) -> impl Iterator<Item = Vec<DVec4>> {
         let each = if self.is_cubic { 3 * width } else { width };
         let keys = (self.values.len() / each.max(1)).min(self.times.len());
@@ -375,7 +376,7 @@ impl Values {
 mod tests {
     use super::*;
 
-    /// A leaf 0.9 m wide that turns by a right angle: its box holds every pose, and little more.
+    /// A leaf 0.9 m wide turns by a right angle: its bounds hold every pose and are tight.
     #[test]
     fn a_door_that_turns_stays_in_its_box() {
         let quarter = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);

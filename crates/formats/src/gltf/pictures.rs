@@ -1,29 +1,29 @@
-//! Pictures that a model names: files beside it, or `data:` uris.
+//! Pictures referenced by a model: files beside it, or `data:` uris.
 
 use super::data::load;
 use enfilade::scene::ImportOptions;
 use enfilade::scene::sidecar::Sidecars;
 use std::path::Path;
 
-/// Where a model's pictures are looked for.
+/// Reads a model's pictures.
 #[derive(Clone, Copy)]
 pub(crate) struct Pictures<'a>(Sidecars<'a>);
 
 impl<'a> Pictures<'a> {
-    /// In the folder of a model, or where the options allow it.
+    /// From the folder of a model, within the options.
     pub(crate) fn beside(folder: Option<&'a Path>, options: &'a ImportOptions) -> Self {
         Self(Sidecars { folder, under: options.files_under.as_deref() })
     }
 
-    /// A picture, and what it is as glTF has it: `image/png` or another type of a file.
+    /// A picture and its media type, such as `image/png`.
     pub(crate) fn read(&self, uri: &str) -> Result<(&'static str, Vec<u8>), String> {
         let bytes = load(uri, self.0)?;
-        let kind = kind(&bytes).ok_or_else(|| format!("`{uri:.100}` is no picture that glTF has"))?;
+        let kind = kind(&bytes).ok_or_else(|| format!("`{uri:.100}` is not a picture type of glTF"))?;
         Ok((kind, bytes))
     }
 }
 
-/// What the first bytes say, of the kinds that glTF and its extensions have.
+/// Media type by the first bytes, for glTF and its extensions.
 fn kind(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some("image/png"),

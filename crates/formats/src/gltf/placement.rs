@@ -1,4 +1,4 @@
-//! Where a node is in its parent, by its matrix, or by scale, rotation and translation.
+//! Transforms of nodes, from a matrix or from scale, rotation and translation.
 
 use super::data::broken;
 use super::document::Node;
@@ -14,7 +14,7 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// Of a node; what its matrix comes to, where it has one.
+    /// Of a node; a matrix is decomposed.
     pub fn of(node: &Node) -> Self {
         if let Some(matrix) = &node.matrix {
             let matrix = DAffine3::from_mat4(DMat4::from_cols_array(matrix.as_ref()));
@@ -27,7 +27,7 @@ impl Placement {
         Self::new(scale, rotation, translation)
     }
 
-    /// The rotation is made a unit quaternion: files round it to `f32`.
+    /// Normalises the rotation, which files round to `f32`.
     pub fn new(scale: DVec3, rotation: DQuat, translation: DVec3) -> Self {
         let length = rotation.length();
         let rotation = if length > 0.0 && length.is_finite() { rotation / length } else { DQuat::IDENTITY };
@@ -51,9 +51,9 @@ pub(super) fn transform(node: &Node, index: usize) -> Result<DAffine3, ImportErr
     Ok(Placement::of(node).transform())
 }
 
-/// The last row of a matrix as files round it.
+/// Whether the last row of a matrix is that of an affine transform, within rounding.
 fn is_affine(row: DVec4) -> bool {
-    /// Larger: a perspective is taken for rounding. Smaller: exporters that work in single precision are refused.
+    /// Larger: a perspective counts as rounding. Smaller: exporters with single precision are refused.
     const ROUNDING: f64 = 1e-4;
     (row - DVec4::W).abs().max_element() <= ROUNDING
 }

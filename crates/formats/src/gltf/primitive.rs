@@ -1,4 +1,4 @@
-//! Triangles of a mesh primitive, whatever way it lists them.
+//! Triangles of a mesh primitive in any mode.
 
 use super::data::{Accessor, Buffers, broken};
 use super::document::Primitive;
@@ -6,7 +6,7 @@ use enfilade::scene::ImportError;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// What was left out, counted over the file.
+/// Counts of skipped data in the file.
 #[derive(Default)]
 pub(super) struct LeftOut {
     pub points_and_lines: usize,
@@ -23,7 +23,7 @@ pub(super) struct Part {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// How corners make triangles.
+/// How corners form triangles.
 #[derive(Clone, Copy)]
 enum Mode {
     List,
@@ -32,7 +32,7 @@ enum Mode {
 }
 
 impl Mode {
-    /// How many triangles so many corners make.
+    /// Number of triangles of this many corners.
     fn triangles(self, corners: usize) -> usize {
         match self {
             Self::List => corners / 3,
@@ -50,7 +50,7 @@ impl Mode {
     }
 }
 
-/// The positions of a primitive, and which of them follow each other, where it says so.
+/// The positions of a primitive, and its indices, if it has any.
 pub(super) fn vertices<'b>(
     buffers: &'b Buffers<'_>,
     primitive: &Primitive,
@@ -67,7 +67,7 @@ pub(super) fn vertices<'b>(
     Ok((positions, Some(indices)))
 }
 
-/// Reads a primitive; `None` where it has no triangles by its nature (points, lines, no positions), which is counted.
+/// Reads a primitive; `None` for points, lines and primitives without positions, which are counted.
 pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut LeftOut) -> Result<Option<Part>, ImportError> {
     let mode = match primitive.mode.unwrap_or(4) {
         0..=3 => {
@@ -77,13 +77,13 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
         4 => Mode::List,
         5 => Mode::Strip,
         6 => Mode::Fan,
-        other => return Err(broken(format!("primitive mode {other} is not one of glTF's"))),
+        other => return Err(broken(format!("primitive mode {other} is not valid in glTF"))),
     };
     let Some(position) = primitive.attributes.position else {
         left_out.without_positions += 1;
         return Ok(None);
     };
-    // Some files have the same in plain accessors, for readers without the codec.
+    // Some files also have plain accessors for readers without the codec.
     let claimed = buffers.claimed(position)?;
     if let (Some(draco), None) = (&primitive.extensions.draco, claimed.buffer_view) {
         if claimed.normalized {
@@ -100,8 +100,8 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
     let count = mode.triangles(corners);
 
     let mut part = Part { positions: Vec::new(), vertices: Vec::new(), triangles: Vec::new() };
-    // Vertex index to index in the part. A table where most vertices are used; primitives that share one large accessor
-    // get a map instead, so that many of them don't each pay for all of it.
+    // Vertex index to index in the part. A table if most vertices are used; a map for primitives that share one large accessor,
+    // so that memory does not grow with its size.
     const UNSEEN: u32 = u32::MAX;
     let mut table = if positions.count() <= 4 * corners { vec![UNSEEN; positions.count()] } else { Vec::new() };
     let mut map: HashMap<u32, u32> = HashMap::new();

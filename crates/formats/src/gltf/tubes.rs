@@ -1,4 +1,4 @@
-//! Tubes of a document: lines with a radius, and nodes whose extras say that their mesh is a tube.
+//! Tubes of a document: lines with a radius, and nodes with extras for a tube.
 
 use super::super::lines::Line;
 use super::data::Buffers;
@@ -17,43 +17,43 @@ pub(super) struct Tube {
     /// Radius of the hole.
     #[serde(default)]
     pub(super) inner: f64,
-    /// Without faces at its ends.
+    /// Whether the ends have no faces.
     #[serde(default)]
     pub(super) open: bool,
-    /// The last point is followed by the first one.
+    /// Whether the last point connects to the first.
     #[serde(default)]
     pub(super) closed: bool,
-    /// Goes smoothly through the points.
+    /// Whether the curve through the points is smooth.
     #[serde(default)]
     pub(super) smooth: bool,
-    /// Instead of the node's mesh; without any, the lines of the mesh are meant.
+    /// Replace the node's mesh; if empty, the lines of the mesh are used.
     #[serde(default)]
     pub(super) points: Vec<[f64; 3]>,
 }
 
-/// Of lengths: scales that differ by more make circles something else.
+/// Greatest relative difference of scales; beyond it circles become ellipses.
 const EVEN: f64 = 1e-6;
 
 impl Tube {
-    /// Along lines of a node.
+    /// For lines of a node.
     pub(super) fn of_radius(radius: f64) -> Self {
         Self { radius, inner: 0.0, open: false, closed: false, smooth: false, points: Vec::new() }
     }
 
-    /// A line of it: name, place and points are to come.
+    /// A line of it, without name, place and points.
     pub(super) fn line(&self, shape: Shape) -> Line<'static> {
         let &Self { closed, smooth, .. } = self;
-        // Tubes bound no rooms.
+        // Tubes do not bound rooms.
         Line { name: "", place: "", role: Role::Furnishing, points: &[], closed, smooth, shape }
     }
 
-    /// In a world of that scale.
+    /// Its shape at a world scale.
     pub(super) fn shape(&self, scale: f64) -> Shape {
         Shape { radius: self.radius * scale, inner: self.inner * scale, capped: !self.open }
     }
 }
 
-/// How much larger things are in the world, if that is the same in all directions.
+/// Scale of the world transform, if it is equal in all directions.
 pub(super) fn scale(world: &DAffine3) -> Option<f64> {
     let axes = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis];
     let scale = axes[0].length();
@@ -67,13 +67,13 @@ const PAIRS: u64 = 1;
 pub(super) const LOOP: u64 = 2;
 const STRIP: u64 = 3;
 
-/// True for a primitive of lines.
+/// Whether a primitive has lines.
 pub(super) fn is_of_lines(primitive: &Primitive) -> bool {
     matches!(primitive.mode, Some(PAIRS..=STRIP))
 }
 
-/// The lines of a primitive in its mesh's own coordinates, none of other primitives. Pairs of which one begins where the one before it ends
-/// are one line.
+/// The lines of a primitive in its mesh's own coordinates; none for other primitives. Pairs that continue the one before form one
+/// line.
 pub(super) fn polylines(buffers: &Buffers<'_>, primitive: &Primitive) -> Result<Vec<Vec<DVec3>>, ImportError> {
     let Some(position) = primitive.attributes.position.filter(|_| is_of_lines(primitive)) else { return Ok(Vec::new()) };
     let (positions, indices) = vertices(buffers, primitive, position)?;

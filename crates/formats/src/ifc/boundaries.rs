@@ -1,4 +1,4 @@
-//! Virtual space boundaries: where two rooms meet without a wall.
+//! Virtual space boundaries between two rooms without a wall.
 
 use super::model::{Model, global_id, y_up};
 use super::relations::{Boundary, Relations};
@@ -11,27 +11,27 @@ use ifc_lite_core::{AttributeValue, DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
 use std::collections::{HashMap, HashSet};
 
-/// Corners this near to each other, metres, are one; corners this near to a plane lie in it.
+/// Tolerance of equal and of coplanar corners, metres.
 const SAME: f64 = 1e-4;
 
-/// Two rooms' drawings of one plane may lie this far apart, metres.
+/// Greatest distance between two rooms' surfaces of one boundary, metres.
 const PAIR: f64 = 5e-3;
 
-/// Pieces smaller than this, square metres, join no rooms.
+/// Smaller pieces, square metres, join no rooms.
 const LEAST: f64 = 1e-3;
 
-/// One room's drawing of a boundary.
+/// One room's surface of a boundary.
 #[derive(Clone, Debug)]
 struct Side {
-    /// Its records: several where pieces were joined.
+    /// Its records; several after joining pieces.
     ids: Vec<u32>,
     room: usize,
     winding: Vec<DVec3>,
 }
 
-/// Reads the virtual boundaries. Each side of one is drawn by its own room, often in several pieces that don't match the other
-/// side's: pieces of a room that fit together are joined, then what two rooms share becomes an opening between them, and what
-/// no other room shares an opening of one. Boundaries that aren't convex pieces of a plane are left out with a note.
+/// Reads the virtual boundaries. Each room has its own surface of a boundary, often in pieces that do not match those of the
+/// other room. Pieces of a room that fit together are joined. The intersection of two rooms' surfaces becomes an opening between
+/// them; surfaces without a partner become openings of one room. Surfaces that are not convex and flat are left out with a note.
 pub(super) fn boundaries(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
@@ -50,13 +50,13 @@ pub(super) fn boundaries(
         }
     }
     if skipped > 0 {
-        notes.push(Note::detail(format!("{skipped} virtual boundaries left out: not convex pieces of a plane")));
+        notes.push(Note::detail(format!("{skipped} virtual boundaries left out: not flat and convex")));
     }
     let mut used = HashSet::new();
     pair(&join(sides))
         .into_iter()
         .map(|(side, other)| {
-            // A piece that two rooms share with this one lends its name once.
+            // Each record lends its name once, even if two rooms share it.
             let id = *side.ids.iter().find(|id| !used.contains(*id)).unwrap_or(&side.ids[0]);
             used.insert(id);
             OpeningHint {
@@ -70,7 +70,7 @@ pub(super) fn boundaries(
         .collect()
 }
 
-/// Joins pieces of the same room while two of them make one convex piece; the first of them keeps its place.
+/// Joins two pieces of a room as long as their union is convex; the first keeps its place.
 fn join(sides: Vec<Side>) -> Vec<Side> {
     let mut rooms: HashMap<usize, Vec<(usize, Side)>> = HashMap::new();
     for (order, side) in sides.into_iter().enumerate() {
@@ -85,7 +85,7 @@ fn join(sides: Vec<Side>) -> Vec<Side> {
                     let (_, other) = pieces.remove(j);
                     pieces[at].1.ids.extend(other.ids);
                     pieces[at].1.winding = both;
-                    // What didn't fit before may fit now.
+                    // Other pieces may fit now.
                     at = 0;
                 }
                 None => at += 1,
@@ -97,10 +97,10 @@ fn join(sides: Vec<Side>) -> Vec<Side> {
     joined.into_iter().map(|(_, side)| side).collect()
 }
 
-/// What two rooms share, each piece once, then what is left without a partner.
+/// The intersections of two rooms' surfaces, once each, then surfaces without a partner.
 fn pair(sides: &[Side]) -> Vec<(Side, Option<usize>)> {
     let boxes: Vec<Aabb> = sides.iter().map(|s| Aabb::of(s.winding.iter().copied()).inflated(PAIR)).collect();
-    // Swept along x, so that only neighbours meet.
+    // Sweep along x, so that only neighbours are compared.
     let mut order: Vec<usize> = (0..sides.len()).collect();
     order.sort_by(|&a, &b| boxes[a].min.x.total_cmp(&boxes[b].min.x).then(a.cmp(&b)));
     let mut found = Vec::new();
@@ -147,7 +147,7 @@ fn shared(a: &[DVec3], b: &[DVec3]) -> Option<Vec<DVec3>> {
     tidy(rest).filter(|w| geom::area(&centred(w)) > LEAST)
 }
 
-/// The union of two windings where it is convex.
+/// The union of two windings if it is convex.
 fn union(a: &[DVec3], b: &[DVec3]) -> Option<Vec<DVec3>> {
     if !coplanar(a, b) {
         return None;
@@ -162,7 +162,7 @@ fn union(a: &[DVec3], b: &[DVec3]) -> Option<Vec<DVec3>> {
     (area(&hull) <= covered * (1.0 + 1e-3)).then(|| tidy(hull)).flatten()
 }
 
-/// Corners on a line or on each other dropped; `None` unless what is left is planar and convex.
+/// Removes collinear and duplicate corners; `None` if the rest is not planar and convex.
 fn tidy(mut winding: Vec<DVec3>) -> Option<Vec<DVec3>> {
     winding.dedup_by(|b, a| a.distance(*b) < SAME);
     while winding.len() > 1 && winding[0].distance(winding[winding.len() - 1]) < SAME {
@@ -174,7 +174,7 @@ fn tidy(mut winding: Vec<DVec3>) -> Option<Vec<DVec3>> {
         let n = winding.len();
         let (a, b, c) = (winding[(i + n - 1) % n], winding[i], winding[(i + 1) % n]);
         let height = (c - a).normalize_or_zero().cross(b - a).dot(normal);
-        // Positive: left of the way from a to c, so the corner is bent inwards.
+        // Positive: a reflex corner.
         if height > SAME {
             return None;
         }
@@ -201,7 +201,7 @@ struct Reader<'r, 'm> {
 }
 
 impl Reader<'_, '_> {
-    /// The outline in the model's coordinates, metres, +Y up. Surfaces are drawn in the room's own frame.
+    /// The outline in the model's coordinates, metres, +Y up. Surfaces are in the room's own frame.
     fn winding(&mut self, boundary: &Boundary, router: &GeometryRouter) -> Option<Vec<DVec3>> {
         let connection = self.entity(boundary.geometry?)?;
         if connection.ifc_type != IfcType::IfcConnectionSurfaceGeometry {
@@ -254,7 +254,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// The corners of a curve made of straight pieces.
+    /// The corners of a curve of straight segments.
     fn curve(&mut self, id: u32, depth: usize) -> Option<Vec<DVec3>> {
         let curve = self.entity(id)?;
         match curve.ifc_type {
@@ -264,7 +264,7 @@ impl Reader<'_, '_> {
                 for segment in curve.get_refs(0)? {
                     let segment = self.entity(segment)?;
                     let mut piece = self.curve(segment.get_ref(2)?, depth + 1)?;
-                    // Of a single closed piece the sense only says which way round.
+                    // For a single closed segment the sense is only its direction.
                     if super::model::enumeration(&segment, 1) == Some("F") {
                         piece.reverse();
                     }
@@ -305,7 +305,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// An IfcAxis2Placement3D: Z as given, X made perpendicular to it.
+    /// An IfcAxis2Placement3D: Z as given, X perpendicular to it.
     fn placement(&mut self, id: u32) -> Option<DMat4> {
         let placement = self.entity(id)?;
         (placement.ifc_type == IfcType::IfcAxis2Placement3D).then_some(())?;
@@ -352,7 +352,7 @@ mod tests {
             room,
             winding: points(&[(from, 0.), (from, 2.), (to, 2.), (to, 0.)]),
         };
-        // Room 0 draws 0..1 and 1..5, room 1 draws 0.5..6 turned round, room 2 draws something else.
+        // Room 0 has 0..1 and 1..5, room 1 has 0.5..6 reversed, room 2 has a separate surface.
         let mut back = piece(3, 1, 0.5, 6.0);
         back.winding.reverse();
         let pairs = pair(&join(vec![piece(1, 0, 0., 1.), piece(2, 0, 1., 5.), back, piece(4, 2, 7., 8.)]));

@@ -1,23 +1,23 @@
-//! Openings that the reader of geometry left shut: their rectangles are cut through the walls here.
+//! Cuts openings that the geometry reader left closed through their walls, as rectangles.
 //!
-//! That happens where an opening stands beside its wall, or where its solid minus another fails. The file says that there is a door, so
-//! whoever draws the model may show what is behind it. A rectangle that is larger than the hole errs towards visible.
+//! This happens if an opening is beside its wall, or if a boolean operation fails. The file has a door there, so a viewer may
+//! show the space behind it. A rectangle larger than the hole errs towards visible.
 
 use super::geometry::{Geometry, Shape};
 use enfilade::geom::{Aabb, Plane, clip, middle};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Corners this near to a side of the cut, metres, are on it.
+/// Corners within this distance of a side of the cut, metres, are on it.
 const ON_A_SIDE: f64 = 1e-6;
 
-/// A wall whose sides are nearer to each other than this, metres, is a sheet, which has no reveals.
+/// A wall thinner than this, metres, is a sheet without reveals.
 const LEAST_THICKNESS: f64 = 1e-3;
 
-/// Faces count as sides of the wall where the cosine of the angle between them is above this: within 3 degrees.
+/// Faces count as sides of the wall if the cosine of their angle is above this: within 3 degrees.
 const COS_PARALLEL: f64 = 0.9986;
 
-/// A rectangle to be cut through an element.
+/// A rectangle to cut through an element.
 #[derive(Clone, Debug)]
 pub(super) struct Cut {
     /// The element, or its parts.
@@ -26,11 +26,11 @@ pub(super) struct Cut {
     pub(super) winding: Vec<DVec3>,
     /// Unit normal of the wall.
     pub(super) normal: DVec3,
-    /// What is cut, along the normal from the winding either way, metres.
+    /// Depth of the cut on both sides of the winding, along the normal, metres.
     pub(super) reach: f64,
 }
 
-/// The shapes of elements that are cut, see-through ones last, by record.
+/// The shapes of cut elements, see-through ones last, by record.
 pub(super) fn cut(geometry: &Geometry, cuts: &[Cut]) -> HashMap<u32, [Shape; 2]> {
     let mut shapes: HashMap<u32, [Shape; 2]> = HashMap::new();
     for cut in cuts {
@@ -44,13 +44,13 @@ pub(super) fn cut(geometry: &Geometry, cuts: &[Cut]) -> HashMap<u32, [Shape; 2]>
 }
 
 impl Cut {
-    /// Cuts a shape open, and closes what shows of its inside.
+    /// Cuts a shape open, and closes its inside with reveals.
     fn apply(&self, shape: &mut Shape) {
         let planes = self.planes();
         let whole =
             Aabb::of(self.winding.iter().flat_map(|&p| [p - self.normal * self.reach, p + self.normal * self.reach]));
         let mut kept = Shape::default();
-        // Where sides of the wall were cut, along the normal.
+        // Offsets of the wall's sides along the normal.
         let mut sides = [f64::INFINITY, f64::NEG_INFINITY];
         for t in shape.corners() {
             let outside = if whole.touches(&Aabb::of(t)) { outside(&t, &planes) } else { None };
@@ -60,7 +60,7 @@ impl Cut {
             };
             let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
             if n.dot(self.normal).abs() > COS_PARALLEL {
-                // Where the side meets a line through the middle of the cut: its corners may be far off, and lean.
+                // At the centre of the cut: corners of the side may be far off, and the side may be tilted.
                 let centre = middle(&self.winding);
                 let at = centre.dot(self.normal) + n.dot(t[0] - centre) / n.dot(self.normal);
                 sides = [sides[0].min(at), sides[1].max(at)];
@@ -74,7 +74,7 @@ impl Cut {
         *shape = kept;
     }
 
-    /// Around what is cut, facing out of it.
+    /// The planes around the cut, facing outwards.
     fn planes(&self) -> Vec<Plane> {
         let n = self.winding.len();
         let side = |i: usize| {
@@ -85,7 +85,7 @@ impl Cut {
         (0..n).filter_map(side).chain([end(self.normal), end(-self.normal)]).collect()
     }
 
-    /// Rectangles from side to side of the wall, as far as the wall goes, facing into the hole.
+    /// Rectangles from side to side of the wall, clipped to it, facing into the hole.
     fn reveals(&self, [low, high]: [f64; 2], bounds: Aabb) -> Vec<Vec<DVec3>> {
         let walls = [DVec3::X, DVec3::Y, DVec3::Z]
             .into_iter()
@@ -110,7 +110,7 @@ impl Shape {
     }
 }
 
-/// What of a triangle is outside of planes that face out of a convex body; `None` where all of it is.
+/// The part of a triangle outside of a convex body, whose planes face outwards; `None` if all of it is outside.
 fn outside(triangle: &[DVec3; 3], planes: &[Plane]) -> Option<Vec<Vec<DVec3>>> {
     let (mut rest, mut pieces) = (triangle.to_vec(), Vec::new());
     for plane in planes {
@@ -159,12 +159,12 @@ mod tests {
     fn a_door_is_cut_with_its_reveals() {
         let mut wall = block(DVec3::ZERO, DVec3::new(4., 3., 0.2));
         door(0.12).apply(&mut wall);
-        // As a solid: 0.4 m³ less. Its surface: both sides and the foot less, reveals more; the lowest of these is the foot itself.
+        // The solid loses 0.4 m³. The surface loses both sides and the foot and gains reveals; the lowest reveal is the foot.
         let [area, volume] = measures(&wall);
         assert!((volume / 6.0 - (2.4 - 0.4)).abs() < 1e-12, "{volume}");
         let surface = 2.0 * (4. * 3. + 4. * 0.2 + 3. * 0.2) - 2.0 * 2.0 + 2.0 * 2.0 * 0.2 + 0.2 + 0.2;
         assert!((area / 2.0 - surface).abs() < 1e-12, "{area} {surface}");
-        // Again: there is nothing left to cut.
+        // A second cut changes nothing.
         let again = wall.clone();
         door(0.12).apply(&mut wall);
         assert_eq!(measures(&wall), measures(&again));

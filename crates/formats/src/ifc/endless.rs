@@ -1,12 +1,12 @@
-//! Products that the reader would take minutes and gigabytes for: disks swept along curves of too many parts.
+//! Finds products that the reader would need minutes and gigabytes for: disks swept along curves with too many parts.
 
 use super::tubes::MOST_SECTIONS;
 use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 
-/// Records of a product that are looked at. Fewer: what comes after many others isn't found. More: long lists take long twice.
+/// Limit of records per product. Fewer: curves after many other records are missed. More: long lists take twice the time.
 const MOST_RECORDS: usize = 1 << 14;
 
-/// Whether a product has such a disk, in a map or a boolean, too.
+/// Whether a product has such a disk, also in a map or a boolean.
 pub(super) fn has_endless_curve(product: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> bool {
     let mut left: Vec<u32> = product.get_ref(6).into_iter().collect();
     let mut records = 0..MOST_RECORDS;
@@ -34,7 +34,7 @@ fn is_endless(disk: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> bool {
     let count = |record: &DecodedEntity, slot| record.get_list(slot).map(<[_]>::len);
     let parts = match curve.ifc_type {
         IfcType::IfcPolyline | IfcType::IfcCompositeCurve => count(&curve, 0),
-        // Without segments it goes from point to point.
+        // Without segments it is a polyline.
         IfcType::IfcIndexedPolyCurve => count(&curve, 1).or_else(|| count(&of(&curve)?, 0)),
         _ => None,
     };

@@ -17,7 +17,7 @@ use ifc_lite_geometry::GeometryRouter;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-/// Metres beyond which a coordinate is taken for damage: farther from any national grid's origin than the Earth is wide.
+/// Greatest valid coordinate, metres: farther from any national grid's origin than the Earth is wide.
 const FARTHEST: f64 = 2e7;
 
 /// A shape in the model's coordinates: metres, +Y up.
@@ -35,7 +35,7 @@ impl Shape {
         self.triangles.iter().map(|t| t.map(|i| self.positions[i as usize]))
     }
 
-    /// Takes over another shape's triangles.
+    /// Appends another shape's triangles.
     pub(super) fn append(&mut self, other: &Self) {
         let start = self.positions.len() as u32;
         self.positions.extend(&other.positions);
@@ -43,18 +43,18 @@ impl Shape {
     }
 }
 
-/// What a product looks like.
+/// The geometry of a product.
 #[derive(Debug, Default)]
 pub(super) struct Built {
-    /// What hides things.
+    /// Its opaque part.
     pub(super) solid: Shape,
-    /// What is see-through by its style.
+    /// Its see-through part, by style.
     pub(super) clear: Shape,
-    /// The first surface of each of the two.
+    /// The first surface of each part.
     pub(super) surfaces: [Option<Arc<Surface>>; 2],
-    /// Tubes, where all of it is such; then it has no triangles.
+    /// Tubes, if all of it is tubes; then it has no triangles.
     pub(super) tubes: Tubes,
-    /// Why it isn't such, where something of it is round.
+    /// Why it stays a mesh although parts are round.
     stays: Option<Stays>,
 }
 
@@ -64,7 +64,7 @@ impl Built {
         self.tubes.sections.len() - self.tubes.tubes.len()
     }
 
-    /// All of it.
+    /// Both parts.
     pub(super) fn whole(&self) -> Shape {
         let mut whole = self.solid.clone();
         whole.append(&self.clear);
@@ -72,23 +72,23 @@ impl Built {
     }
 }
 
-/// What the geometry of a model came to.
+/// The geometry of a model.
 #[derive(Debug, Default)]
 pub(super) struct Geometry {
     built: HashMap<u32, Built>,
     /// GlobalIds and reasons of products left out, in file order.
     pub(super) failed: Vec<String>,
-    /// Classes of representation items that ifc-lite doesn't read.
+    /// Classes of representation items that ifc-lite does not support.
     pub(super) unsupported: BTreeSet<String>,
 }
 
 impl Geometry {
-    /// How many products are tubes.
+    /// Number of products that are tubes.
     pub(super) fn tubes(&self) -> usize {
         self.built.values().filter(|built| built.segments() > 0).count()
     }
 
-    /// How many products stay meshes though something in them is round, by reason. Nothing where these and tubes are few.
+    /// Number of products with round parts that stay meshes, by reason. Empty if these and tubes are few.
     pub(super) fn stay(&self) -> BTreeMap<Stays, usize> {
         let mut counts = BTreeMap::new();
         for stays in self.built.values().filter_map(|built| built.stays) {
@@ -104,8 +104,8 @@ impl Geometry {
     }
 }
 
-/// Makes the triangles of `products` (record numbers), each cut by its openings; tubes of pipes if `with_tubes`, where there are many: a few
-/// are as the reader has them.
+/// Makes the triangles of `products` (record numbers), cut by their openings. With `with_tubes`, pipes become tubes if there are
+/// many; otherwise they stay as the reader made them.
 pub(super) fn build(
     model: &Arc<Model>,
     relations: &Arc<Relations>,
@@ -130,7 +130,7 @@ pub(super) fn build(
 }
 
 impl Geometry {
-    /// Does a task.
+    /// Runs a task.
     fn run(&mut self, task: &Arc<Task>, limits: Limits) -> Result<(), DeadlinePassed> {
         let outcomes = workers::run(task, parallel::threads(), limits)?;
         let mut decoder = task.model.decoder();
@@ -161,7 +161,7 @@ struct Task {
     relations: Arc<Relations>,
     styles: Arc<Styles>,
     products: Vec<u32>,
-    /// Whether pipes are tubes.
+    /// Whether pipes become tubes.
     with_tubes: bool,
 }
 
@@ -191,11 +191,11 @@ impl Task {
     fn build(&self, product: u32, decoder: &mut EntityDecoder<'_>, router: &GeometryRouter) -> Result<Built, String> {
         let entity = decoder.decode_by_id(product).map_err(one_line)?;
         if has_endless_curve(&entity, decoder) {
-            return Err("along a curve of too many parts".into());
+            return Err("swept along a curve with too many parts".into());
         }
         let items = self.styles.of(&entity, &self.relations, decoder);
         let mut built = Built { surfaces: [items.solid.clone(), items.clear.clone()], ..Built::default() };
-        // Round columns are walls to the plan, which knows the reader's corners.
+        // The plan treats round columns as walls and needs the reader's corners.
         let may_be_tubes = self.with_tubes && !items.have_clear() && role(&entity.ifc_type) == Some(Role::Furnishing);
         if may_be_tubes {
             match tubes::of_product(&self.model, &entity, decoder, router) {
@@ -211,7 +211,7 @@ impl Task {
                     self.append(&mut built.solid, mesh)?;
                 }
             }
-            // Part by part only where parts differ: the other way is cheaper.
+            // Item by item only if items differ: the other way is cheaper.
             true => {
                 for part in &parts_by_item(router, &entity, decoder, &self.model.voids)?.sub_meshes {
                     let shape = if items.is_clear(part.geometry_id) { &mut built.clear } else { &mut built.solid };
@@ -222,7 +222,7 @@ impl Task {
         Ok(built)
     }
 
-    /// Adds a mesh, back in the model's coordinates.
+    /// Adds a mesh in the model's coordinates.
     fn append(&self, shape: &mut Shape, mesh: &ifc_lite_geometry::Mesh) -> Result<(), String> {
         let start = shape.positions.len() as u32;
         let origin = self.model.offset + DVec3::from(mesh.origin);
@@ -230,7 +230,7 @@ impl Task {
             let p = y_up(origin + DVec3::from(p.map(f64::from)));
             if !(p.is_finite() && p.abs().max_element() < FARTHEST) {
                 return Err(
-                    "a corner lies beyond the Earth: --unit gives metres per unit, if the file says it wrongly or not"
+                    "a corner lies beyond the Earth; give metres per unit with --unit if the file's unit is wrong or missing"
                         .into(),
                 );
             }
@@ -248,7 +248,7 @@ impl Task {
     }
 }
 
-/// One mesh a representation item, cut by the product's openings.
+/// One mesh per representation item, cut by the product's openings.
 fn parts_by_item(
     router: &GeometryRouter,
     entity: &DecodedEntity,

@@ -1,19 +1,18 @@
-//! IFC (2x3, 4 and 4.3, STEP files): elements become meshes, IfcSpace rooms, doors and windows openings.
+//! IFC (2x3, 4 and 4.3, STEP files): elements become meshes, spaces become rooms, doors and windows become openings.
 //!
-//! What goes where, in the order of an import:
+//! Modules in the order of an import:
 //!
 //! 1. `model`: the header, the records by kind, units, the offset of georeferenced models;
-//! 2. `relations` and `styles`: who voids, fills, holds and bounds what; what is see-through;
+//! 2. `relations` and `styles`: relations of elements, openings and spaces; transparency;
 //! 3. `geometry`: every product's triangles by ifc-lite, on several threads watched by `workers`; those of pipes by `tubes`;
-//! 4. `spaces`, `openings` and `boundaries`: hints; and `cuts`: openings that ifc-lite left shut.
+//! 4. `spaces`, `openings` and `boundaries`: hints; `cuts`: openings that ifc-lite left closed.
 //!
-//! What a file says of its elements beside their shape, [`elements()`] reads when somebody asks; an import doesn't.
+//! [`elements()`] reads names and properties of elements on demand; an import does not.
 //!
-//! An import ends: an element whose geometry takes longer than `ELEMENT_LIMIT` is left out and named in the notes (one
-//! occluder fewer errs towards visible), and one that panics likewise; a file whose geometry as a whole takes longer than
-//! `TIME_LIMIT` and a share for its size is an error. Both limits hold however deep a library is in its loops, because
-//! the geometry runs on threads of its own that are left behind, not waited for; such a thread ends with its element or with
-//! the process.
+//! An import always ends. An element whose geometry takes longer than `ELEMENT_LIMIT`, or panics, is left out and named in the
+//! notes (a missing occluder errs towards visible). It is an error if the geometry of the whole file takes longer than
+//! `TIME_LIMIT` plus a share for its size. Both limits hold even inside a library: the geometry runs on threads that are
+//! abandoned and not waited for; such a thread ends with its element or with the process.
 
 use crate::elements::Elements;
 use enfilade::scene::{ImportError, ImportOptions, Scene};
@@ -26,22 +25,22 @@ mod geometry;
 mod model;
 mod openings;
 mod plan;
+mod properties;
 mod reader;
 mod relations;
 mod roles;
 mod spaces;
 mod styles;
-mod told;
 mod tubes;
 mod workers;
 mod zipped;
 
+pub use properties::elements_of_bytes;
 pub use reader::import_bytes;
-pub use told::elements_of_bytes;
 
-/// Reads an IFC file. Lengths become metres, +Z up becomes +Y up: `(x, y, z)` turns into `(x, z, -y)`.
+/// Reads an IFC file. Lengths become metres, +Z up becomes +Y up: `(x, y, z)` becomes `(x, z, -y)`.
 ///
-/// Fails on files that can't be read, aren't IFC, are cut off, hold no element with geometry, or take too long.
+/// Fails on files that cannot be read, are not IFC, are truncated, hold no element with geometry, or take too long.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     reader::import_bytes(bytes_of(path)?, &name, options)
@@ -54,10 +53,10 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>, ImportError> {
     if is_zipped { zipped::unzipped(&bytes) } else { Ok(bytes) }
 }
 
-/// Reads what a file says of its elements and spaces. It takes about as long as reading the file's records, and no geometry is made.
+/// Reads names, types and properties of elements and spaces, without geometry. It takes about as long as reading records.
 ///
-/// Fails on files that can't be read, aren't IFC, are cut off, or take too long. References that lead nowhere are passed over and counted in
-/// [`Elements::notes`].
+/// Fails on files that cannot be read, are not IFC, are truncated, or take too long. Dangling references are skipped and counted
+/// in [`Elements::notes`].
 pub fn elements(path: &Path) -> Result<Elements, ImportError> {
     elements_of_bytes(bytes_of(path)?)
 }

@@ -1,4 +1,4 @@
-//! The file as records: the header checked, records found by kind, units and the offset of georeferenced models worked out.
+//! The file as records: checks the header, indexes records by kind, reads units and the offset of georeferenced models.
 
 use enfilade::scene::{ImportError, Place, whole_file};
 use enfilade::types::note::Note;
@@ -21,10 +21,10 @@ impl<K, V, S> MapHasher for HashMap<K, V, S> {
     type Hasher = S;
 }
 
-/// Openings by the element that they are cut from.
+/// Openings by host element.
 pub(super) type Voids = HashMap<u32, Vec<u32>, <EntityIndex as MapHasher>::Hasher>;
 
-/// A product: anything with a place in the building.
+/// A product: an entity with a place in the building.
 #[derive(Clone, Debug)]
 pub(super) struct Product {
     /// Its record.
@@ -46,16 +46,16 @@ pub(super) struct Model {
     radians: f64,
     /// Subtracted by ifc-lite before it rounds to `f32`; metres, +Z up.
     pub(super) offset: DVec3,
-    /// Openings by host, passed on to the parts of hosts.
+    /// Openings by host, also for the parts of hosts.
     pub(super) voids: Voids,
     /// In file order.
     pub(super) products: Vec<Product>,
     others: HashMap<&'static str, Vec<u32>>,
-    /// What was odd.
+    /// Irregularities found.
     pub(super) notes: Vec<Note>,
 }
 
-/// Records kept besides products, by keyword.
+/// Record kinds indexed besides products, by keyword.
 const KINDS: [&str; 12] = [
     "IFCRELVOIDSELEMENT",
     "IFCRELFILLSELEMENT",
@@ -77,7 +77,7 @@ impl Model {
         let notes = settle_envelope(&mut bytes)?.into_iter().map(Note::detail).collect();
         spell(&mut bytes);
         let bytes = with_shapes(bytes);
-        // What ifc-lite would write to stderr is told as notes below.
+        // The notes below replace the messages of ifc-lite on stderr.
         set_report_sink(|_| ());
         let index = Arc::new(build_entity_index(&bytes));
         let schema = ifc_lite_core::declared_schema_bounded(&bytes).map(|s| s.to_ascii_uppercase());
@@ -109,14 +109,14 @@ impl Model {
         Ok(model)
     }
 
-    /// A decoder of these records; not to be shared between threads.
+    /// A decoder of these records, for one thread.
     pub(super) fn decoder(&self) -> EntityDecoder<'_> {
         let mut decoder = EntityDecoder::with_arc_index(&self.bytes, self.index.clone()).with_strict_reals();
         decoder.seed_unit_scales(self.metres, self.radians);
         decoder
     }
 
-    /// A maker of triangles for these records; not to be shared between threads.
+    /// A geometry router for these records, for one thread.
     pub(super) fn router(&self) -> GeometryRouter {
         let mut router = GeometryRouter::with_scale(self.metres);
         router.enable_content_dedup_shared(GeometryRouter::new_dedup_cache());
@@ -130,12 +130,12 @@ impl Model {
         self.others.get(kind).map_or(&[], Vec::as_slice)
     }
 
-    /// Goes through the file once and sorts its records.
+    /// Scans the file once and sorts its records by kind.
     fn scan(&mut self) -> Result<(), ImportError> {
         let mut twice = 0;
         let mut scanner = EntityScanner::new(&self.bytes);
         while let Some((id, keyword, start, end)) = scanner.next_entity() {
-            // The last record of a number counts, as for references; a DATA section given twice adds nothing.
+            // The last record of a number counts, as for references; a repeated DATA section adds nothing.
             if self.index.get(&id) != Some(&(start, end)) {
                 twice += 1;
                 continue;
@@ -159,7 +159,7 @@ impl Model {
             self.notes.push(Note::fault(what));
         }
         if twice > 0 {
-            self.notes.push(Note::detail(format!("{twice} records are given more than once; the last of each counts")));
+            self.notes.push(Note::detail(format!("{twice} records occur more than once; the last one counts")));
         }
         if self.index.is_empty() {
             return Err(ImportError::malformed(self.data_place(), "no records in the DATA section"));
@@ -169,7 +169,7 @@ impl Model {
                 let what = "no IFCPROJECT and no product in the DATA section: not a building model";
                 return Err(ImportError::malformed(self.data_place(), what));
             }
-            let what = "no IFCPROJECT, which says the units: it is a part of a model; --unit gives metres per unit";
+            let what = "no IFCPROJECT, so units are unknown: the file is part of a model; give metres per unit with --unit";
             self.notes.push(Note::fault(what));
         }
         Ok(())
@@ -179,7 +179,7 @@ impl Model {
         Place::Line(find(&self.bytes, b"DATA;").map_or(1, |at| line_of(&self.bytes, at)))
     }
 
-    /// Units of length and angle. ifc-lite takes angles without a unit for radians; exporters that forget it mean degrees.
+    /// Units of length and angle. ifc-lite assumes radians without a unit; exporters that omit it mean degrees.
     fn settle_units(&mut self, metres: Option<f64>) -> Result<(), ImportError> {
         let project = self.records("IFCPROJECT").first().copied();
         let mut decoder = EntityDecoder::with_arc_index(&self.bytes, self.index.clone());
@@ -218,13 +218,12 @@ impl Model {
     }
 }
 
-/// What ifc-lite doesn't know by the name that it has, and a name of no more letters that says the same: the type of a shape that old
-/// exporters call by the class of its items, which it passes over; a pipe along a polyline, whose attributes are those of pipes, and last the
-/// radius of its bends.
+/// Names unknown to ifc-lite, with known names of the same length: a shape type of old exporters, which is ignored otherwise, and
+/// a pipe along a polyline, which has the attributes of a pipe and then the radius of its bends.
 const SPELLINGS: [(&[u8], &[u8]); 2] =
     [(b"'FacetedBrep'", b"'Brep'       "), (b"IFCSWEPTDISKSOLIDPOLYGONAL(", b"IFCSWEPTDISKSOLID(         ")];
 
-/// Writes what ifc-lite knows in the place of what it doesn't.
+/// Replaces names that ifc-lite does not know.
 fn spell(bytes: &mut [u8]) {
     for (old, new) in SPELLINGS {
         let mut from = 0;
@@ -235,8 +234,8 @@ fn spell(bytes: &mut [u8]) {
     }
 }
 
-/// IFC 2x3 lets a product have an IfcProductRepresentation as such, which ifc-lite refuses. An IfcProductDefinitionShape, which has the same
-/// attributes, takes the place of each.
+/// IFC 2x3 allows an IfcProductRepresentation, which ifc-lite refuses. It becomes an IfcProductDefinitionShape, which has the
+/// same attributes.
 fn with_shapes(bytes: Vec<u8>) -> Vec<u8> {
     const OLD: &[u8] = b"IFCPRODUCTREPRESENTATION";
     const NEW: &[u8] = b"IFCPRODUCTDEFINITIONSHAPE";
@@ -257,14 +256,14 @@ fn with_shapes(bytes: Vec<u8>) -> Vec<u8> {
     found
 }
 
-/// How a STEP file begins.
+/// Start of a STEP file.
 const HEADER: &[u8] = b"ISO-10303-21";
-/// What precedes the header is passed over where it is at most so many bytes. Less: a comment of a few lines hides a model. More: a text
-/// about STEP files passes for one.
+/// Maximum bytes skipped before the header. Less: a comment of a few lines hides a model. More: a text about STEP files counts as
+/// one.
 const MOST_BEFORE: usize = 1024;
 
-/// A file begins with `ISO-10303-21` and ends with `END-ISO-10303-21`: one that doesn't is something else, or cut off. What little
-/// precedes the beginning becomes blanks, so that lines keep their numbers; a note where that is no comment.
+/// Checks that a file begins with `ISO-10303-21` and ends with `END-ISO-10303-21`. Blanks replace a few bytes before the
+/// beginning, which keeps line numbers; returns a note unless they are a comment.
 pub(super) fn settle_envelope(bytes: &mut [u8]) -> Result<Option<String>, ImportError> {
     let broken = |what: String| ImportError::malformed(Place::File, what);
     let text = whole_file::text_of(bytes);
@@ -283,19 +282,22 @@ pub(super) fn settle_envelope(bytes: &mut [u8]) -> Result<Option<String>, Import
     };
     let note = (!is_comment(&bytes[..start])).then(|| {
         let before = whole_file::text_of(&bytes[..start]).trim_ascii_end();
-        format!("{} bytes before ISO-10303-21 are passed over; {}", before.len(), whole_file::nature(before))
+        format!("{} bytes before ISO-10303-21 are ignored; {}", before.len(), whole_file::nature(before))
     });
     bytes[..start].iter_mut().filter(|b| **b != b'\n').for_each(|b| *b = b' ');
     // Comments or a signature may follow the end.
     let tail = &bytes[bytes.len().saturating_sub(64 << 10)..];
     if !tail.windows(16).any(|w| w.eq_ignore_ascii_case(b"END-ISO-10303-21")) {
         let place = Place::Line(line_of(bytes, bytes.len()));
-        return Err(ImportError::malformed(place, "the file ends before END-ISO-10303-21: it was cut off; fetch it again"));
+        return Err(ImportError::malformed(
+            place,
+            "the file ends before END-ISO-10303-21: it is truncated; download it again",
+        ));
     }
     Ok(note)
 }
 
-/// Whether a text is blanks and comments.
+/// Whether a text consists of blanks and comments.
 fn is_comment(text: &[u8]) -> bool {
     let mut rest = whole_file::text_of(text);
     while let Some(comment) = rest.strip_prefix(b"/*") {
@@ -318,12 +320,12 @@ pub(super) fn enumeration(entity: &DecodedEntity, slot: usize) -> Option<&str> {
     entity.get(slot)?.as_enum()
 }
 
-/// A string that says something.
+/// A string that is not blank.
 pub(super) fn text(entity: &DecodedEntity, slot: usize) -> Option<&str> {
     entity.get_string(slot).map(str::trim).filter(|s| !s.is_empty())
 }
 
-/// The GlobalId, or the record's number where it has none.
+/// The GlobalId, or the record's number if it has none.
 pub(super) fn global_id(entity: &DecodedEntity) -> String {
     text(entity, 0).map_or_else(|| format!("#{}", entity.id), str::to_owned)
 }

@@ -1,9 +1,9 @@
-//! Doors, windows and plain holes as windings in the middle of the walls that they go through.
+//! Doors, windows and plain holes as windings in the middle of their walls.
 //!
-//! The opening element is the hole itself, so its section with the wall's middle plane is the outline, and what fills it (a
-//! leaf that may stick out, a frame that may be let in) only says what it is. The wall's direction is read from its own
-//! triangles beside the hole rather than from placements, which exporters turn as they like: the sides are by far the largest
-//! faces there once the reveals, which lie on the opening's surface, are left out.
+//! The opening element is the hole itself, so its section with the wall's middle plane is the outline. Its filling (a leaf, a
+//! frame) may be larger or smaller and gives only the kind. The wall's direction comes from its own triangles beside the hole,
+//! since placements are unreliable. Apart from reveals, which lie on the opening's surface, the sides are by far the largest
+//! faces there.
 
 use super::cuts::Cut;
 use super::geometry::{Built, Geometry, Shape};
@@ -19,53 +19,53 @@ use glam::{DVec2, DVec3};
 use ifc_lite_core::{EntityDecoder, IfcType};
 use std::collections::HashMap;
 
-/// An opening whose normal has a smaller cosine with the vertical than this (2.9 degrees) is in a wall.
+/// An opening is in a wall if its normal has a smaller cosine with the vertical than this (2.9 degrees).
 const IN_A_WALL: f64 = 0.05;
 
-/// A wall thinner than this, metres, says nothing of its hole's depth.
+/// A thinner wall, metres, does not give the depth of its hole.
 const LEAST_THICKNESS: f64 = 1e-3;
 
-/// An opening with a smaller outline than this, square metres, is none.
+/// Openings with a smaller outline, square metres, are ignored.
 const LEAST_AREA: f64 = 1e-6;
 
-/// Triangles this near to an opening, metres, are beside it. Larger: other walls of the same element join in. Smaller: walls
-/// whose sides stop a hair before the opening are missed.
+/// Triangles within this distance of an opening, metres, are beside it. Larger: other walls of the same element join in. Smaller:
+/// walls that end just before the opening are missed.
 const BESIDE: f64 = 0.02;
 
-/// An unfilled opening that stops farther than this from a wall's side, metres, is a niche.
+/// An unfilled opening that ends farther than this from a wall's side, metres, is a niche.
 const THROUGH: f64 = 2e-3;
 
-/// A wall's side may be this far behind the end of an opening, metres: the depth of wall that a niche leaves. Larger: a wall
-/// bent into a U around the opening counts as one thick wall.
+/// Greatest distance of a wall's side from the end of an opening, metres: the wall behind a niche. Larger: a U-shaped wall around
+/// the opening counts as one thick wall.
 const BEHIND: f64 = 0.3;
 
-/// Faces count as parallel where the cosine of the angle between their normals is above this: within 3 degrees.
+/// Faces count as parallel if the cosine between their normals is above this: within 3 degrees.
 const COS_PARALLEL: f64 = 0.9986;
 
-/// Points that are tried in an opening whose middle is not open, along each side. Less: thin frames have none.
+/// Points per side tried in an opening whose middle is not open. Less: thin frames have none.
 const GRID: usize = 8;
 
-/// A flat slice of a wall or roof around an opening.
+/// A flat layer of a wall or roof around an opening.
 #[derive(Clone, Copy, Debug)]
 struct Layer {
-    /// Unit normal, horizontal where the wall is upright.
+    /// Unit normal, horizontal for an upright wall.
     normal: DVec3,
     /// Range along the normal, metres.
     range: [f64; 2],
 }
 
-/// What openings are read from.
+/// Data for reading openings.
 struct Source<'s> {
     relations: &'s Relations,
     geometry: &'s Geometry,
     kinds: HashMap<u32, &'s IfcType>,
-    /// The wall or roof that an opening element is cut out of.
+    /// The wall or roof with an opening element.
     host_of: HashMap<u32, u32>,
-    /// The rooms that an element bounds, as far as space boundaries say so.
+    /// The rooms that an element bounds, from space boundaries.
     bounded: HashMap<u32, Vec<usize>>,
 }
 
-/// Reads the openings: every filled one, and unfilled ones that go through walls. What is still to be cut goes to `cuts`.
+/// Reads the openings: filled ones, and unfilled ones that go through walls. Openings still closed are added to `cuts`.
 pub(super) fn openings(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
@@ -98,7 +98,7 @@ pub(super) fn openings(
         let rooms = source.rooms([Some(product.id), element.opening]);
         hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
     }
-    let what = "openings are cut into their walls here, as rectangles: the reader of geometry left them shut";
+    let what = "openings that the geometry reader left closed are cut into their walls as rectangles";
     super::reader::note_list(notes, Note::taken, &format!("{} {what}", uncut.len()), &uncut);
     super::reader::note_list(notes, Note::fault, "doors and windows without a shape", &shapeless);
     hints
@@ -116,7 +116,7 @@ fn opening_kind(kind: &IfcType) -> Option<OpeningKind> {
     }
 }
 
-/// By element: the rooms that it bounds, as far as space boundaries say so.
+/// By element: the rooms that it bounds, from space boundaries.
 fn bounded(relations: &Relations, rooms: &Rooms) -> HashMap<u32, Vec<usize>> {
     let mut bounded: HashMap<u32, Vec<usize>> = HashMap::new();
     for boundary in &relations.boundaries {
@@ -131,7 +131,7 @@ fn bounded(relations: &Relations, rooms: &Rooms) -> HashMap<u32, Vec<usize>> {
 }
 
 impl Source<'_> {
-    /// A door, a window or an opening; `None` for one that another element fills, or that no wall has.
+    /// A door, a window or an opening; `None` if another element fills it or it is in no wall.
     fn element(&self, id: u32, kind: OpeningKind) -> Option<Element> {
         let Self { relations, geometry, .. } = self;
         let fillings = |opening: &u32| relations.fillings.get(opening).map_or(0, Vec::len);
@@ -151,13 +151,13 @@ impl Source<'_> {
         Some(Element { kind, opening, hole, filling: shape(id), hosts, wall, layer, shares_hole })
     }
 
-    /// The rooms on both sides of the first of some elements that bounds any.
+    /// The rooms on both sides, from the first element with space boundaries.
     fn rooms(&self, elements: [Option<u32>; 2]) -> [Option<usize>; 2] {
         let known = elements.into_iter().flatten().find_map(|id| self.bounded.get(&id));
         match known.map(Vec::as_slice) {
             Some(&[a]) => [Some(a), None],
             Some(&[a, b]) => [Some(a), Some(b)],
-            // More than two can't all be on its sides; the split finds out.
+            // More than two cannot all be on its sides; the partition decides.
             _ => [None, None],
         }
     }
@@ -170,17 +170,17 @@ struct Element {
     opening: Option<u32>,
     hole: Option<Shape>,
     filling: Option<Shape>,
-    /// What the hole is cut out of: elements, and their shape.
+    /// The elements with the hole, and their shape.
     hosts: Vec<u32>,
     wall: Shape,
-    /// Of the wall, where the hole goes through.
+    /// Layer of the wall at the hole.
     layer: Option<Layer>,
     /// Whether another element fills the same hole.
     shares_hole: bool,
 }
 
 impl Element {
-    /// The winding, empty where there is no shape, and the wall's thickness. `None` for a niche, and where no direction can be told.
+    /// The winding, empty without a shape, and the wall's thickness. `None` for a niche, and if no direction is found.
     fn outline(&self) -> Option<(Vec<DVec3>, f64)> {
         let through = |hole: &Shape, layer: Layer| (rectangle_in(hole, layer), layer.range[1] - layer.range[0]);
         Some(match (&self.hole, &self.filling, self.layer) {
@@ -192,13 +192,13 @@ impl Element {
                 through(hole, layer)
             }
             (Some(hole), Some(filling), Some(layer)) if self.shares_hole => {
-                // A door beside its side light in one hole: each takes its own share of it.
+                // A door and its side light in one hole: each gets its own part.
                 let (winding, thickness) = through(hole, layer);
                 (overlap(winding, &rectangle_in(filling, layer), layer), thickness)
             }
             (Some(hole), _, Some(layer)) => through(hole, layer),
             (Some(hole), filling, None) => {
-                // No wall to look at: the leaf is flatter than the hole is.
+                // No wall: the leaf is flatter than the hole.
                 let flat = flattest(filling.as_ref().unwrap_or(hole))?;
                 let [low, high] = extent(hole, flat.normal);
                 (rectangle_in(hole, Layer { range: [low, high], ..flat }), 0.0)
@@ -208,7 +208,7 @@ impl Element {
         })
     }
 
-    /// What is still to be cut, where wall is left in the opening.
+    /// The cut needed if wall is left in the opening.
     fn cut(&self, winding: &[DVec3]) -> Option<Cut> {
         let (layer, hole) = (self.layer?, self.hole.as_ref()?);
         let reach = (layer.range[1] - layer.range[0]) / 2.0 + BESIDE;
@@ -220,7 +220,7 @@ impl Element {
     }
 }
 
-/// An element, or its parts where it has no shape of its own.
+/// An element, or its parts if it has no shape of its own.
 fn with_parts(element: u32, relations: &Relations, geometry: &Geometry) -> Vec<u32> {
     let has_shape = |built: &Built| !(built.solid.triangles.is_empty() && built.clear.triangles.is_empty());
     match geometry.get(element).is_some_and(has_shape) {
@@ -237,10 +237,10 @@ fn extent(shape: &Shape, normal: DVec3) -> [f64; 2] {
         .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)])
 }
 
-/// The layer of `wall` that `hole` goes through.
+/// The layer of `wall` around `hole`.
 fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
     let hole_box = HoleBox::of(hole)?;
-    // Directions of faces as sums of doubled areas, opposite ones counted as one: the larger a face, the surer its direction.
+    // Directions of faces as sums of doubled areas, opposite ones merged: larger faces have more reliable directions.
     let mut directions: Vec<DVec3> = Vec::new();
     for t in wall.corners().filter(|t| hole_box.is_near(t, DVec3::ZERO) && !hole_box.holds_middle(t)) {
         let n = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -250,23 +250,23 @@ fn layer_beside(wall: &Shape, hole: &Shape) -> Option<Layer> {
             None => {}
         }
     }
-    // Of equal areas, the first in the wall's own order.
+    // Of equal areas, the first in the wall's order.
     let largest = directions.into_iter().reduce(|a, b| if b.length() > a.length() * (1.0 + 1e-9) { b } else { a });
     let raw = canonical(largest?.try_normalize()?);
     let normal = upright(raw);
-    // The sides, also that which a niche doesn't reach.
+    // The sides, including one that a niche does not reach.
     let is_side = |t: &[DVec3; 3]| {
         let n = (t[1] - t[0]).cross(t[2] - t[0]).normalize_or_zero();
         n.dot(raw).abs() > COS_PARALLEL && hole_box.is_near(t, normal * BEHIND)
     };
     let offsets = wall.corners().filter(is_side).flatten().map(|p| p.dot(normal));
     let range = offsets.fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], d| [l.min(d), h.max(d)]);
-    // One side only, as of a sheet: the hole's own depth.
+    // One side only, as of a sheet: use the depth of the hole.
     let range = if range[1] - range[0] < LEAST_THICKNESS { extent(hole, normal) } else { range };
     Some(Layer { normal, range })
 }
 
-/// The box around a hole, turned in plan: what lies on its surface are reveals.
+/// The box around a hole, rotated in plan; faces on its surface are reveals.
 struct HoleBox {
     plan: Rectangle,
     y: [f64; 2],
@@ -278,7 +278,7 @@ impl HoleBox {
         Some(Self { plan, y: extent(hole, DVec3::Y) })
     }
 
-    /// In the box's own axes: along the sides of the rectangle, then up.
+    /// In the box's axes: along the sides of the rectangle, then up.
     fn local(&self, p: DVec3) -> DVec3 {
         let plan = DVec2::new(p.x, p.z);
         DVec3::new(plan.dot(self.plan.axes[0]), plan.dot(self.plan.axes[1]), p.y)
@@ -289,24 +289,24 @@ impl HoleBox {
         Aabb { min: low.extend(self.y[0]) - margin, max: high.extend(self.y[1]) + margin }
     }
 
-    /// Whether a triangle comes within [`BESIDE`] of the box grown by `reach` both ways.
+    /// Whether a triangle comes within [`BESIDE`] of the box grown by `reach` on both sides.
     fn is_near(&self, t: &[DVec3; 3], reach: DVec3) -> bool {
         self.around(self.local(reach).abs() + BESIDE).touches(&Aabb::of(t.map(|p| self.local(p))))
     }
 
-    /// Whether a triangle's middle is in the box or on its surface: it is a reveal.
+    /// Whether a triangle is a reveal: its middle is in the box or on its surface.
     fn holds_middle(&self, t: &[DVec3; 3]) -> bool {
         self.around(DVec3::splat(BESIDE / 2.0)).contains(self.local((t[0] + t[1] + t[2]) / 3.0))
     }
 }
 
-/// One of `n` and `-n`, always the same.
+/// Either `n` or `-n`, the same for both.
 fn canonical(n: DVec3) -> DVec3 {
     let decisive = [n.x, n.z, n.y].into_iter().find(|c| c.abs() > 1e-6).unwrap_or(1.0);
     if decisive < 0.0 { -n } else { n }
 }
 
-/// Made exactly horizontal or vertical where it nearly is.
+/// Snaps nearly horizontal and vertical normals.
 fn upright(n: DVec3) -> DVec3 {
     if n.y.abs() < IN_A_WALL {
         DVec3::new(n.x, 0.0, n.z).normalize_or(DVec3::X)
@@ -317,7 +317,7 @@ fn upright(n: DVec3) -> DVec3 {
     }
 }
 
-/// The plane that a leaf lies in, from its box turned in plan: its least side is its thickness.
+/// The plane of a leaf, from its box rotated in plan: the shortest side is its thickness.
 fn flattest(shape: &Shape) -> Option<Layer> {
     let HoleBox { plan, y } = HoleBox::of(shape)?;
     let size = plan.size();
@@ -343,8 +343,8 @@ fn frame(shape: &Shape, normal: DVec3) -> [DVec3; 2] {
     [right, normal.cross(right)]
 }
 
-/// The rectangle around a shape's section with a layer's middle plane, counter-clockwise about the normal; around its outline
-/// where it doesn't reach the plane.
+/// The rectangle around a shape's section with a layer's middle plane, counter-clockwise about the normal; around its outline if
+/// it does not reach the plane.
 fn rectangle_in(shape: &Shape, layer: Layer) -> Vec<DVec3> {
     let middle = (layer.range[0] + layer.range[1]) / 2.0;
     let mut section = Vec::new();
@@ -367,7 +367,7 @@ fn rectangle_in(shape: &Shape, layer: Layer) -> Vec<DVec3> {
     vec![at(low.x, low.y), at(high.x, low.y), at(high.x, high.y), at(low.x, high.y)]
 }
 
-/// What two windings in the same layer share; the first if nothing.
+/// The intersection of two windings in one layer; the first if it is empty.
 fn overlap(winding: Vec<DVec3>, other: &[DVec3], layer: Layer) -> Vec<DVec3> {
     let mut shared = winding.clone();
     for (i, &a) in other.iter().enumerate() {
@@ -378,8 +378,8 @@ fn overlap(winding: Vec<DVec3>, other: &[DVec3], layer: Layer) -> Vec<DVec3> {
     if shared.is_empty() { winding } else { shared }
 }
 
-/// True where wall is left in an opening: a segment through it from side to side, `reach` either way, is stopped. It goes through the
-/// middle; where that is not in the hole, as under an arch that stands on its head, through the first point of a grid that is.
+/// Whether wall is left in an opening: a segment through it, `reach` on both sides, is blocked. The segment goes through the
+/// middle, or through the first point of a grid that is inside the hole.
 fn is_blocked(wall: &Shape, hole: &Shape, winding: &[DVec3], reach: DVec3) -> bool {
     let (corner, u, v) = (winding[0], winding[1] - winding[0], winding[winding.len() - 1] - winding[0]);
     let share = |k: usize| (k as f64 + 0.5) / GRID as f64;
@@ -471,7 +471,7 @@ mod tests {
         assert!(!is_blocked(&pier, &hole, &winding, reach));
         let wall = block(DVec3::ZERO, DVec3::new(2.0, 2.0, 0.2), 0.0);
         assert!(is_blocked(&wall, &hole, &winding, reach));
-        // Beside the wall, as exporters that turn a depth round place it.
+        // Beside the wall: some exporters reverse the depth.
         let beside = block(DVec3::new(0.0, 0.0, 0.2), DVec3::new(2.0, 2.0, 0.6), 0.0);
         assert!(is_blocked(&wall, &beside, &winding, reach));
     }

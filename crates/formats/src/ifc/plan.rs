@@ -1,4 +1,4 @@
-//! Boxes turned to fit: the smallest rectangle around points in plan.
+//! The smallest rectangle around points in plan, at any angle.
 
 use glam::DVec2;
 
@@ -21,8 +21,8 @@ impl Rectangle {
     }
 }
 
-/// The rectangle of least area around `points`; a side of it lies along an edge of their hull (Freeman, Shapira 1975).
-/// `None` for fewer than two distinct points. Of equal areas, the first in the order of the hull counts.
+/// The rectangle of least area around `points`; one side lies along an edge of their hull (Freeman, Shapira 1975). `None` for
+/// fewer than two distinct points. Of equal areas, the first in the order of the hull.
 pub(super) fn smallest_rectangle(points: impl IntoIterator<Item = DVec2>) -> Option<Rectangle> {
     let hull = hull(points.into_iter().collect());
     let mut best: Option<(f64, Rectangle)> = None;

@@ -1,4 +1,4 @@
-//! The import from beginning to end.
+//! The stages of an import.
 
 use super::geometry::{self, Geometry, Shape};
 use super::model::{Model, global_id};
@@ -14,17 +14,17 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long the geometry of one element may take before the element is left out with a note. Real buildings of 4 MB take less
-/// than a second in all; what takes this long doesn't end.
+/// Time for the geometry of one element, after which it is left out with a note. Real buildings of 4 MB take less than a second
+/// in all; elements that take this long do not end.
 const ELEMENT_LIMIT: Duration = Duration::from_secs(30);
 
-/// How long an import may take, plus [`LIMIT_PER_MEGABYTE`].
+/// Time for an import, plus [`LIMIT_PER_MEGABYTE`].
 const TIME_LIMIT: Duration = Duration::from_secs(120);
 
 /// Added to [`TIME_LIMIT`] for each megabyte: real files take 0.1 to 0.3 s a megabyte on two cores.
 const LIMIT_PER_MEGABYTE: Duration = Duration::from_secs(4);
 
-/// Most names that a note lists.
+/// Maximum names in a note.
 const NAMES: usize = 5;
 
 /// Reads an IFC file's bytes; as [`super::import`]. `name` becomes [`Scene::name`].
@@ -59,16 +59,16 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     let geometry = geometry::build(&model, &relations, Arc::new(styles), products.clone(), options.tubes, limits)
         .map_err(|late| too_slow(&model, limit, late.0.first().map(|&job| products[job])))?;
     let mut notes = Vec::new();
-    note_list(&mut notes, Note::fault, "elements left out, their geometry can't be read", &geometry.failed);
+    note_list(&mut notes, Note::fault, "elements left out: their geometry cannot be read", &geometry.failed);
     if !geometry.unsupported.is_empty() {
         let kinds: Vec<_> = geometry.unsupported.iter().map(String::as_str).collect();
-        let what = format!("representation items left out, of kinds that aren't read: {}", kinds.join(", "));
+        let what = format!("representation items of unsupported kinds left out: {}", kinds.join(", "));
         notes.push(Note::fault(what));
     }
 
     match geometry.tubes() {
         0 => {}
-        count => notes.push(Note::detail(format!("{count} round pipes are tubes, with sides by their radius"))),
+        count => notes.push(Note::detail(format!("{count} round pipes became tubes"))),
     }
     let stay = geometry.stay();
     if !stay.is_empty() {
@@ -77,7 +77,7 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
         notes.push(Note::detail(what));
     }
 
-    // 3. Hints, watched as well: a hostile file can make every opening meet every wall.
+    // 3. Hints, with a time limit, too: a hostile file can make every opening meet every wall.
     let (model, geometry) = (model.clone(), Arc::new(geometry));
     let (hinted, built) = (model.clone(), geometry.clone());
     let (hints, cut, found) = watched(deadline, (), move |()| hints(&hinted, &relations, &built))?;
@@ -91,15 +91,15 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     builder.finish(name)
 }
 
-/// How long the records of so many bytes may take.
+/// Time for the records of a file of this size.
 pub(super) fn time_limit(bytes: usize) -> Duration {
     TIME_LIMIT + LIMIT_PER_MEGABYTE * (bytes >> 20) as u32
 }
 
-/// Shapes of elements that openings were cut into, see-through ones last.
+/// Shapes of elements with cut openings, see-through ones last.
 type Opened = HashMap<u32, [Shape; 2]>;
 
-/// What the author said, the elements that were cut for it, and what of it was left out.
+/// The hints, the shapes of cut elements, and notes.
 fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, Opened, Vec<Note>) {
     let (mut decoder, router, mut notes, mut cuts) = (model.decoder(), model.router(), Vec::new(), Vec::new());
     let storeys = spaces::storeys(model, &mut decoder, &router);
@@ -110,7 +110,7 @@ fn hints(model: &Model, relations: &Relations, geometry: &Geometry) -> (Hints, O
     (hints, cuts::cut(geometry, &cuts), notes)
 }
 
-/// One mesh an element, or two where parts of it are see-through.
+/// One mesh per element, or two if parts of it are see-through.
 fn add_meshes(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
@@ -140,7 +140,7 @@ fn add_meshes(
             let mesh = Mesh { node: node.clone(), role, opaque, positions, triangles };
             if glass { builder.add_glass(mesh) } else { builder.add(mesh) }
         };
-        // Leaves may open and panes let light through: neither hides anything.
+        // Leaves may open, and panes are see-through: neither hides anything.
         let [solid, clear] = opened.get(&product.id).map_or([&built.solid, &built.clear], <[Shape; 2]>::each_ref);
         add(solid, role, !matches!(role, Role::Door | Role::Window), false)?;
         add(clear, if holds_panes(&product.kind) { Role::Window } else { role }, false, true)?;
@@ -154,19 +154,19 @@ fn add_meshes(
     }
     if !empty.is_empty() {
         let kinds: Vec<_> = empty.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
-        notes.push(Note::detail(format!("elements whose shape has no triangles: {}", kinds.join(", "))));
+        notes.push(Note::detail(format!("elements without triangles: {}", kinds.join(", "))));
     }
     if added == 0 {
         let what = match geometry.failed.first() {
             Some(first) => format!("no element's geometry can be read; the first is {first}"),
-            None => "no element has geometry: export the model with its shapes".into(),
+            None => "no element has geometry; export the model with its geometry".into(),
         };
         return Err(ImportError::malformed(Place::File, what));
     }
     Ok(())
 }
 
-/// Runs `f` where it can be given up.
+/// Runs `f` with a deadline.
 pub(super) fn watched<I: Send + 'static, T: Send + 'static>(
     deadline: Instant,
     input: I,
@@ -190,7 +190,7 @@ fn too_slow(model: &Model, limit: Duration, element: Option<u32>) -> ImportError
     ImportError::malformed(Place::File, what)
 }
 
-/// Notes a list of names, the first few by name.
+/// Adds a note with the first few names of a list.
 pub(super) fn note_list(notes: &mut Vec<Note>, kind: fn(String) -> Note, what: &str, names: &[String]) {
     if names.is_empty() {
         return;

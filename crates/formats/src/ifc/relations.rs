@@ -1,4 +1,4 @@
-//! Who voids, fills, holds and bounds what: IfcRel records turned into maps.
+//! Relations of elements, openings and spaces: IfcRel records as maps.
 
 use super::model::{Model, enumeration};
 use ifc_lite_core::EntityDecoder;
@@ -15,7 +15,7 @@ pub(super) struct Boundary {
     pub(super) element: Option<u32>,
     /// IfcConnectionGeometry.
     pub(super) geometry: Option<u32>,
-    /// Nothing physical is there.
+    /// Whether no element is there.
     pub(super) is_virtual: bool,
 }
 
@@ -24,11 +24,11 @@ pub(super) struct Boundary {
 pub(super) struct Relations {
     /// Host and opening.
     pub(super) voids: Vec<(u32, u32)>,
-    /// What fills an opening.
+    /// The elements that fill an opening.
     pub(super) fillings: HashMap<u32, Vec<u32>>,
     /// The opening that an element fills.
     pub(super) opening_of: HashMap<u32, u32>,
-    /// The whole that a part belongs to, or the place that an element is in.
+    /// The whole of a part, or the spatial container of an element.
     pub(super) parent: HashMap<u32, u32>,
     /// The parts of a whole.
     pub(super) parts: HashMap<u32, Vec<u32>>,
@@ -41,7 +41,7 @@ pub(super) struct Relations {
 }
 
 impl Relations {
-    /// Reads the relations; broken records are passed over.
+    /// Reads the relations; broken records are skipped.
     pub(super) fn read(model: &Model, decoder: &mut EntityDecoder<'_>) -> Self {
         let mut relations = Self::default();
         let r = &mut relations;
@@ -91,15 +91,15 @@ impl Relations {
         relations
     }
 
-    /// The material that an element has itself or by its type.
+    /// The material of an element or of its type.
     pub(super) fn material(&self, element: u32) -> Option<u32> {
         self.material_of.get(&element).or_else(|| self.material_of.get(self.type_of.get(&element)?)).copied()
     }
 
-    /// The first of `element` and what holds it, outwards, that `is` accepts.
+    /// The first of `element` and its containers, outwards, that `is` accepts.
     pub(super) fn climb<T>(&self, element: u32, is: impl Fn(u32) -> Option<T>) -> Option<T> {
         let mut at = element;
-        // Deeper than any building is nested; ends on a circle.
+        // Deeper than any building is nested; also ends cycles.
         for _ in 0..64 {
             if let Some(found) = is(at) {
                 return Some(found);

@@ -1,10 +1,10 @@
-//! What each kind of product is to the split into cells.
+//! Roles of products for the partition into cells.
 
 use enfilade::scene::Role;
 use ifc_lite_core::IfcType;
 
-/// The role of an element; `None` for products that are no geometry of the building: openings, spaces, annotations, grids,
-/// virtual elements, ports, structural analysis.
+/// The role of an element; `None` for products without building geometry: openings, spaces, annotations, grids, virtual elements,
+/// ports, structural analysis.
 pub(super) fn role(kind: &IfcType) -> Option<Role> {
     use IfcType as T;
     let is = |kinds: &[T]| kinds.iter().any(|k| kind.is_subtype_of(k.clone()));
@@ -13,7 +13,7 @@ pub(super) fn role(kind: &IfcType) -> Option<Role> {
     } else if is(&[T::IfcWindow]) {
         Some(Role::Window)
     } else if is(&[T::IfcSite, T::IfcBuilding]) {
-        // Terrain, which some exporters hang from the building.
+        // Terrain, which some exporters attach to the building.
         Some(Role::Structure)
     } else if is(&[
         T::IfcFeatureElementSubtraction,
@@ -44,8 +44,8 @@ pub(super) fn role(kind: &IfcType) -> Option<Role> {
     ]) {
         Some(Role::Furnishing)
     } else if is(&[
-        // Walls, slabs, roofs, ramps, columns, beams, plates, coverings, footings, and proxies: a proxy may be anything, and
-        // taking furniture for a wall makes one cell too many, while the reverse loses a room's boundary.
+        // Walls, slabs, roofs, ramps, columns, beams, plates, coverings, footings, and proxies. A proxy may be anything:
+        // furniture as a wall adds a cell, but a wall as furniture loses a room's boundary.
         T::IfcBuiltElement,
         T::IfcBuildingElement,
         T::IfcFeatureElementAddition,
@@ -58,12 +58,12 @@ pub(super) fn role(kind: &IfcType) -> Option<Role> {
     }
 }
 
-/// True for elements whose see-through parts are panes rather than, say, the glass top of a table.
+/// Whether see-through parts of an element are panes, unlike the glass top of a table.
 pub(super) fn holds_panes(kind: &IfcType) -> bool {
     [IfcType::IfcPlate, IfcType::IfcCurtainWall, IfcType::IfcMember].into_iter().any(|k| kind.is_subtype_of(k))
 }
 
-/// True for walls of any kind.
+/// Whether it is a wall of any kind.
 pub(super) fn is_wall(kind: &IfcType) -> bool {
     [IfcType::IfcWall, IfcType::IfcCurtainWall].into_iter().any(|k| kind.is_subtype_of(k))
 }

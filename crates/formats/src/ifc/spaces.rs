@@ -9,7 +9,7 @@ use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::GeometryRouter;
 use std::collections::HashMap;
 
-/// Storeys as hints, ascending, and where to find each.
+/// Storeys as hints, ascending, with an index by record.
 #[derive(Debug, Default)]
 pub(super) struct Storeys {
     /// The hints.
@@ -17,7 +17,7 @@ pub(super) struct Storeys {
     index: HashMap<u32, usize>,
 }
 
-/// Rooms as hints, in file order, and where to find each.
+/// Rooms as hints, in file order, with an index by record.
 #[derive(Debug, Default)]
 pub(super) struct Rooms {
     /// The hints.
@@ -26,8 +26,8 @@ pub(super) struct Rooms {
     pub(super) index: HashMap<u32, usize>,
 }
 
-/// Reads the storeys. A storey's floor is where its placement is; exporters that leave every placement at one height write
-/// the truth into `Elevation`.
+/// Reads the storeys. The floor of a storey is its placement; if an exporter leaves all placements at one height, it is
+/// `Elevation`.
 pub(super) fn storeys(model: &Model, decoder: &mut EntityDecoder<'_>, router: &GeometryRouter) -> Storeys {
     let mut found = Vec::new();
     for product in model.products.iter().filter(|p| p.kind.is_subtype_of(IfcType::IfcBuildingStorey)) {
@@ -54,7 +54,7 @@ pub(super) fn storeys(model: &Model, decoder: &mut EntityDecoder<'_>, router: &G
     Storeys { hints: storeys.into_iter().map(|s| s.1).collect(), index }
 }
 
-/// Reads the rooms. Spaces without a shape, and gross floor areas, which overlap the rooms in them, are left out with a note.
+/// Reads the rooms. Spaces without a shape, and gross floor areas, which overlap rooms, are left out with a note.
 pub(super) fn rooms(
     model: &Model,
     decoder: &mut EntityDecoder<'_>,
@@ -87,10 +87,10 @@ pub(super) fn rooms(
         });
     }
     if gross > 0 {
-        notes.push(Note::detail(format!("{gross} gross floor areas are not taken for rooms")));
+        notes.push(Note::detail(format!("{gross} gross floor areas do not count as rooms")));
     }
     if shapeless > 0 {
-        notes.push(Note::fault(format!("{shapeless} spaces without a shape are not taken for rooms")));
+        notes.push(Note::fault(format!("{shapeless} spaces without a shape left out")));
     }
     rooms
 }
@@ -104,7 +104,7 @@ fn room_name(space: &DecodedEntity) -> String {
     }
 }
 
-/// IFC2x3 says `InteriorOrExteriorSpace`, IFC4 `PredefinedType`, and where neither fits, `ObjectType` says it in words.
+/// IFC2x3 has `InteriorOrExteriorSpace`, IFC4 `PredefinedType`; otherwise `ObjectType` may name it.
 fn is_outside(space: &DecodedEntity) -> bool {
     enumeration(space, 9) == Some("EXTERNAL")
         || text(space, 4).is_some_and(|t| {

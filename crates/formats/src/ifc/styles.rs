@@ -1,4 +1,4 @@
-//! How things look, and what is see-through: surface styles of representation items, and of materials where an item has none.
+//! Surface styles: colours and transparency of representation items, and of materials for items without a style.
 
 use super::model::Model;
 use super::relations::Relations;
@@ -7,8 +7,8 @@ use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Transparency above which one sees what is behind, 0 (opaque) to 1: glass is given as 0.4 to 0.9. Larger: tinted glass
-/// would hide rooms. Smaller: materials that a renderer's template left at a few per cent would let everything through.
+/// Transparency, 0 (opaque) to 1, above which a surface is see-through: glass has 0.4 to 0.9. Larger: tinted glass hides rooms.
+/// Smaller: materials that a renderer's template left at a few per cent hide nothing.
 const SEE_THROUGH: f64 = 0.1;
 
 /// How deep representations may nest.
@@ -17,11 +17,11 @@ const DEPTH: usize = 16;
 /// A surface style.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub(super) struct Surface {
-    /// Made different where styles of one name differ.
+    /// Made unique if styles with one name differ.
     pub(super) name: String,
     /// Red, green, blue and opacity, linear, 0 to 1.
     pub(super) colour: [f32; 4],
-    /// Whether one sees what is behind.
+    /// Whether it is see-through.
     is_clear: bool,
 }
 
@@ -41,7 +41,7 @@ impl Styles {
             let Ok(styled) = decoder.decode_by_id(id) else { continue };
             let Some(item) = styled.get_ref(0) else { continue };
             if let Some(surface) = reader.of_styled(decoder, &styled) {
-                // Of several styles, one that lets light through decides.
+                // Of several styles, a see-through one decides.
                 let first = styles.items.remove(&item);
                 styles.items.insert(item, clearest([first, Some(surface.clone())].into_iter().flatten()).unwrap_or(surface));
             }
@@ -78,7 +78,7 @@ impl Styles {
         items
     }
 
-    /// Marks the items of a representation; an item without a style of its own takes that of the item that holds it.
+    /// Marks the items of a representation; an item without its own style inherits that of its parent.
     fn walk(
         &self,
         representation: u32,
@@ -89,7 +89,7 @@ impl Styles {
     ) {
         let items = decoder.decode_by_id(representation).ok().and_then(|r| r.get_refs(3)).unwrap_or_default();
         for id in items {
-            // Whatever was seen before ends here, so circles do too.
+            // Stops at known items, which also ends cycles.
             if found.items.contains_key(&id) || depth > DEPTH {
                 continue;
             }
@@ -109,7 +109,7 @@ impl Styles {
         }
     }
 
-    /// The style of an item; what a boolean operation leaves of its first operand keeps that operand's style.
+    /// The style of an item; the result of a boolean operation has the style of its first operand.
     fn style_of(&self, item: u32, decoder: &mut EntityDecoder<'_>) -> Option<&Arc<Surface>> {
         let mut at = item;
         for _ in 0..DEPTH {
@@ -125,7 +125,7 @@ impl Styles {
         None
     }
 
-    /// A material, or a set of layers, constituents, profiles all of which are see-through.
+    /// Whether a material is see-through: itself, or all its layers, constituents or profiles.
     fn material_is_clear(&self, material: u32, decoder: &mut EntityDecoder<'_>, depth: usize) -> bool {
         if self.materials.is_empty() || depth > 3 {
             return false;
@@ -137,7 +137,7 @@ impl Styles {
         !members.is_empty() && members.into_iter().all(|m| self.material_is_clear(m, decoder, depth + 1))
     }
 
-    /// The surface of a material, or of the first that has one in a set of layers, constituents, profiles.
+    /// The surface of a material, else the first of its layers, constituents or profiles.
     fn of_material(&self, material: u32, decoder: &mut EntityDecoder<'_>, depth: usize) -> Option<Arc<Surface>> {
         if self.materials.is_empty() || depth > 3 {
             return None;
@@ -147,7 +147,7 @@ impl Styles {
     }
 }
 
-/// What a set of materials is made of.
+/// The parts of a set of materials.
 fn members(material: u32, decoder: &mut EntityDecoder<'_>) -> Vec<u32> {
     let Ok(entity) = decoder.decode_by_id(material) else { return Vec::new() };
     let members = match entity.ifc_type {
@@ -164,23 +164,23 @@ fn members(material: u32, decoder: &mut EntityDecoder<'_>) -> Vec<u32> {
 /// The surfaces of one product's items.
 #[derive(Debug)]
 pub(super) struct Items {
-    /// Whether each is see-through.
+    /// Whether each item is see-through.
     items: HashMap<u32, bool>,
-    /// Whether those without a style are.
+    /// Whether items without a style are see-through.
     unstyled_is_clear: bool,
-    /// The first surface of what isn't see-through.
+    /// The first opaque surface.
     pub(super) solid: Option<Arc<Surface>>,
-    /// The first surface of what is.
+    /// The first see-through surface.
     pub(super) clear: Option<Arc<Surface>>,
 }
 
 impl Items {
-    /// Whether anything is see-through.
+    /// Whether any item is see-through.
     pub(super) fn have_clear(&self) -> bool {
         self.unstyled_is_clear || self.items.values().any(|&clear| clear)
     }
 
-    /// Whether an item is.
+    /// Whether an item is see-through.
     pub(super) fn is_clear(&self, item: u32) -> bool {
         self.items.get(&item).copied().unwrap_or(self.unstyled_is_clear)
     }
@@ -221,7 +221,7 @@ impl Reader {
         surface
     }
 
-    /// A surface under the name of its style.
+    /// A surface with the name of its style.
     fn named(&mut self, surface: &Surface, style: u32, entity: &DecodedEntity) -> Arc<Surface> {
         let name = short_name(entity.get_string(0).filter(|name| !name.is_empty()).unwrap_or("style"));
         let named = |name: String| Arc::new(Surface { name, ..surface.clone() });
@@ -230,7 +230,7 @@ impl Reader {
     }
 }
 
-/// One that lets light through, else the first.
+/// The first see-through surface, else the first.
 fn clearest(surfaces: impl Iterator<Item = Arc<Surface>>) -> Option<Arc<Surface>> {
     surfaces.reduce(|a, b| if b.is_clear && !a.is_clear { b } else { a })
 }
@@ -239,7 +239,7 @@ fn clearest(surfaces: impl Iterator<Item = Arc<Surface>>) -> Option<Arc<Surface>
 fn shading(decoder: &mut EntityDecoder<'_>, entity: &DecodedEntity) -> Surface {
     let transparency = entity.get_float(1).unwrap_or(0.0);
     let rgb = entity.get_ref(0).and_then(|colour| decoder.decode_by_id(colour).ok());
-    // As screens show it.
+    // The file has sRGB values.
     let linear = |part: usize| {
         let given = rgb.as_ref().and_then(|rgb| rgb.get_float(part)).unwrap_or(0.6);
         given.clamp(0.0, 1.0).powf(2.2) as f32

@@ -1,6 +1,7 @@
-//! Products that are pipes: swept disks, and circles that are extruded along their axis or revolved, as tubes instead of the reader's prisms.
+//! Pipes as tubes instead of the reader's prisms: swept disks, and circles extruded along their axis or revolved.
 //!
-//! All of a product's body must be such; whatever a boolean or an opening cuts, or isn't circular, keeps the reader's triangles.
+//! The whole body of a product must qualify; other shapes, and shapes cut by a boolean or an opening, keep the reader's
+//! triangles.
 
 use super::model::{Model, y_up};
 use enfilade_tubes::curve::{Arc, Piece, polyline, sharpest};
@@ -10,16 +11,16 @@ use ifc_lite_core::{DecodedEntity, EntityDecoder, IfcType};
 use ifc_lite_geometry::placement::{Axis1Placement, Axis2Placement};
 use ifc_lite_geometry::{AnalyticCurveSegment, AnalyticStatus, GeometryRouter, extract_swept_disk};
 
-/// How deep maps may nest, and items that a product may have.
+/// Maximum nesting of maps, and maximum items of a product.
 const DEPTH: usize = 8;
 const MOST_ITEMS: usize = 4096;
-/// Sections of a product. More: a record of a few bytes fills the memory.
+/// Maximum sections of a product. More: a record of a few bytes fills the memory.
 pub(super) const MOST_SECTIONS: usize = 1 << 16;
-/// Of unit vectors and scales: what exporters round away. Larger: oblique cylinders become straight ones.
+/// Rounding of unit vectors and scales by exporters. Larger: oblique cylinders become straight ones.
 const ROUNDING: f64 = 1e-6;
-/// Radians between the end of a piece and the start of the next one that is still smooth.
+/// Greatest angle between a piece and the next one that counts as smooth, radians.
 const SMOOTH: f64 = 1e-3;
-/// Metres between them.
+/// Greatest gap between them, metres.
 const GAP: f64 = 1e-4;
 
 /// A curve with its radii, in metres.
@@ -29,38 +30,38 @@ struct Pipe {
     inner: f64,
 }
 
-/// Why a product with something round in its body stays a mesh.
+/// Why a product with round parts stays a mesh.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Stays {
-    /// There are other shapes, too.
+    /// It has other shapes, too.
     Mixed,
     /// Openings cut it.
     Cut,
-    /// A boolean does.
+    /// A boolean cuts it.
     Boolean,
-    /// Its curve isn't of lines and arcs that go on smoothly.
+    /// Its curve does not consist of lines and arcs that join smoothly.
     Curve,
-    /// Its circles become something else, as where a cylinder is oblique.
+    /// Its circles become ellipses, as in an oblique cylinder.
     Uneven,
     /// It has too many items, or its tubes too many sections.
     Large,
 }
 
 impl Stays {
-    /// For a note, after a count.
+    /// Text for a note, after a count.
     pub(super) fn in_words(self) -> &'static str {
         match self {
             Self::Mixed => "with other shapes",
             Self::Cut => "cut by openings",
             Self::Boolean => "in booleans",
-            Self::Curve => "along curves that aren't lines and arcs",
+            Self::Curve => "along curves other than lines and arcs",
             Self::Uneven => "oblique or unevenly scaled",
             Self::Large => "too large",
         }
     }
 }
 
-/// The tubes of a product whose body is all tubes; for others why it isn't, where something in it is round.
+/// The tubes of a product whose body is all tubes; otherwise the reason, if parts of it are round.
 pub(super) fn of_product(
     model: &Model,
     product: &DecodedEntity,
@@ -83,19 +84,19 @@ pub(super) fn of_product(
     Ok(tubes)
 }
 
-/// What a product's body is of.
+/// The body of a product.
 struct Body {
     pipes: Vec<Pipe>,
-    /// Things that aren't round.
+    /// Number of shapes that are not round.
     others: usize,
-    /// Why something round is no pipe.
+    /// Why a round shape is no pipe.
     stays: Option<Stays>,
-    /// Items that are still looked at.
+    /// Items left of the limit.
     left: usize,
 }
 
 impl Body {
-    /// Goes through a product; `None` where its records are damaged.
+    /// Visits a product; `None` if its records are damaged.
     fn collect(
         &mut self,
         model: &Model,
@@ -107,7 +108,7 @@ impl Body {
         let place = place * DMat4::from_scale(DVec3::splat(model.metres));
         let shape = decoder.decode_by_id(product.get_ref(6)?).ok()?;
         let mut representations = shape.get_refs(2)?;
-        // Some files name one twice.
+        // Some files list one twice.
         representations.dedup();
         let mut bodies = 0;
         for representation in representations {
@@ -121,7 +122,7 @@ impl Body {
         Some(())
     }
 
-    /// Goes through a representation's items.
+    /// Visits the items of a representation.
     fn items(
         &mut self,
         representation: &DecodedEntity,
@@ -131,7 +132,7 @@ impl Body {
     ) -> Option<()> {
         for item in representation.get_refs(3)? {
             let Some(left) = self.left.checked_sub(1) else {
-                // Who looks at no more of it doesn't know whether it is all pipes.
+                // Beyond the limit it is unknown whether the rest are pipes.
                 (self.stays, self.others) =
                     (self.stays.or((!self.pipes.is_empty()).then_some(Stays::Large)), self.others + 1);
                 return Some(());
@@ -158,7 +159,7 @@ impl Body {
     }
 }
 
-/// Whether an item is of circles: before a boolean cuts it, too.
+/// Whether an item has circular sections, also before a boolean cuts it.
 fn is_round(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>, depth: usize) -> bool {
     let mut of = |slot: usize| item.get_ref(slot).and_then(|id| decoder.decode_by_id(id).ok());
     match item.ifc_type {
@@ -174,7 +175,7 @@ fn is_round(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>, depth: usize)
     }
 }
 
-/// The pipe of something round, and its own place.
+/// The pipe of a round item, and its placement.
 fn pipe(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Result<(Pipe, DMat4), Stays> {
     match item.ifc_type {
         IfcType::IfcSweptDiskSolid => Ok((swept(item, decoder).ok_or(Stays::Curve)?, DMat4::IDENTITY)),
@@ -205,7 +206,7 @@ fn swept(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<Pipe> 
     Some(Pipe { pieces, radius: disk.radius, inner: disk.inner_radius.unwrap_or(0.0) })
 }
 
-/// A circle that is extruded along its axis.
+/// A circle extruded along its axis.
 fn extruded(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<(Pipe, DMat4)> {
     let ([radius, inner], middle) = circle(item.get_ref(0)?, decoder)?;
     let along = DVec3::from(decoder.direction3_at(item, 2).ok()??).normalize_or_zero();
@@ -217,7 +218,7 @@ fn extruded(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<(Pi
     Some((Pipe { pieces, radius, inner }, position(item, decoder)?))
 }
 
-/// A circle that is revolved about an axis in its plane: an elbow.
+/// A circle revolved about an axis in its plane: an elbow.
 fn revolved(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<(Pipe, DMat4)> {
     let ([radius, inner], middle) = circle(item.get_ref(0)?, decoder)?;
     let axis = decoder.decode_by_id(item.get_ref(2)?).ok()?;
@@ -234,7 +235,7 @@ fn revolved(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<(Pi
     Some((Pipe { pieces: vec![Piece::Arc(arc)], radius, inner }, position(item, decoder)?))
 }
 
-/// The radii of a circular area, the hole's last, and its middle.
+/// The radii of a circular area, first the outer one, and its centre.
 fn circle(profile: u32, decoder: &mut EntityDecoder<'_>) -> Option<([f64; 2], DVec3)> {
     let profile = decoder.decode_by_id(profile).ok()?;
     let radius = profile.get_float(3)?;
@@ -250,7 +251,7 @@ fn circle(profile: u32, decoder: &mut EntityDecoder<'_>) -> Option<([f64; 2], DV
     Some(([radius, inner], middle))
 }
 
-/// A solid's own place; the identity where it has none.
+/// The placement of a solid; the identity if it has none.
 fn position(item: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<DMat4> {
     item.get_ref(1).map_or(Some(DMat4::IDENTITY), |place| frame(place, decoder))
 }
@@ -259,7 +260,7 @@ fn frame(place: u32, decoder: &mut EntityDecoder<'_>) -> Option<DMat4> {
     Some(DMat4::from_cols_slice(Axis2Placement::read_id(place, decoder).ok()?.matrix().as_slice()))
 }
 
-/// A map's target, of one scale in all directions.
+/// The transform of a mapped item; its scale must be uniform.
 fn operator(target: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<DMat4> {
     if target.ifc_type != IfcType::IfcCartesianTransformationOperator3D {
         return None;
@@ -275,7 +276,7 @@ fn operator(target: &DecodedEntity, decoder: &mut EntityDecoder<'_>) -> Option<D
 }
 
 impl Pipe {
-    /// Moved. Fails where that would make circles something else.
+    /// Moves it. Fails if circles would become ellipses.
     fn placed(self, place: DMat4) -> Result<Self, Stays> {
         let turn = DMat3::from_mat4(place);
         let [x, y, z] = [turn.x_axis, turn.y_axis, turn.z_axis];
@@ -315,7 +316,7 @@ impl Pipe {
         if sharpest(&self.pieces, closed) <= SMOOTH {
             tubes.curve(&self.pieces, closed, round, error, &mut counts).ok()?;
         } else {
-            // Corners of lines alone are rounded, as those of all polylines.
+            // Corners between lines are rounded, as in all polylines.
             let lines = self.pieces.iter().map(|piece| if let Piece::Line(ends) = piece { Some(*ends) } else { None });
             let mut points: Vec<DVec3> = lines.clone().map(|line| line.map(|ends| ends[0])).collect::<Option<_>>()?;
             points.push(last);

@@ -1,10 +1,10 @@
-//! Jobs on threads that can be given up: neither a panic nor an endless loop inside a library takes the import with it.
+//! Jobs on threads that can be abandoned: neither a panic nor an endless loop inside a library stops the import.
 //!
-//! A thread can't be stopped from outside, only left behind. So each worker owns its state, reports when it starts and ends a
-//! job, and the caller's thread watches the clock: a worker that overstays is abandoned and replaced.
+//! A thread cannot be stopped from outside, only abandoned. So each worker owns its state and reports the start and the end of
+//! each job; the caller's thread watches the clock and replaces a worker that exceeds its limit.
 //!
-//! Every worker is a rayon pool of one thread: parallel iterators inside the library then stay on that thread instead of
-//! waiting for the global pool, which a caller inside that pool would have blocked.
+//! Each worker is a rayon pool of one thread, so that parallel iterators inside the library stay on that thread and do not wait
+//! for the global pool, which a caller inside that pool would block.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -17,14 +17,14 @@ const STACK: usize = 64 << 20;
 
 /// Work that is split into numbered jobs.
 pub(super) trait Task: Send + Sync + 'static {
-    /// What a job makes.
+    /// Result of a job.
     type Output: Send + 'static;
 
-    /// How many jobs there are.
+    /// Number of jobs.
     fn jobs(&self) -> usize;
 
-    /// Runs the jobs that `next` hands out until there are none, and gives each result to `done`. Called anew after a panic,
-    /// so that state which the panic may have spoilt is made again.
+    /// Runs jobs from `next` until there are none, and passes each result to `done`. It is called again after a panic, so that
+    /// damaged state is rebuilt.
     fn work(&self, next: &mut dyn FnMut() -> Option<usize>, done: &mut dyn FnMut(usize, Self::Output));
 }
 
@@ -39,16 +39,16 @@ pub(super) enum Outcome<T> {
     TimedOut,
 }
 
-/// How long jobs may take.
+/// Time limits.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// One job.
     pub(super) job: Duration,
-    /// When all of them must have ended.
+    /// Deadline of all jobs.
     pub(super) deadline: Instant,
 }
 
-/// The jobs that were running when the deadline passed.
+/// The jobs that ran when the deadline passed.
 #[derive(Debug, PartialEq)]
 pub(super) struct DeadlinePassed(pub(super) Vec<usize>);
 
@@ -60,11 +60,11 @@ enum Message<T> {
 struct Worker {
     running: Option<(usize, Instant)>,
     given_up: Arc<AtomicBool>,
-    // Dropping a pool doesn't wait for its thread; it ends once the jobs have run out.
+    // Dropping a pool does not wait for its thread, which ends when the jobs run out.
     _pool: rayon::ThreadPool,
 }
 
-/// Runs every job on `threads` threads; results in the order of the jobs, whatever the number of threads.
+/// Runs all jobs on `threads` threads; results are in the order of jobs.
 pub(super) fn run<T: Task>(
     task: &Arc<T>,
     threads: usize,
@@ -113,7 +113,7 @@ pub(super) fn run<T: Task>(
     Ok(outcomes.into_iter().map(|o| o.unwrap_or(Outcome::Panicked)).collect())
 }
 
-/// Runs one function as the only job: its result, or how it failed.
+/// Runs one function as the only job.
 pub(super) fn run_one<T: Send + 'static>(
     deadline: Instant,
     f: impl Fn() -> T + Send + Sync + 'static,
@@ -152,8 +152,8 @@ fn spawn<T: Task>(
     pool.spawn(move || {
         QUIET.with(|q| q.set(true));
         let current = std::cell::Cell::new(None);
-        let tell = |message| {
-            // Nobody listens any more once the deadline has passed.
+        let send = |message| {
+            // Nobody receives after the deadline.
             let _ = sender.send(message);
         };
         let mut next = || {
@@ -163,16 +163,16 @@ fn spawn<T: Task>(
                 })
                 .ok()?;
             current.set(Some(job));
-            tell(Message::Started { worker, job });
+            send(Message::Started { worker, job });
             Some(job)
         };
         let mut done = |job, output| {
             current.set(None);
-            tell(Message::Ended { worker, job, outcome: Outcome::Done(output) });
+            send(Message::Ended { worker, job, outcome: Outcome::Done(output) });
         };
         while catch_unwind(AssertUnwindSafe(|| task.work(&mut next, &mut done))).is_err() {
             match current.take() {
-                Some(job) => tell(Message::Ended { worker, job, outcome: Outcome::Panicked }),
+                Some(job) => send(Message::Ended { worker, job, outcome: Outcome::Panicked }),
                 None => break,
             }
         }
@@ -184,8 +184,7 @@ thread_local! {
     static QUIET: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
 }
 
-/// Keeps the panics of worker threads, which are caught and reported as notes, off stderr; those of other threads go where
-/// they went before.
+/// Silences panics of worker threads, which are caught and reported as notes; those of other threads go to the previous hook.
 fn quiet_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

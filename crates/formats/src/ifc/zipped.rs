@@ -1,10 +1,10 @@
-//! IFC in a zip archive (`.ifczip`), as buildingSMART has it: one `.ifc` file in it.
+//! IFC in a zip archive (`.ifczip`), as defined by buildingSMART: it holds one `.ifc` file.
 
 use enfilade::scene::{ImportError, Place};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
-/// Text of IFC shrinks to a tenth or a fifth; an archive that grows to more times its size than this is refused.
+/// Greatest ratio of expansion; IFC text usually shrinks to a tenth or a fifth.
 const MOST_GROWTH: u64 = 200;
 
 /// The bytes of the first `.ifc` file in an archive.
@@ -22,7 +22,7 @@ pub(super) fn unzipped(bytes: &[u8]) -> Result<Vec<u8>, ImportError> {
         let mut out = Vec::new();
         file.take(most + 1).read_to_end(&mut out).map_err(|e| broken(format!("a damaged archive: {e}")))?;
         return if out.len() as u64 > most {
-            Err(broken(format!("its .ifc is more than {MOST_GROWTH} times as large")))
+            Err(broken(format!("its .ifc file is more than {MOST_GROWTH} times larger than the archive")))
         } else {
             Ok(out)
         };

@@ -1,9 +1,9 @@
-//! IndoorGML as a ready graph: cell spaces become cells, transitions portals.
+//! IndoorGML as a finished graph: cell spaces become cells, transitions become portals.
 //!
-//! A cell space's solid is split into convex pieces along its own planes ([`enfilade::cells::convex`]). What two solids both hold is
-//! given to one of them, mostly the smaller, as a cabinet drawn inside a hall, and told in the notes. A transition's portal is
-//! the door that the file draws for it (its cell space boundary), and where it draws none, whatever surface the two solids share.
-//! One that has neither leads through nothing, and is told in the notes.
+//! The solid of a cell space is split into convex pieces along its own planes ([`enfilade::cells::convex`]). Where two solids
+//! overlap, one of them gets the volume, mostly the smaller, such as a cabinet inside a hall; a note reports it. The portal of a
+//! transition is its cell space boundary in the file, else the surface that the two solids share. A transition without either
+//! gets no portal, and a note reports it.
 
 use super::{Boundary, IndoorGml, Transition, read};
 use enfilade::CellId;
@@ -16,18 +16,18 @@ use enfilade::scene::{ImportError, Place, Scene};
 use enfilade::types::note::Note;
 use glam::DVec3;
 
-/// Two solids' drawings of one surface lie at most this far apart, in coplanar tolerances, and face each other to this cosine.
+/// Greatest distance of two solids' surfaces of one wall, in coplanar tolerances, and least cosine between them.
 const TOGETHER: f64 = 10.0;
 const SAME_PLANE_COSINE: f64 = 0.999;
-/// Shared surfaces smaller than this, square metres, are edges.
+/// Smaller shared surfaces, square metres, are edges.
 const LEAST_SHARED: f64 = 1e-2;
-/// How far beyond a drawn door's plane its cells may begin, metres: solids of rooms that leave the wall between them out.
+/// Greatest distance of cells from a door's plane, metres, if solids of rooms leave out the wall.
 const MOST_WALL: f64 = 0.5;
-/// Parts of a shared surface become one portal where their hull is at most this much larger.
+/// Parts of a shared surface become one portal if their hull is at most this much larger.
 const LOOSE: f64 = 1.0 + 1e-3;
 
-/// Reads an IndoorGML document. Coordinates are the model's own (metres, once `scene`'s unit is applied, +Z up in the document
-/// and +Y up here); the graph is relative to `scene`'s origin.
+/// Reads an IndoorGML document. Coordinates are the model's own (metres in `scene`'s unit, +Z up in the document and +Y here);
+/// the graph is relative to `scene`'s origin.
 pub fn read_indoorgml(text: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
     let scale = if scene.source.format == "IndoorGML" { scene.source.metres_per_unit } else { 1.0 };
     let mut model = read(text, scale)?;
@@ -49,13 +49,13 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
     for (space, solid) in model.spaces.iter().zip(solids) {
         pieces.push(solid.map_err(|what| ImportError::malformed(Place::File, format!("cell space {}: {what}", space.id)))?);
     }
-    part(model, &mut pieces, eps, &mut notes);
+    resolve_overlaps(model, &mut pieces, eps, &mut notes);
     let mut place: Vec<Option<CellId>> = Vec::with_capacity(pieces.len());
     let mut cells = Vec::new();
     for (space, solid) in model.spaces.iter().zip(&pieces) {
         place.push((!solid.is_empty()).then_some(CellId(cells.len() as u32)));
         if solid.is_empty() {
-            notes.push(Note::fault(format!("cell space {} encloses nothing of its own, left out", space.id)));
+            notes.push(Note::fault(format!("cell space {} has no volume of its own; left out", space.id)));
         } else {
             let piece = |c: &Convex| Piece { planes: c.planes(), bounds: c.bounds() };
             let pieces = solid.iter().map(piece).collect();
@@ -77,7 +77,7 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
             None => (shared(solids, eps), PortalKind::Opening, &transition.id),
         };
         if windings.is_empty() {
-            notes.push(Note::fault(nowhere(model, transition)));
+            notes.push(Note::fault(note_without_portal(model, transition)));
         }
         portals.extend(windings.into_iter().map(|(plane, winding)| Portal {
             cells: [a, b],
@@ -88,16 +88,16 @@ fn graph(model: &IndoorGml, eps: f64, smallest_hole: f64) -> Result<CellGraph, G
             source: Some(source.clone()),
         }));
     }
-    let reason = format!("{} cell spaces and {} transitions were given", model.spaces.len(), model.transitions.len());
+    let reason = format!("the document has {} cell spaces and {} transitions", model.spaces.len(), model.transitions.len());
     let mut graph =
         CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes };
     graph.link();
     Ok(graph)
 }
 
-/// Gives what two solids both hold to one of them: to the one in whose surface a door between the two is drawn, where the other
-/// reaches beyond it, else to the smaller (of equal ones, the earlier).
-fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec<Note>) {
+/// Gives the overlap of two solids to one of them: to the one whose surface has the door between them, if the other reaches
+/// beyond it, else to the smaller (of equal ones, the earlier).
+fn resolve_overlaps(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec<Note>) {
     let volume = |solid: &[Convex]| solid.iter().map(Convex::volume).sum::<f64>();
     let volumes: Vec<f64> = solids.iter().map(|s| volume(s)).collect();
     let boxes: Vec<Aabb> = solids.iter().map(|s| s.iter().fold(Aabb::EMPTY, |b, c| b.union(c.bounds()))).collect();
@@ -109,13 +109,13 @@ fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec
         let between = model.transitions.iter().filter(|t| t.cells == [small, large] || t.cells == [large, small]);
         let mut doors = between.filter_map(|t| t.boundary.as_ref()).map(|door| middle(&door.winding));
         let beyond = doors.any(|p| deep(&solids[small], p) && !deep(&solids[large], p));
-        let (keeper, other) = if beyond { (large, small) } else { (small, large) };
+        let (winner, other) = if beyond { (large, small) } else { (small, large) };
         let (mut rest, mut shares) = (solids[other].clone(), false);
-        for piece in &solids[keeper] {
-            let less = |part: Convex| {
-                let left = part.less(piece, eps);
+        for piece in &solids[winner] {
+            let less = |resolve_overlaps: Convex| {
+                let left = resolve_overlaps.less(piece, eps);
                 shares |= left.is_some();
-                left.unwrap_or_else(|| vec![part])
+                left.unwrap_or_else(|| vec![resolve_overlaps])
             };
             rest = rest.into_iter().flat_map(less).collect();
         }
@@ -123,29 +123,29 @@ fn part(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, notes: &mut Vec
             let taken = volume(&solids[other]) - volume(&rest);
             solids[other] = joined(rest, eps);
             let id = |i: usize| &model.spaces[i].id;
-            let what = format!("{} and {} both hold {taken:.2} m3: taken as {}'s", id(small), id(large), id(keeper));
+            let what = format!("{} and {} overlap in {taken:.2} m3, which {} keeps", id(small), id(large), id(winner));
             notes.push(Note::taken(what));
         }
     }
 }
 
-fn nowhere(model: &IndoorGml, transition: &Transition) -> String {
+fn note_without_portal(model: &IndoorGml, transition: &Transition) -> String {
     let [a, b] = transition.cells.map(|i| &model.spaces[i].id);
     match &transition.boundary {
         Some(door) => {
-            format!("transition {}: its boundary {} is not where {a} and {b} meet, no portal", transition.id, door.id)
+            format!("transition {}: its boundary {} is not between {a} and {b}; no portal", transition.id, door.id)
         }
-        None => format!("transition {}: {a} and {b} share no surface, and it has no boundary: no portal", transition.id),
+        None => format!("transition {}: {a} and {b} share no surface, and it has no boundary; no portal", transition.id),
     }
 }
 
-/// A door that the file draws, turned to lead from the first solid to the second; `None` where it lies between other things.
+/// A door of the file, oriented from the first solid to the second; `None` if it is not between them.
 fn drawn(door: &Boundary, [from, to]: [&[Convex]; 2], eps: f64) -> Option<(Plane, Vec<DVec3>)> {
     let centre = middle(&door.winding);
     let local: Vec<DVec3> = door.winding.iter().map(|&p| p - centre).collect();
     let plane = Plane::through(centre, newell(&local).try_normalize()?);
     let holds = |solid: &[Convex], p: DVec3| solid.iter().any(|c| c.faces.iter().all(|(plane, _)| plane.distance(p) <= eps));
-    // Just past the door, or past the wall that it stands in.
+    // Just past the door, or past the wall around it.
     let leads = |n: DVec3| {
         let steps = [4.0 * eps, 0.1 * MOST_WALL, 0.5 * MOST_WALL, MOST_WALL];
         let reaches = |solid, way: DVec3| steps.iter().any(|step| holds(solid, centre + way * *step));
@@ -160,7 +160,7 @@ fn drawn(door: &Boundary, [from, to]: [&[Convex]; 2], eps: f64) -> Option<(Plane
     }
 }
 
-/// The surfaces that two solids share, turned to lead from the first to the second, in as few convex parts as simply found.
+/// The surfaces that two solids share, oriented from the first to the second, merged into few convex parts.
 fn shared([from, to]: [&[Convex]; 2], eps: f64) -> Vec<(Plane, Vec<DVec3>)> {
     let mut parts: Vec<(Plane, Vec<DVec3>)> = Vec::new();
     for a in from {
@@ -195,7 +195,7 @@ fn shared([from, to]: [&[Convex]; 2], eps: f64) -> Vec<(Plane, Vec<DVec3>)> {
     parts
 }
 
-/// The part of a winding above an outline that runs counter-clockwise about `n`.
+/// The part of a winding above an outline that is counter-clockwise about `n`.
 fn within(winding: &[DVec3], outline: &[DVec3], n: DVec3) -> Vec<DVec3> {
     let mut rest = winding.to_vec();
     for (k, &a) in outline.iter().enumerate() {
@@ -208,7 +208,7 @@ fn within(winding: &[DVec3], outline: &[DVec3], n: DVec3) -> Vec<DVec3> {
     rest
 }
 
-/// Two windings of one plane as one, where that is convex.
+/// The union of two coplanar windings, if it is convex.
 fn union((plane, a): &(Plane, Vec<DVec3>), (other, b): &(Plane, Vec<DVec3>), eps: f64) -> Option<Vec<DVec3>> {
     let close = Aabb::of(a.iter().copied()).inflated(eps).touches(&Aabb::of(b.iter().copied()));
     if !close || plane.n.dot(other.n) < SAME_PLANE_COSINE || b.iter().any(|&p| plane.distance(p).abs() > eps) {

@@ -1,4 +1,4 @@
-//! What one sees of a cell space: its surface, less what transitions lead through.
+//! The visible surface of a cell space: its solid without the surfaces of transitions.
 
 use super::super::gltf::flat_hull;
 use super::{CellSpace, IndoorGml};
@@ -9,14 +9,14 @@ use glam::{DVec2, DVec3};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};
 
-/// Two drawings of one wall lie at most this far apart, in coplanar tolerances.
+/// Greatest distance of two surfaces of one wall, in coplanar tolerances.
 const SAME_PLANE: f64 = 10.0;
 
 /// A cell space as triangles.
 pub(super) struct Skin {
-    /// What is left of its surface.
+    /// The rest of its surface.
     pub mesh: Mesh,
-    /// The whole of its surface.
+    /// Its whole surface.
     pub surface: Vec<[DVec3; 3]>,
 }
 
@@ -66,14 +66,14 @@ pub(super) fn skin(model: &IndoorGml) -> Vec<Skin> {
     model.spaces.iter().enumerate().map(skin_of).collect()
 }
 
-/// The triangles of a polygon, cut along the outlines of others in its plane, which then hold each of them wholly or not at all.
+/// The triangles of a polygon, cut along the outlines of coplanar others, so that each triangle is inside or outside of each.
 pub(super) fn triangles(polygon: &Polygon, cuts: &[&Polygon], eps: f64) -> Vec<[DVec3; 3]> {
     let frame = Frame::of(polygon);
     // A power of two keeps grid coordinates exact.
     let grid = (eps * 0.5).log2().floor().exp2();
     let mut numbers: HashMap<(i64, i64), usize> = HashMap::new();
     let mut corners: Vec<Point2<f64>> = Vec::new();
-    // Corners stay where they are, the grid only tells which are one: neighbours share the polygon's own.
+    // Corners keep their places; the grid only merges equal ones, so neighbours share them.
     let mut exact: Vec<DVec3> = Vec::new();
     let mut edges: BTreeSet<[usize; 2]> = BTreeSet::new();
     let own = polygon.rings.iter().map(|ring| (ring, true));

@@ -1,9 +1,9 @@
-//! Material libraries (`.mtl`): which materials are see-through, and their colours and pictures.
+//! Material libraries (`.mtl`): transparency, colours and pictures.
 //!
-//! Based on: Wavefront Technologies, *MTL material format (Lightwave, OBJ)*, 1995. See-through: `d` below 1, `Tr` above 0, an opacity
-//! map, or an illumination model with refraction (6, 7), or with glass (4, 9) where the library doesn't say how clear it is. Where `d` and
-//! `Tr` contradict each other `d` counts: some exporters write `Tr 1` for opaque. Maya gives every material model 4, and says by `Tf`
-//! how much it lets through: `Tf 1 1 1` is opaque.
+//! Based on: Wavefront Technologies, *MTL material format (Lightwave, OBJ)*, 1995. A material is see-through with `d` below 1,
+//! `Tr` above 0, an opacity map, or an illumination model with refraction (6, 7), or with glass (4, 9) if the library gives no
+//! opacity. `d` takes precedence over `Tr`: some exporters write `Tr 1` for opaque. Maya gives every material model 4 and its
+//! transparency as `Tf`: `Tf 1 1 1` is opaque.
 
 use enfilade::scene::whole_file::BYTE_ORDER_MARK;
 use std::collections::HashMap;
@@ -13,16 +13,16 @@ use std::collections::HashMap;
 pub(super) struct Material {
     /// `Kd`: red, green and blue of a matt surface, 0 to 1.
     pub diffuse: Option<[f32; 3]>,
-    /// `map_Kd`: the file of a picture, as the library spells it.
+    /// `map_Kd`: the file name of a picture.
     pub picture: Option<String>,
     dissolve: Option<f64>,
     transparency: Option<f64>,
     illumination: Option<u32>,
-    /// `Tf`: red, green and blue; Maya's is 1 less what a surface lets through.
+    /// `Tf`: red, green and blue; in Maya 1 less the transparency.
     filter: Option<[f64; 3]>,
-    /// `map_d`: the file of a picture of what is opaque.
+    /// `map_d`: the file name of a picture of opacity.
     opacity_map: Option<String>,
-    /// An earlier one of this name was.
+    /// Whether an earlier material of this name was see-through.
     was_see_through: bool,
 }
 
@@ -37,7 +37,7 @@ impl Material {
         [&self.picture, &self.opacity_map].into_iter().flatten().map(String::as_str).filter(|name| !name.is_empty())
     }
 
-    /// Whether what is behind it may show.
+    /// Whether things behind it may show.
     pub fn is_see_through(&self) -> bool {
         let is_clear = || self.dissolve.or(self.transparency).is_none() && self.filter != Some([1.0; 3]);
         let by_model = match self.illumination {
@@ -49,14 +49,14 @@ impl Material {
     }
 }
 
-/// The file of a map. Its options, as `-s 1 1 1`, come first; a name may have blanks in it.
+/// The file name of a map. Options such as `-s 1 1 1` come first; the name may have blanks.
 fn file(rest: &str) -> String {
     let name = if rest.starts_with('-') { rest.split_ascii_whitespace().next_back() } else { None };
     name.unwrap_or(rest).to_owned()
 }
 
-/// Adds the materials of a library to `out`, by name; of several with one name the last counts, but one that is see-through stays so.
-/// What isn't understood is skipped.
+/// Adds the materials of a library to `out`, by name. Of several with one name the last counts, but a see-through one stays so.
+/// Unknown statements are skipped.
 pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
     let mut current: Option<(String, Material)> = None;
     let mut close = |material: Option<(String, Material)>| {
@@ -75,7 +75,7 @@ pub(super) fn read(bytes: &[u8], out: &mut HashMap<String, Material>) {
             continue;
         }
         let Some((_, material)) = &mut current else { continue };
-        // `d -halo 0.5` has its number last.
+        // In `d -halo 0.5` the number comes last.
         let number = rest.split_ascii_whitespace().next_back();
         match keyword {
             "d" => material.dissolve = number.and_then(|n| n.parse().ok()),
@@ -113,7 +113,7 @@ mod tests {
         assert_eq!(names, ["glass", "halo", "leaf", "ray", "thin"]);
     }
 
-    /// As Maya, 3ds Max and Blender write what is opaque, and what is not.
+    /// Opaque and see-through materials as written by Maya, 3ds Max and Blender.
     #[test]
     fn what_exporters_write_for_opaque_is_opaque() {
         for (says, shows) in [

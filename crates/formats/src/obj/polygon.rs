@@ -1,28 +1,27 @@
-//! Polygons into triangles: a fan where the polygon is convex, its ears where it isn't.
+//! Triangulates polygons: convex ones as a fan, others by ear clipping.
 //!
-//! Based on: Meisters, *Polygons have ears*, 1975. Done in the plane across the polygon's mean normal (Newell), with exact
-//! orientation tests. Always `n - 2` triangles, whatever the polygon.
+//! Based on: Meisters, *Polygons have ears*, 1975. It works in the plane across the polygon's mean normal (Newell), with exact
+//! orientation tests. Any polygon gives `n - 2` triangles.
 
 use enfilade::geom::newell;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
-/// Above this many corners a concave polygon is cut into a fan: clipping ears takes quadratic time.
+/// Concave polygons with more corners become a fan: ear clipping takes quadratic time.
 const MOST_CORNERS: usize = 2048;
 
-/// How a polygon was cut.
+/// How a polygon was triangulated.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Shape {
-    /// Into a fan, as it may be.
+    /// As a fan, exactly.
     Convex,
-    /// Into ears.
+    /// By ear clipping.
     Concave,
-    /// Into a fan for want of better: it crosses itself, has no area, or is too large.
+    /// As a fan, inexactly: it crosses itself, has no area, or is too large.
     Fanned,
 }
 
-/// Appends the triangles of the polygon `corners` (three or more indices into `positions`, all in range) to `out`, as numbers of
-/// corners of the polygon.
+/// Appends the triangles of the polygon `corners` (three or more valid indices into `positions`) to `out`, by corner numbers.
 pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[usize; 3]>) -> Shape {
     let n = corners.len();
     if n == 3 {
@@ -43,7 +42,7 @@ pub(crate) fn triangulate(positions: &[DVec3], corners: &[u32], out: &mut Vec<[u
     shape
 }
 
-/// The corners in the plane, counter-clockwise; `None` where the polygon has no area.
+/// The corners in the plane, counter-clockwise; `None` without area.
 fn project(positions: &[DVec3], corners: &[u32]) -> Option<Vec<DVec2>> {
     let start = positions[corners[0] as usize];
     let points: Vec<DVec3> = corners.iter().map(|&i| positions[i as usize] - start).collect();
@@ -52,7 +51,7 @@ fn project(positions: &[DVec3], corners: &[u32]) -> Option<Vec<DVec2>> {
     if largest <= 0.0 || !largest.is_finite() {
         return None;
     }
-    // Dropping the axis along which the polygon faces keeps the coordinates as they are, so the tests below are exact.
+    // Dropping the dominant axis keeps coordinates unchanged, so the tests below are exact.
     let flat = |p: &DVec3| {
         if n.x.abs() == largest {
             if n.x > 0.0 { DVec2::new(p.y, p.z) } else { DVec2::new(p.z, p.y) }
@@ -67,23 +66,23 @@ fn project(positions: &[DVec3], corners: &[u32]) -> Option<Vec<DVec2>> {
     Some(points.iter().map(flat).collect())
 }
 
-/// Above zero where the path from `a` by `b` to `c` turns left.
+/// Positive if the path from `a` by `b` to `c` turns left.
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     let [a, b, c] = [a, b, c].map(|p| Coord { x: p.x, y: p.y });
     orient2d(a, b, c)
 }
 
-/// True where no corner turns right and the polygon goes round once: then a fan from its first corner covers it once.
+/// Whether no corner turns right and the polygon winds once: then a fan from its first corner covers it once.
 fn is_convex(points: &[DVec2]) -> bool {
     let n = points.len();
     (0..n).all(|i| turn(points[i], points[(i + 1) % n], points[(i + 2) % n]) >= 0.0)
         && (1..n - 1).all(|i| turn(points[0], points[i], points[i + 1]) >= 0.0)
 }
 
-/// Cuts off one ear after the other; false where there is none left to cut.
+/// Clips ears; false if no ear is left.
 fn clip_ears(points: &[DVec2], out: &mut Vec<[usize; 3]>) -> bool {
     let mut left: Vec<usize> = (0..points.len()).collect();
-    // Where to look next: going on from the last ear, rather than from the start, makes rounder triangles.
+    // Continuing after the last ear, not at the start, makes rounder triangles.
     let mut at = 0;
     while left.len() > 3 {
         let n = left.len();
@@ -91,7 +90,7 @@ fn clip_ears(points: &[DVec2], out: &mut Vec<[usize; 3]>) -> bool {
             let [a, b, c] = [left[(i + n - 1) % n], left[i], left[(i + 1) % n]];
             let [pa, pb, pc] = [a, b, c].map(|i| points[i]);
             let bend = turn(pa, pb, pc);
-            // A corner on a straight line is cut off as a triangle without area, which the builder drops.
+            // A straight corner becomes a triangle without area, which the builder drops.
             let straight = bend == 0.0 && (pb - pa).dot(pc - pb) >= 0.0;
             let inside = |&&v: &&usize| {
                 let p = points[v];
@@ -117,7 +116,7 @@ mod tests {
     use enfilade::geom::area;
 
     fn cut(points: &[(f64, f64)]) -> (Shape, usize, f64) {
-        // In a tilted plane, so that the projection matters.
+        // In a tilted plane, to test the projection.
         let positions: Vec<DVec3> = points.iter().map(|&(x, y)| DVec3::new(x, y, 0.5 * x - 2.0 * y)).collect();
         let corners: Vec<u32> = (0..points.len() as u32).collect();
         let mut out = Vec::new();

@@ -1,8 +1,7 @@
-//! Ambient sounds: how loud each leaf hears water, sky, slime and lava.
+//! Ambient sounds: the volume of water, sky, slime and lava in each leaf.
 //!
-//! A leaf that sees a face with such a texture hears it at full volume; one that sees none hears nothing. The five levels of Quake that
-//! the tests know have no other values. Slime sounds like water, and the third value stays 0. Textures are known by how their
-//! names begin.
+//! A leaf that sees a face with such a texture has full volume; otherwise 0. The five levels of Quake in the tests have no other
+//! values. Slime sounds like water, and the third value stays 0. Texture names decide by their prefix.
 
 use crate::quake::layout::FACES;
 use crate::quake::tree::{infos_with, marked_faces};
@@ -12,9 +11,9 @@ use qbsp::data::BspFace;
 
 /// Values of a leaf: water, sky, slime, lava.
 pub const SOUNDS: usize = 4;
-/// The loudest.
+/// The greatest volume.
 const FULL: u8 = 255;
-/// How names begin, and which value they stand for.
+/// Prefixes of names and the index of their value.
 const NAMES: [(&str, usize); 5] = [("sky", 1), ("*water", 0), ("*04water", 0), ("*slime", 0), ("*lava", 3)];
 
 /// The values of each leaf of the world, from rows of clusters and the cluster of each leaf.
@@ -23,7 +22,7 @@ pub(super) fn levels(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Ve
     let heard = |name: &str| NAMES.iter().find(|(begin, _)| name.starts_with(begin)).map(|&(_, sound)| sound);
     let infos = infos_with(&source, heard)?;
     let faces: Vec<BspFace> = source.entries(FACES)?;
-    // 1. What sounds in each cluster.
+    // 1. Sounds in each cluster.
     let mut sounds = vec![[0; SOUNDS]; rows.rows()];
     marked_faces(&source, faces.len(), |leaf, face| {
         let cluster = leaf.checked_sub(1).and_then(|cell| clusters.get(cell));
@@ -32,7 +31,7 @@ pub(super) fn levels(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Ve
             sounds[cluster as usize][sound] = FULL;
         }
     })?;
-    // 2. What is heard of it.
+    // 2. Sounds heard from each cluster.
     let hear = |cluster: usize| {
         let seen = rows.ones(cluster).map(|other| sounds[other]);
         seen.fold([0; SOUNDS], |all, one| std::array::from_fn(|sound| u8::max(all[sound], one[sound])))

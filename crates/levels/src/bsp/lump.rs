@@ -1,7 +1,7 @@
-//! The visibility lump: rows of leaves, their zero bytes counted, and a file around it that stays what it was.
+//! The visibility lump: run-length coded rows of leaves; the rest of the file stays unchanged.
 //!
-//! A row has a bit for each leaf of the world but the solid one, lowest bit first. A byte that isn't zero stands for itself; a
-//! zero is followed by how many there are, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
+//! A row has a bit for each leaf of the world except the solid one, lowest bit first. A nonzero byte stands for itself; a zero is
+//! followed by the number of zeros, 1 to 255. A leaf has the offset of its row, or -1: it sees everything.
 
 use super::{Bsp, SOUNDS};
 use crate::quake::BspError;
@@ -11,7 +11,7 @@ use enfilade::BitMatrix;
 use qbsp::BspFormat;
 use std::collections::HashMap;
 
-/// Of a leaf: its contents come first, then the offset of its row.
+/// Offset of the row's offset in a leaf, after its contents.
 const VIS_OFFSET: usize = 4;
 /// After the lumps: name, offset and length of each lump of an extension.
 const BSPX_ENTRY: usize = 24 + 4 + 4;
@@ -40,7 +40,7 @@ pub(super) fn decode(lump: &[u8], tree: &Tree) -> Result<BitMatrix, BspError> {
     Ok(rows)
 }
 
-/// A row of `length` bytes; `None` where its code ends too early, or counts no zeros.
+/// A row of `length` bytes; `None` if its code ends too early or counts no zeros.
 fn expand(code: &[u8], length: usize) -> Option<Vec<u8>> {
     let mut row = Vec::with_capacity(length);
     let mut code = code.iter();
@@ -56,7 +56,7 @@ fn expand(code: &[u8], length: usize) -> Option<Vec<u8>> {
     Some(row)
 }
 
-/// Counts a row's zeros.
+/// Run-length codes a row.
 fn compress(row: &[u8]) -> Vec<u8> {
     let mut code = Vec::new();
     for run in row.chunk_by(|a, b| *a == 0 && *b == 0) {
@@ -68,7 +68,7 @@ fn compress(row: &[u8]) -> Vec<u8> {
     code
 }
 
-/// Bytes of a leaf. The last ones are its ambient levels.
+/// Bytes of a leaf; the last ones are its ambient levels.
 fn leaf_size(bsp: &Bsp) -> usize {
     if bsp.format == BspFormat::BSP2 { 44 } else { 28 }
 }
@@ -86,7 +86,7 @@ pub(super) fn write(
     clusters: &[u32],
     ambient: Option<&[[u8; SOUNDS]]>,
 ) -> Result<Vec<u8>, BspError> {
-    // 1. A code for each cluster; clusters that see alike share it.
+    // 1. A code for each cluster; clusters with equal rows share it.
     let (mut lump, mut known, mut offsets) = (Vec::new(), HashMap::new(), Vec::new());
     for cluster in 0..rows.rows() {
         let mut row = vec![0u8; clusters.len().div_ceil(8)];
@@ -100,7 +100,7 @@ pub(super) fn write(
         offsets.push(i32::try_from(offset).map_err(|_| BspError::TooLong)?);
     }
 
-    // 2. The lump in its place, the leaves' offsets and levels. Leaves that are not the world's have no row.
+    // 2. The new lump, and the leaves' offsets and levels. Leaves outside the world have no row.
     let (mut bytes, lumps) = replace(&bsp.bytes, &bsp.lumps, &lump)?;
     let Lump { offset, length } = lumps[LEAVES];
     for (leaf, entry) in bytes[offset..offset + length].chunks_exact_mut(leaf_size(bsp)).enumerate() {
@@ -116,9 +116,9 @@ pub(super) fn write(
     Ok(bytes)
 }
 
-/// Puts `vis` where the visibility lump is; what follows moves by a multiple of four, as lumps and extensions are aligned.
+/// Replaces the visibility lump by `vis`. Later data moves by a multiple of four, to keep lumps and extensions aligned.
 fn replace(bytes: &[u8], lumps: &[Lump; LUMPS.len()], vis: &[u8]) -> Result<(Vec<u8>, [Lump; LUMPS.len()]), BspError> {
-    // 1. What is cut out: the old lump with its padding; nothing, after the last lump, where it has no place of its own.
+    // 1. The removed range: the old lump with its padding, or an empty range after the last lump if it has no space of its own.
     let old = lumps[VISIBILITY];
     let others = || lumps.iter().enumerate().filter(|&(i, l)| i != VISIBILITY && l.length > 0).map(|(_, l)| *l);
     let last = lumps.iter().filter(|l| l.length > 0).map(|l| l.end()).max().unwrap_or(0).max(HEADER);
@@ -131,11 +131,11 @@ fn replace(bytes: &[u8], lumps: &[Lump; LUMPS.len()], vis: &[u8]) -> Result<(Vec
     } else {
         let next = others().map(|l| l.offset).filter(|&o| o >= old.end()).chain([bytes.len()]);
         let next = next.chain(has_extension.then_some(extension).filter(|&e| e >= old.end())).min().unwrap_or(bytes.len());
-        // More than padding is somebody's.
+        // A larger gap is data of an unknown kind.
         old.offset..if next - old.end() < 4 { next } else { old.end() }
     };
 
-    // 2. The file around it.
+    // 2. The rest of the file.
     let start = if cut.is_empty() { extension } else { cut.start };
     let mut out = bytes[..cut.start].to_vec();
     out.resize(start, 0);
@@ -150,7 +150,7 @@ fn replace(bytes: &[u8], lumps: &[Lump; LUMPS.len()], vis: &[u8]) -> Result<(Vec
     }
     let moved = |offset: usize| if offset >= cut.end { offset - cut.end + new_end } else { offset };
 
-    // 3. The directory, and the extension's.
+    // 3. The directory, and that of the extension.
     let mut new = lumps.map(|l| Lump { offset: moved(l.offset), ..l });
     new[VISIBILITY] = Lump { offset: start, length: vis.len() };
     for (entry, lump) in out[4..HEADER].chunks_exact_mut(8).zip(new) {

@@ -1,4 +1,4 @@
-//! A level's file as it is read: header and lumps checked, and the tree.
+//! The file of a level: checks the header, the lumps and the tree.
 
 use super::fences;
 use super::layout::*;
@@ -18,11 +18,11 @@ pub struct Bsp {
 }
 
 impl Bsp {
-    /// Takes a file's bytes.
+    /// Reads a file's bytes.
     ///
     /// # Errors
     ///
-    /// What is wrong with the header, or with the lumps that the tree is made of.
+    /// Faults of the header, or of the lumps of the tree.
     pub fn read(bytes: Vec<u8>) -> Result<Self, BspError> {
         let format = format(&bytes)?;
         let lumps = directory(&bytes)?;
@@ -35,34 +35,34 @@ impl Bsp {
         if self.format == BspFormat::BSP2 { "BSP2" } else { "bsp29" }
     }
 
-    /// Leaves of the world that have a row: those after leaf 0 that don't belong to doors, lifts and so on.
+    /// Number of the world's leaves with rows: those after leaf 0, without those of doors, lifts and so on.
     pub fn leaves(&self) -> usize {
         self.tree.vis_leaves
     }
 
-    /// How far the file's own rounding (planes in `f32`) may shift a point of the level, in its units.
+    /// Error of points from the file's own rounding (planes in `f32`), in its units.
     pub fn rounding(&self) -> f64 {
         self.tree.rounding()
     }
 
-    /// The portals between open leaves, derived from the tree, and how many slivers were left out: portals narrower than
+    /// The portals between open leaves, derived from the tree, and the number of skipped slivers: portals narrower than
     /// [`Bsp::rounding`].
     ///
     /// # Errors
     ///
-    /// [`BspError::Fences`] where the tree doesn't tell what can be looked through.
+    /// [`BspError::Fences`] if the tree does not decide which faces are see-through.
     pub fn portals(&self) -> Result<(Vec<LevelPortal>, usize), BspError> {
         fences::refuse(&self.fences_on_walls()?)?;
         let found = self.between(false);
         Ok((found.portals, found.slivers))
     }
 
-    /// Fences with solid matter behind, as indices of faces, rising.
+    /// Fences with solid matter behind, as indices of faces, ascending.
     pub(super) fn fences_on_walls(&self) -> Result<Vec<usize>, BspError> {
         fences::on_walls(&self.source(), &self.tree)
     }
 
-    /// What lies between leaves.
+    /// Portals and walls between leaves.
     pub(super) fn between(&self, with_walls: bool) -> Between {
         portals::derive(&self.tree, with_walls)
     }
@@ -82,7 +82,7 @@ fn format(bytes: &[u8]) -> Result<BspFormat, BspError> {
         b"2PSB" => other("a level in BSP2's first draft (2PSB)"),
         b"IBSP" | b"QBSP" => other("a Quake 2 or Quake 3 level"),
         b"VBSP" => other("a Source level"),
-        _ => other("a file that doesn't begin as a level does"),
+        _ => other("a file without the header of a level"),
     }
 }
 

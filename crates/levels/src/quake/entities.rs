@@ -1,8 +1,8 @@
-//! The entities of a level: text in braces, a key and a value in quotes a line.
+//! The entities of a level: text in braces, with a quoted key and value per line.
 
 use super::layout::{BspError, ENTITIES, entry};
 
-/// What is said of a thing in the level: its keys and values, in order.
+/// An entity: its keys and values, in order.
 pub(super) struct Entity(Vec<(String, String)>);
 
 impl Entity {
@@ -12,7 +12,7 @@ impl Entity {
     }
 }
 
-/// Reads the lump. Its text ends at a zero byte; what isn't UTF-8 is read as Latin-1.
+/// Reads the lump. The text ends at a zero byte; bytes that are not UTF-8 count as Latin-1.
 pub(super) fn entities(lump: &[u8]) -> Result<Vec<Entity>, BspError> {
     let text: String = lump.iter().take_while(|&&b| b != 0).map(|&b| char::from(b)).collect();
     let mut rest = text.as_str();
@@ -58,8 +58,8 @@ mod tests {
             (b"{\"a\" b}", "entry 0: ends within"),
             (b"{", "entry 0: ends within"),
         ] {
-            let said = entities(text).err().expect(what).to_string();
-            assert!(said.contains(what), "{said}");
+            let message = entities(text).err().expect(what).to_string();
+            assert!(message.contains(what), "{message}");
         }
     }
 }

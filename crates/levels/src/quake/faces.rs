@@ -1,4 +1,4 @@
-//! The faces of a level: read and checked, as meshes, and how they look.
+//! The faces of a level: reads and checks them, and makes meshes with materials.
 
 use super::layout::*;
 use super::texels::Textures;
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 /// A convex face.
 pub(super) struct Face {
-    /// Indices of vertices, counter-clockwise from where it is seen.
+    /// Indices of vertices, counter-clockwise from the visible side.
     pub corners: Vec<u32>,
     pub texture: usize,
 }
@@ -24,11 +24,11 @@ pub(super) struct Faces {
     pub faces: Vec<Face>,
     /// Names in lower case.
     pub textures: Vec<String>,
-    /// Of each of them, and its width and height, texels.
+    /// Projection of each texture, with width and height in texels.
     projections: Vec<(PlanarTextureProjection, [f64; 2])>,
 }
 
-/// Width and height of a texture that the file doesn't have, texels.
+/// Width and height of a missing texture, texels.
 const USUAL_SIZE: u32 = 64;
 
 impl Faces {
@@ -49,7 +49,7 @@ impl Faces {
             if texture >= count {
                 return Err(entry(TEXTURE_INFOS, i, format!("its texture {texture} doesn't exist")));
             }
-            // A file without its textures has no names, either.
+            // A file without textures has no names, either.
             textures.push(texture_name(source, texture).unwrap_or_else(|| format!("texture {texture}")));
             let size = texture_size(source, texture).unwrap_or([USUAL_SIZE; 2]);
             projections.push((info.projection, size.map(f64::from)));
@@ -75,17 +75,17 @@ impl Faces {
             }
             corners_of_all = corners_of_all.saturating_add(face.num_edges.0 as usize);
             if corners_of_all > surface_edges.len() {
-                let what = format!("ends beyond the {} surface edges, of which each is one face's", surface_edges.len());
+                let what = format!("ends beyond the {} surface edges; each belongs to one face", surface_edges.len());
                 return Err(entry(FACES, i, what));
             }
-            // Clockwise in the file.
+            // The file has them clockwise.
             let corners = (first..last).rev().map(|at| corner(i, at)).collect::<Result<Vec<_>, _>>()?;
             faces.push(Face { corners, texture });
         }
         Ok(Self { vertices, faces, textures, projections })
     }
 
-    /// Says how the mesh of faces with one texture looks.
+    /// Sets the material of a mesh of faces with one texture.
     pub fn look(&self, builder: &mut SceneBuilder, textures: &Textures, faces: &[usize]) {
         if !builder.is_traced() {
             return;
@@ -105,7 +105,7 @@ impl Faces {
         builder.look(material(texture, textures), triangles.collect());
     }
 
-    /// Faces as fans.
+    /// Faces as triangle fans.
     pub fn mesh(&self, faces: &[usize], node: String, role: Role, opaque: bool, turned: &dyn Fn(DVec3) -> DVec3) -> Mesh {
         let (mut positions, mut triangles, mut known) = (Vec::new(), Vec::new(), HashMap::new());
         for &face in faces {

@@ -1,8 +1,8 @@
-//! Fences: faces of the world with textures that games look through (`{...`).
+//! Fences: faces of the world with see-through textures (`{...`).
 //!
-//! Compilers that know them give a leaf to what is behind (ericw-tools' `func_detail_fence`), and the tree tells what is seen. To every
-//! compiler a brush of the world with such a texture is solid: its rows hide what games show, and whether that was meant only the level's
-//! `.prt` tells.
+//! Some compilers give the space behind a fence a leaf (`func_detail_fence` in ericw-tools), so the tree decides visibility. For
+//! all other compilers a brush of the world with such a texture is solid, so their rows hide what games show. Only the level's
+//! `.prt` tells whether this was intended.
 
 use super::faces::Faces;
 use super::layout::*;
@@ -12,11 +12,11 @@ use enfilade::geom::{Plane, newell};
 use glam::DVec3;
 use qbsp::data::{BspFace, BspModel};
 
-/// Vertices lie this many of the file's roundings off their planes, at most; what is narrower behind a face is not asked about. Larger:
-/// thin fences pass for walls' edges. Smaller: leaves beside a fence's edge count as behind it.
+/// Greatest distance of vertices from their planes, in multiples of the file's rounding; narrower solids behind a face are
+/// ignored. Larger: thin fences count as edges of walls. Smaller: leaves beside a fence's edge count as behind it.
 const OFF_PLANE: f64 = 16.0;
 
-/// Fences with solid matter behind, as indices of faces, rising.
+/// Fences with solid matter behind, as indices of faces, ascending.
 pub(super) fn on_walls(source: &Source<'_>, tree: &Tree) -> Result<Vec<usize>, BspError> {
     let infos = infos_with(source, |name| name.starts_with('{'))?;
     let models: Vec<BspModel> = source.entries(MODELS)?;
@@ -41,7 +41,7 @@ pub(super) fn on_walls(source: &Source<'_>, tree: &Tree) -> Result<Vec<usize>, B
     Ok(fences)
 }
 
-/// The error of a level of which nobody tells what such faces hide.
+/// The error for a level with undecided fences.
 pub(super) fn refuse(walls: &[usize]) -> Result<(), BspError> {
     if walls.is_empty() { Ok(()) } else { Err(BspError::Fences(walls.len())) }
 }

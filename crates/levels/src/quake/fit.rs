@@ -1,4 +1,4 @@
-//! Whether a portal file is of a level: its leaves are counted, and its portals looked up in the tree.
+//! Tests whether a portal file belongs to a level: compares the number of leaves, and looks up portals in the tree.
 
 use super::Bsp;
 use crate::prt::Prt;
@@ -7,29 +7,28 @@ use enfilade::types::level::LevelPortal;
 use glam::DVec3;
 use std::fmt;
 
-/// A portal file is taken where this share of its portals lies where the tree has their clusters. More: portals that compilers lead
-/// through details, which the tree knows as solid, or along planes that are rounded, speak against their own level (a tenth did in one). Less:
-/// a file from before the level was changed is taken.
+/// Least share of portals that must lie between leaves of their clusters. More: portals through details, which are solid in the
+/// tree, or along rounded planes count against their own level (in one, a tenth did). Less: an outdated file is accepted.
 const TAKEN_FROM: f64 = 0.75;
-/// Points on both sides are this far from a portal, in [`Bsp::rounding`]. Nearer: rounded planes leave them on the wrong side. Farther:
-/// thin leaves lie in between.
+/// Distance of test points on both sides of a portal, in [`Bsp::rounding`]. Nearer: rounded planes leave them on the wrong side.
+/// Farther: thin leaves lie in between.
 const ASIDE: f64 = 16.0;
 
-/// How the portals of a portal file lie in a level's tree.
+/// How well a portal file fits a level's tree.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Fit {
-    /// Leaves of the file, and of the level.
+    /// Leaves of the file and of the level.
     pub leaves: [usize; 2],
     /// Portals of the file.
     pub portals: usize,
-    /// Those that don't lie between leaves of their two clusters, ascending; none where leaves differ in number.
+    /// Portals that do not lie between leaves of their two clusters, ascending; empty if the numbers of leaves differ.
     pub elsewhere: Vec<usize>,
-    /// The middle of the first of them.
+    /// The centre of the first of them.
     pub first: Option<DVec3>,
 }
 
 impl Fit {
-    /// The file is of this level: leaves are as many, and three quarters of the portals lie where the tree has their clusters.
+    /// Whether the file is of this level: numbers of leaves agree, and three quarters of the portals lie between their clusters.
     pub fn is_taken(&self) -> bool {
         let here = self.portals - self.elsewhere.len();
         self.leaves[0] == self.leaves[1] && here as f64 >= TAKEN_FROM * self.portals as f64
@@ -45,12 +44,8 @@ impl fmt::Display for Fit {
         let all = self.portals;
         match (self.elsewhere.first(), self.first) {
             (Some(&portal), Some(p)) => {
-                write!(
-                    f,
-                    "{} of {all} portals lie where the tree has leaves of other clusters, or solid matter; ",
-                    self.elsewhere.len()
-                )?;
-                write!(f, "the first, portal {portal}, around ({:.1} {:.1} {:.1})", p.x, p.y, p.z)
+                write!(f, "{} of {all} portals do not lie between leaves of their clusters; ", self.elsewhere.len())?;
+                write!(f, "the first, portal {portal}, is near ({:.1} {:.1} {:.1})", p.x, p.y, p.z)
             }
             _ => write!(f, "all {all} portals lie between leaves of their clusters"),
         }
@@ -58,17 +53,17 @@ impl fmt::Display for Fit {
 }
 
 impl Bsp {
-    /// How portals of a `.prt` lie in this level's tree: in the middle of each portal, and half-way from there to its corners.
+    /// Tests the portals of a `.prt` in this level's tree: at the centre of each portal, and half-way to its corners.
     pub fn fit(&self, prt: &Prt) -> Fit {
         let leaves = [prt.leaves.len(), self.leaves()];
         let portals = &prt.level.portals;
-        let asked = if leaves[0] == leaves[1] { portals.len() } else { 0 };
-        let elsewhere: Vec<usize> = (0..asked).filter(|&p| !self.has_between(prt, &portals[p])).collect();
+        let tested = if leaves[0] == leaves[1] { portals.len() } else { 0 };
+        let elsewhere: Vec<usize> = (0..tested).filter(|&p| !self.has_between(prt, &portals[p])).collect();
         let first = elsewhere.first().map(|&p| middle(&portals[p].winding));
         Fit { leaves, portals: portals.len(), elsewhere, first }
     }
 
-    /// Whether the tree has leaves of the portal's two clusters on both sides of it, somewhere.
+    /// Whether the tree has leaves of the portal's two clusters on its two sides at any test point.
     fn has_between(&self, prt: &Prt, portal: &LevelPortal) -> bool {
         let cluster = |p: DVec3| {
             let leaf = self.tree.leaf_at(p);

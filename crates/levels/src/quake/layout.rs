@@ -1,4 +1,4 @@
-//! How a level lies in its file: the lumps, and what can be wrong with them.
+//! The layout of a level's file: its lumps and their faults.
 
 use crate::MOST_CLUSTERS;
 use qbsp::reader::BspParseContext;
@@ -37,12 +37,12 @@ pub(crate) const MODELS: usize = 14;
 /// Magic or version, then offset and length of each lump.
 pub(crate) const HEADER: usize = 4 + 8 * LUMPS.len();
 
-/// What is wrong with a level.
+/// Faults of a level.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum BspError {
     /// Another format.
-    #[error("{0} is not read; Quake's bsp29 and BSP2 are")]
+    #[error("{0} is not supported; Quake's bsp29 and BSP2 are")]
     Format(String),
     /// Shorter than its header.
     #[error("ends after {0} bytes, within the header")]
@@ -52,7 +52,7 @@ pub enum BspError {
     Lump {
         /// Name of the lump.
         lump: &'static str,
-        /// What is wrong with it.
+        /// The fault.
         what: String,
     },
     /// An entry of a lump.
@@ -62,12 +62,12 @@ pub enum BspError {
         lump: &'static str,
         /// Index, from 0.
         entry: usize,
-        /// What is wrong with it.
+        /// The fault.
         what: String,
     },
     /// See-through faces with solid matter behind.
     #[error(
-        "{0} faces of the world bear textures named {{..., which games look through, but what is behind is solid: the tree doesn't tell what is seen; put the level's .prt beside it, or make their brushes func_detail_fence"
+        "{0} faces of the world have see-through textures ({{...), but the space behind them is solid in the tree, so visibility is unknown; put the level's .prt beside it, or make their brushes func_detail_fence"
     )]
     Fences(usize),
     /// A file too long for its own offsets.
@@ -75,7 +75,7 @@ pub enum BspError {
     TooLong,
 }
 
-/// Where a lump lies.
+/// Range of a lump.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Lump {
     pub offset: usize,
@@ -88,7 +88,7 @@ impl Lump {
     }
 }
 
-/// What lumps are read from.
+/// The file behind lumps.
 pub(crate) struct Source<'s> {
     pub bytes: &'s [u8],
     pub lumps: &'s [Lump; LUMPS.len()],
@@ -115,7 +115,7 @@ impl<'s> Source<'s> {
     }
 }
 
-/// Whether a number of leaves is one that rows can be made for.
+/// Checks that rows can be made for a number of leaves.
 pub(super) fn countable(leaves: usize) -> Result<(), BspError> {
     if leaves as u64 > MOST_CLUSTERS {
         let what = format!("has {leaves} leaves in the world, more than {MOST_CLUSTERS}");
@@ -124,7 +124,7 @@ pub(super) fn countable(leaves: usize) -> Result<(), BspError> {
     Ok(())
 }
 
-/// What is wrong with an entry of a lump.
+/// The error of an entry of a lump.
 pub(crate) fn entry(lump: usize, entry: usize, what: impl Into<String>) -> BspError {
     BspError::Entry { lump: LUMPS[lump], entry, what: what.into() }
 }

@@ -1,11 +1,11 @@
-//! Maps as editors write them (`.map`; Quake, Hexen II and Quake 2, plain or Valve 220): brushes as a scene, and leaves of a tree over them as
-//! cells. A map that isn't closed has no leaves: it is a scene like others.
+//! Maps of editors (`.map`; Quake, Hexen II and Quake 2, plain or Valve 220): brushes as a scene, and the leaves of a tree over
+//! them as cells. A map that is not closed has no leaves and is an ordinary scene.
 //!
-//! What a brush is follows from its entity and its textures, as level compilers have it: liquids (`*...`) and fences (`{...`) are
-//! see-through and cut nothing; `clip`, `trigger`, `hint` and `origin` are not there; `func_detail...` is drawn and cuts nothing,
-//! `func_illusionary` hides nothing; `func_group` and `func_illusionary_visblocker` are world. A
-//! `func_areaportal` is not drawn; the tree has a plane for each of its faces, and portals there can be shut. All else of entities with brushes
-//! is as in a compiled level: doors are doors, triggers are not drawn, the rest hides nothing, because it may move.
+//! The entity and the textures of a brush decide its kind, as in level compilers. Liquids (`*...`) and fences (`{...`) are
+//! see-through and do not split space. `clip`, `trigger`, `hint` and `origin` are ignored. `func_detail...` is drawn but does not
+//! split space, `func_illusionary` hides nothing; `func_group` and `func_illusionary_visblocker` belong to the world. A
+//! `func_areaportal` is not drawn; the tree has a plane for each of its faces, and portals there can be shut. Other entities with
+//! brushes are as in a compiled level: doors are doors, triggers are not drawn, the rest hides nothing, because it may move.
 
 mod alignment;
 mod brush;
@@ -33,39 +33,39 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use union::Part;
 
-/// Most brushes. More: what a hostile file asks for takes hours.
+/// Maximum brushes. More: a hostile file takes hours.
 const MOST_BRUSHES: usize = 1 << 16;
 
-/// Corners this near to each other are one, in the map's units. Larger: what an editor drew is bent. Smaller: cuts leave needles.
+/// Corners within this distance are merged, in the map's units. Larger: the drawn shape is bent. Smaller: cuts leave needles.
 const NEAR: f64 = 4.0 * ON;
 
-/// Textures of brushes that only the game or the compiler knows.
+/// Textures of brushes for the game or the compiler only.
 const ABSENT: [&str; 5] = ["clip", "trigger", "hint", "hintskip", "origin"];
 
-/// Contents of a brush in Quake 2, whose maps say them with each side: windows, liquids and mist, and what is translucent; areaportals, clips
-/// and origins; what divides nothing.
+/// Contents of a brush in Quake 2, from the flags of its sides: windows, liquids, mist and translucent brushes; areaportals,
+/// clips and origins; details.
 const LOOKED_THROUGH: u32 = 0x2 | 0x8 | 0x10 | 0x20 | 0x40 | 0x1000_0000;
 const NOT_THERE: u32 = 0x8000 | 0x1_0000 | 0x2_0000 | 0x100_0000;
 const DETAIL: u32 = 0x800_0000;
 
-/// What a brush does.
+/// Kind of a brush.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
-    /// Divides space.
+    /// Splits space.
     Structure,
-    /// Hides, and divides nothing.
+    /// Hides things, but does not split space.
     Detail,
-    /// Is looked through.
+    /// Is see-through.
     SeeThrough,
     /// Hides nothing, because it may move.
     Moving,
-    /// Is a door that isn't drawn.
+    /// Is an invisible door.
     AreaPortal,
-    /// Nothing: it is not there.
+    /// Is ignored.
     Absent,
 }
 
-/// The map as a scene, read from `path` if from a file.
+/// The map as a scene; `path` is its file, if it has one.
 pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let map = parsed(bytes)?;
     let unit = options.metres_per_unit.unwrap_or(UNIT);
@@ -73,7 +73,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     let mut builder = SceneBuilder::new(options, source);
     let Sorted { structure, other, area_portals, origins } = sorted(&map, &mut builder.source.notes)?;
 
-    // 1. The tree, and what of it is inside.
+    // 1. The tree and its inside.
     if structure.is_empty() {
         return Err(ImportError::Empty);
     }
@@ -86,7 +86,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     let mut tree = build::tree(&parts, &between, &structure, bounds).map_err(|what| fault(format!("the map {what}")))?;
     let is_closed = close(&mut tree, &origins, &mut builder);
 
-    // 2. What shows of the world, by leaf and texture.
+    // 2. The visible faces of the world, by leaf and texture.
     let named = map.entities.first().and_then(|world| value(world, "wad")).unwrap_or_default();
     let textures = if builder.is_traced() { Textures::read(None, path, &named, options) } else { Textures::default() };
     let mut groups: BTreeMap<(usize, &str), Vec<Facing<'_>>> = BTreeMap::new();
@@ -105,7 +105,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
         builder.add(fans(faces, format!("leaf {leaf}/{texture}"), Role::Structure, true, unit))?;
     }
 
-    // 3. What divides nothing.
+    // 3. Brushes that do not split space.
     for Other { node, role, kind, brushes } in other {
         for (texture, faces) in drawn(&brushes) {
             let node = format!("{node}/{texture}");
@@ -120,11 +120,11 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
         }
     }
 
-    // 4. Leaves and portals. Of a map that is open, all is outside.
+    // 4. Leaves and portals, if the map is closed.
     if is_closed {
         let between = derive(&tree, true);
         if between.slivers > 0 {
-            let what = format!("{} portals too narrow for a compiled level left out", between.slivers);
+            let what = format!("{} portals that are too narrow for a compiled level left out", between.slivers);
             builder.source.notes.push(Note::detail(what));
         }
         let shutters = shutters(&between.portals, &area_portals);
@@ -134,7 +134,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     builder.finish(name)
 }
 
-/// Leaves open what is inside, and tells of it. `false` where the map is open to the outside: then all stays open.
+/// Keeps only leaves inside open, and adds notes. Returns false if the map is open to the outside: then all leaves stay open.
 fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> bool {
     let unit = builder.source.metres_per_unit;
     let hole = builder.smallest_hole().map_or(SMALLEST_HOLE, |metres| metres / unit);
@@ -142,13 +142,13 @@ fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> boo
     match keep_inside(tree, origins, hole) {
         Inside::Closed { holes } => {
             if origins.is_empty() {
-                notes.push(Note::taken("no point entities: all space that is closed counts as inside"));
+                notes.push(Note::taken("no point entities: all closed space counts as inside"));
             }
             if holes > 0 {
                 let metres = hole * unit;
                 notes.push(Note::taken(format!(
-                    "{holes} portals that are no wider than {hole} units ({metres} m) lead outside and are closed (--smallest-hole): nobody \
-                     sees the outside through them"
+                    "{holes} portals no wider than {hole} units ({metres} m) lead outside and are closed (--smallest-hole): the outside is \
+                     not visible through them"
                 )));
             }
             true
@@ -166,10 +166,10 @@ fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> boo
     }
 }
 
-/// What becomes of a map that isn't closed.
-const OPEN: &str = "the map is baked with all its faces, as a model that one may look at from outside";
+/// Note about a map that is not closed.
+const OPEN: &str = "the map is baked with all its faces, as a model seen from outside, too";
 
-/// The portals on the faces of area portals. The tree has a plane for each face, so a portal is on it wholly or not at all.
+/// The portals on the faces of area portals. The tree has a plane for each face, so a portal is either on it or not.
 fn shutters(portals: &[LevelPortal], area_portals: &[(String, Brush)]) -> Vec<(u32, String)> {
     let on_face = |portal: &LevelPortal, brush: &Brush| {
         let p = middle(&portal.winding);
@@ -183,7 +183,7 @@ fn shutters(portals: &[LevelPortal], area_portals: &[(String, Brush)]) -> Vec<(u
     portals.iter().enumerate().filter_map(shutter).collect()
 }
 
-/// Brushes that are drawn and divide nothing.
+/// Brushes that are drawn but do not split space.
 struct Other {
     node: String,
     role: Role,
@@ -191,11 +191,11 @@ struct Other {
     brushes: Vec<Brush>,
 }
 
-/// A map's brushes by what they do.
+/// A map's brushes by kind.
 struct Sorted {
     structure: Vec<Brush>,
     other: Vec<Other>,
-    /// With the name of the entity.
+    /// With the entity's name.
     area_portals: Vec<(String, Brush)>,
     origins: Vec<Origin>,
 }
@@ -205,7 +205,7 @@ fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
     for word in [&b"patchDef"[..], b"brushDef"] {
         if let Some(at) = text.windows(word.len()).position(|w| w == word) {
             let line = 1 + text[..at].iter().filter(|&&b| b == b'\n').count();
-            let what = format!("line {line}: {} is of Quake 3 and not read", String::from_utf8_lossy(word));
+            let what = format!("line {line}: {} is of Quake 3 and not supported", String::from_utf8_lossy(word));
             return Err(ImportError::malformed(Place::File, what));
         }
     }
@@ -224,7 +224,7 @@ fn parsed(bytes: &[u8]) -> Result<QuakeMap, ImportError> {
 
 fn sorted(map: &QuakeMap, notes: &mut Vec<Note>) -> Result<Sorted, ImportError> {
     let (mut structure, mut other, mut area_portals, mut origins) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    // All planes first: they tell how far a brush may reach.
+    // All planes first: they bound the brushes.
     let mut all = Vec::new();
     for (e, entity) in map.entities.iter().enumerate() {
         for (b, brush) in entity.brushes.iter().enumerate() {
@@ -267,17 +267,17 @@ fn sorted(map: &QuakeMap, notes: &mut Vec<Note>) -> Result<Sorted, ImportError> 
         notes.push(Note::fault(format!("{} brushes without a volume left out: {first}", flat.len())));
     }
     if absent > 0 {
-        notes.push(Note::detail(format!("{absent} brushes of triggers and for the compiler aren't drawn")));
+        notes.push(Note::detail(format!("{absent} brushes of triggers and for the compiler are not drawn")));
     }
     Ok(Sorted { structure, other, area_portals, origins })
 }
 
-/// Classes whose brushes are part of the world.
+/// Whether a class's brushes belong to the world.
 fn is_world(class: &str) -> bool {
     matches!(class, "worldspawn" | "func_group" | "func_illusionary_visblocker") || class.starts_with("func_detail")
 }
 
-/// Whether an entity is drawn half transparent; 0 stands for no value, as in engines.
+/// Whether an entity is drawn half transparent; 0 counts as no value, as in engines.
 fn is_half_transparent(entity: &Entity) -> bool {
     let alpha =
         ["alpha", "_alpha"].iter().find_map(|key| value(entity, key)).and_then(|text| text.trim().parse::<f64>().ok());
@@ -306,7 +306,7 @@ fn value(entity: &Entity, key: &str) -> Option<String> {
     found.map(|(_, value)| value.to_string_lossy().into_owned())
 }
 
-/// Where an entity is.
+/// The place of an entity.
 fn origin(entity: &Entity) -> Option<DVec3> {
     let text = value(entity, "origin")?;
     let numbers: Vec<f64> = text.split_whitespace().map_while(|word| word.parse().ok()).collect();
@@ -323,10 +323,10 @@ fn drawn(brushes: &[Brush]) -> BTreeMap<&str, Vec<Facing<'_>>> {
     faces
 }
 
-/// A face, or a part of one, of a side.
+/// A face or a part of one, and its side.
 type Facing<'s> = (Vec<DVec3>, &'s Side);
 
-/// Without corners that lie on the one before: rays would meet needles anywhere.
+/// Removes repeated corners, since rays would meet needles.
 fn fans_of(mut faces: Vec<Facing<'_>>) -> Vec<Facing<'_>> {
     for (face, _) in &mut faces {
         face.dedup_by(|a, b| a.distance(*b) <= NEAR);
@@ -337,7 +337,7 @@ fn fans_of(mut faces: Vec<Facing<'_>>) -> Vec<Facing<'_>> {
     faces
 }
 
-/// Says how faces look that have one texture.
+/// Sets the material of faces with one texture.
 fn look(builder: &mut SceneBuilder, textures: &Textures, texture: &str, faces: &[Facing<'_>]) {
     let coordinates = |(face, side): &Facing<'_>, size: [u32; 2]| {
         let corners: Vec<[f32; 2]> = face.iter().map(|p| texture_coordinates(side, *p, size)).collect();
@@ -347,7 +347,7 @@ fn look(builder: &mut SceneBuilder, textures: &Textures, texture: &str, faces: &
     builder.look(material(texture, textures), textures.get(texture).map(of).unwrap_or_default());
 }
 
-/// Faces as fans.
+/// Faces as triangle fans.
 fn fans(faces: Vec<Facing<'_>>, node: String, role: Role, opaque: bool, unit: f64) -> Mesh {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for (face, _) in faces {

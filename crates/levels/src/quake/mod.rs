@@ -1,12 +1,11 @@
-//! Quake 1 levels (`.bsp`, bsp29 and BSP2): the tree with its leaves and portals, and the faces as a scene. Maps (`.map`), from which
-//! levels are compiled: a tree over their brushes.
+//! Quake 1 levels (`.bsp`, bsp29 and BSP2): the tree with its leaves and portals, and the faces as a scene. Maps (`.map`), the
+//! sources of levels: a tree over their brushes.
 //!
-//! Leaf 0 is what is solid; the world's leaves follow, and leaf `i + 1` is cell `i` here. Lumps' entries are decoded by the
-//! `qbsp` crate, one lump at a time and only once lengths and bounds are checked here: its own way in asserts, and takes memory
-//! on a count in the file.
+//! Leaf 0 is solid; the world's leaves follow, and leaf `i + 1` is cell `i` here. The `qbsp` crate decodes the entries of lumps,
+//! one lump at a time, after lengths and bounds are checked here: its own reader asserts, and allocates by unchecked counts.
 //!
-//! What can be looked through: air and liquids (with or without translucent water in the game, nothing is missing); not what is
-//! solid, and not sky, behind which games draw nothing.
+//! Air and liquids are see-through (with or without translucent water in the game, nothing is missing). Solids are not, nor is
+//! sky, behind which games draw nothing.
 
 mod bsp;
 mod entities;
@@ -28,10 +27,10 @@ pub use fit::Fit;
 pub use layout::BspError;
 use std::path::Path;
 
-/// Reads a level: the faces of the world and of what moves, and the leaves as cells. A unit is 1/32 m unless the options say
-/// otherwise; +Z up becomes +Y up: `(x, y, z)` turns into `(x, z, -y)`.
+/// Reads a level: the faces of the world and of brush models, and the leaves as cells. A unit is 1/32 m unless the options
+/// differ; +Z up becomes +Y up: `(x, y, z)` becomes `(x, z, -y)`.
 ///
-/// Fails on files that can't be read, aren't such levels, or are damaged.
+/// Fails on files that cannot be read, are not such levels, or are damaged.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let bsp = Bsp::read(whole_file::model(path)?).map_err(malformed)?;
@@ -42,20 +41,20 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError
     world::scene(&bsp, &name, Some(path), options, &walls)
 }
 
-/// Reads a map, as editors write it: its brushes, and leaves of a tree over them as cells. Units and axes as of [`import`].
+/// Reads a map of an editor: its brushes, and the leaves of a tree over them as cells. Units and axes as in [`import`].
 ///
-/// Fails on files that can't be read, aren't maps, are damaged, or leak.
+/// Fails on files that cannot be read, are not maps, are damaged, or leak.
 pub fn import_map(path: &Path, options: &ImportOptions) -> Result<Scene, ImportError> {
     let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     map::scene(&whole_file::model(path)?, &name, Some(path), options)
 }
 
-/// As [`import_map`], of a map in memory.
+/// As [`import_map`], for a map in memory.
 pub fn import_map_bytes(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     map::scene(bytes, name, None, options)
 }
 
-/// As [`import`], of a level in memory.
+/// As [`import`], for a level in memory.
 pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Result<Scene, ImportError> {
     let bsp = Bsp::read(bytes).map_err(malformed)?;
     bsp.fences_on_walls().and_then(|walls| fences::refuse(&walls)).map_err(malformed)?;
@@ -66,7 +65,7 @@ fn malformed(error: BspError) -> ImportError {
     ImportError::malformed(enfilade::scene::Place::File, error.to_string())
 }
 
-/// Whether a compiler's portals lie beside a level, so that its solid brushes hide what is behind them, whatever their textures are.
+/// Whether a compiler's portals are beside a level, so that its solid brushes hide the space behind them with any texture.
 fn are_compiled(path: &Path, bsp: &Bsp) -> bool {
     let portals = whole_file::read(&path.with_extension("prt")).ok().and_then(|bytes| crate::prt::read_prt(&bytes).ok());
     portals.is_some_and(|prt| bsp.fit(&prt).is_taken())

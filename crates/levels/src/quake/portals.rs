@@ -1,47 +1,46 @@
 //! Portals between the leaves of a tree.
 //!
-//! Based on: what level compilers have done since J. Carmack's qbsp (1996). A node's plane, cut to the convex region that the
-//! node splits, is where its two sides meet; sent down both of its subtrees, it falls apart into the faces between leaves.
+//! Based on: level compilers since J. Carmack's qbsp (1996). A node's plane, clipped to the convex region that the node splits,
+//! is the boundary of its two sides; pushed down both subtrees, it splits into the faces between leaves.
 //!
-//! Deviations: windings are cut from the planes above a node each time, in `f64`, instead of being split and handed on, so that
-//! rounding doesn't add up; and no cut takes points within 0.1 units for points on the plane, nor drops a face for its short
-//! edges. What is left out is what the file can't hold: planes are written in `f32`, so leaves that the compiler had meet in an
-//! edge overlap by a rounding. Faces narrower than that ([`super::Bsp::rounding`], 0.001 units in a level of 4096) are slivers
-//! of this kind, and counted.
+//! Deviations: windings are cut from the planes above a node each time, in `f64`, not split and passed on, so that rounding does
+//! not add up. No cut treats points within 0.1 units as on the plane, nor drops a face for its short edges. Only faces that the
+//! file cannot represent are left out: planes are written in `f32`, so leaves that met in an edge in the compiler overlap by a
+//! rounding. Narrower faces ([`super::Bsp::rounding`], 0.001 units in a level of 4096) are such slivers, and are counted.
 
 use super::tree::{Child, Tree};
 use enfilade::geom::{Aabb, Plane, clip};
 use enfilade::types::level::LevelPortal;
 use glam::DVec3;
 
-/// Space around the level, in its units: the outside of a level that leaks is as open as its inside.
+/// Space around the level, in its units: the outside of a leaking level is as open as its inside.
 const MARGIN: f64 = 64.0;
-/// Points this near to a plane lie in it, as a fraction of the extent: a thousand times the rounding of `f64`, a hundred
-/// thousandth of that of `f32`.
+/// Points within this distance of a plane lie in it, as a fraction of the extent: a thousand times the rounding of `f64`, a
+/// hundred thousandth of that of `f32`.
 const ON_PLANE: f64 = 1e-12;
 
-/// A winding in a leaf; `None` for one that is not open.
+/// A winding in a leaf; `None` for a solid one.
 pub(super) struct Piece {
     pub leaf: Option<usize>,
     pub winding: Vec<DVec3>,
 }
 
-/// What lies between the leaves of a tree.
+/// Faces between the leaves of a tree.
 pub(super) struct Between {
     /// Between open leaves, leaf `i + 1` being cell `i`.
     pub portals: Vec<LevelPortal>,
-    /// Between open leaves and what is not.
+    /// Between open and solid leaves.
     pub walls: Vec<Vec<DVec3>>,
-    /// Portals that were left out as slivers.
+    /// Number of skipped slivers.
     pub slivers: usize,
 }
 
-/// The portals of a tree's open leaves; `walls` are only looked for where they are asked for.
+/// The portals of a tree's open leaves, and with `with_walls` the walls.
 pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
     let bounds = tree.bounds.inflated(MARGIN);
     let (eps, narrow) = (bounds.diagonal() * ON_PLANE, tree.rounding());
     let mut out = Between { portals: Vec::new(), walls: Vec::new(), slivers: 0 };
-    // Half-spaces on the way from the root, and how deep the next child's way shares them.
+    // Half-spaces on the path from the root, and the depth that the next child shares.
     let mut way: Vec<Plane> = Vec::new();
     let mut stack = vec![(tree.root, None, 0)];
     while let Some((child, half_space, depth)) = stack.pop() {
@@ -50,7 +49,7 @@ pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
         let Child::Node(n) = child else { continue };
         let node = &tree.nodes[n];
         let below = way.len();
-        // The back first, so that the front is on top. Inside is below a plane, so the front's half-space is the flipped one.
+        // The back first, so that the front is on top. Inside is below a plane, so the front has the flipped half-space.
         stack.push((node.children[1], Some(node.plane), below));
         stack.push((node.children[0], Some(node.plane.flipped()), below));
 
@@ -73,7 +72,7 @@ pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
     out
 }
 
-/// The faces of a region within some bounds.
+/// The faces of a region within bounds.
 pub(super) fn region_faces(way: &[Plane], bounds: &Aabb) -> Vec<Vec<DVec3>> {
     let bounds = bounds.inflated(MARGIN);
     let eps = bounds.diagonal() * ON_PLANE;
@@ -89,7 +88,7 @@ fn box_planes(bounds: &Aabb) -> [Plane; 6] {
     [x[0], x[1], y[0], y[1], z[0], z[1]]
 }
 
-/// The part of a plane within a region; nothing where it only touches it. Counter-clockwise seen from the tip of its normal.
+/// The part of a plane within a region; `None` if it only touches it. Counter-clockwise as seen from the tip of its normal.
 fn face(plane: &Plane, bounds: &Aabb, way: &[Plane], eps: f64) -> Option<Vec<DVec3>> {
     let mut winding = square(plane, bounds);
     for half_space in box_planes(bounds).into_iter().chain(way.iter().copied()) {
@@ -101,7 +100,7 @@ fn face(plane: &Plane, bounds: &Aabb, way: &[Plane], eps: f64) -> Option<Vec<DVe
     Some(winding)
 }
 
-/// A square of a plane that reaches beyond the bounds.
+/// A square of a plane that extends beyond the bounds.
 pub(super) fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
     let centre = bounds.centre();
     let middle = centre - plane.n * plane.distance(centre);
@@ -111,8 +110,8 @@ pub(super) fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(a, b)| middle + u * (a * reach) + v * (b * reach)).into()
 }
 
-/// Sends a winding down a subtree. `inside` is the plane that it lies in: the subtree is on its inner side, which decides where
-/// a plane that is the same one leads to. `with_solid`: what comes into leaves that are not open is kept, too.
+/// Pushes a winding down a subtree. `inside` is its plane: the subtree is on the inner side, which decides at an equal plane.
+/// With `with_solid`, pieces in solid leaves are kept, too.
 pub(super) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64, with_solid: bool) -> Vec<Piece> {
     let (mut pieces, mut stack) = (Vec::new(), vec![(from, winding)]);
     while let Some((child, winding)) = stack.pop() {
@@ -144,7 +143,7 @@ pub(super) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane
     pieces
 }
 
-/// The least distance of two parallel lines that hold a convex winding between them.
+/// The least distance of two parallel lines around a convex winding.
 pub(super) fn width(winding: &[DVec3], normal: DVec3) -> f64 {
     let edges = winding.iter().zip(winding.iter().cycle().skip(1));
     let across = edges.filter_map(|(&a, &b)| {

@@ -1,8 +1,8 @@
-//! Texels of textures, as PNG: those that a level holds, and those of WADs beside it (WAD2 of Quake, WAD3 of Half-Life).
+//! Texels of textures, as PNG: those in a level, and those of WADs beside it (WAD2 of Quake, WAD3 of Half-Life).
 //!
-//! A WAD is a directory of lumps. A texture is a lump with a name, a width and a height, and its texels in four sizes, each a number in a
-//! palette of 256 colours: Quake's own, or, in WAD3, one behind the texels. Of textures whose names begin with `{`, the last colour is a
-//! hole. What makes no sense is left out: no level is refused for how it looks.
+//! A WAD is a directory of lumps. A texture is a lump with a name, a width and a height, and its texels in four sizes, as indices
+//! into a palette of 256 colours: Quake's own, or, in WAD3, one behind the texels. In textures whose names begin with `{`, the
+//! last colour is a hole. Invalid data is skipped: appearance never makes an import fail.
 
 use super::layout::Source;
 use super::tree::{texture_entry, texture_name, texture_names, word};
@@ -13,15 +13,15 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Texels of all textures together; more are left out. A file may give the same bytes to any number of textures.
+/// Limit of texels of all textures. A file may use the same bytes for any number of textures.
 const MOST_TEXELS: u64 = 1 << 26;
-/// Most WADs that a level names.
+/// Maximum WADs of a level.
 const MOST_WADS: usize = 32;
-/// Bytes of an entry of a WAD's directory; of a name, there and in a texture; of a texture before its texels.
+/// Bytes of an entry in a WAD's directory; of a name, there and in a texture; of a texture's header.
 const DIRECTORY_ENTRY: usize = 32;
 const NAME: usize = 16;
 const HEAD: usize = 40;
-/// Kinds of lumps that are textures: of Quake, and of Half-Life.
+/// Lump kinds of textures: Quake's and Half-Life's.
 const KINDS: [u8; 2] = [0x44, 0x43];
 /// Colours of a palette.
 const COLOURS: usize = 256;
@@ -41,7 +41,7 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// Those of a level, then those of WADs beside it; `named`: their names, as levels have them, with semicolons between.
+    /// Textures of a level, then of WADs beside it; `named`: names of WADs, separated by semicolons.
     pub fn read(source: Option<&Source<'_>>, path: Option<&Path>, named: &str, options: &ImportOptions) -> Self {
         let mut textures = Self::default();
         if let Some(source) = source {
@@ -53,7 +53,7 @@ impl Textures {
         }
         let beside = Sidecars { folder: path.and_then(Path::parent), under: options.files_under.as_deref() };
         for name in named.split(';').map(str::trim).filter(|name| !name.is_empty()).take(MOST_WADS) {
-            // Levels name the folders of who made them: the file may lie right beside the level.
+            // Levels contain their author's folders; the file may be right beside the level.
             let last = name.rsplit(['/', '\\']).next().unwrap_or(name);
             if let Ok(wad) = beside.read(name).or_else(|_| beside.read(last)) {
                 textures.add_wad(&wad);
@@ -62,7 +62,7 @@ impl Textures {
         textures
     }
 
-    /// One of them.
+    /// A texture by its name.
     pub fn get(&self, name: &str) -> Option<&Texture> {
         self.all.get(name)
     }
@@ -82,7 +82,7 @@ impl Textures {
         }
     }
 
-    /// Adds a texture whose bytes begin there, unless there is one of that name.
+    /// Adds a texture from its bytes, unless the name exists.
     fn add(&mut self, name: String, bytes: &[u8], has_palette: bool) {
         if self.all.contains_key(&name) {
             return;
@@ -99,7 +99,7 @@ impl Textures {
 /// Red, green and blue of each colour.
 type Palette = [[u8; 3]; COLOURS];
 
-/// Width and height, texels and palette of the texture that begins here.
+/// Width and height, texels and palette of a texture.
 fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], Palette)> {
     let size = [word(bytes, NAME)?, word(bytes, NAME + 4)?];
     let count = size[0].checked_mul(size[1]).filter(|count| *count > 0)? as usize;
@@ -109,7 +109,7 @@ fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], Palette)
     }
     let texels = bytes.get(first..first.checked_add(count)?)?;
     let own = || {
-        // Behind the smallest size, which is an eighth of both sides, and the number of colours.
+        // Behind the smallest size, an eighth of both sides, and the number of colours.
         let at = smallest.checked_add((size[0] / 8) as usize * (size[1] / 8) as usize + 2)?;
         bytes.get(at..)?.as_chunks::<3>().0.get(..COLOURS)?.try_into().ok()
     };
@@ -135,7 +135,7 @@ fn png([width, height]: [u32; 2], texels: &[u8], palette: Palette, has_holes: bo
 mod tests {
     use super::*;
 
-    /// A texture as files have it: `size` texels with these numbers, each side cut by 2, 4 and 8.
+    /// A texture in file format: `size` texels of one index, with each side divided by 2, 4 and 8.
     fn entry(name: &str, size: [u32; 2], texel: u8, palette: Option<[u8; 3]>) -> Vec<u8> {
         let mut bytes = name.as_bytes().to_vec();
         bytes.resize(NAME, 0);
@@ -191,7 +191,7 @@ mod tests {
         let stone = [("STONE", entry("stone", [16, 8], 15, None)), ("{net", entry("{net", [16, 16], 255, None))];
         textures.add_wad(&wad("WAD2", &stone));
         textures.add_wad(&wad("WAD3", &[("brass", entry("brass", [16, 16], 7, Some([200, 150, 20])))]));
-        // Of a second one with that name, nothing is taken.
+        // A second texture with that name is ignored.
         textures.add_wad(&wad("WAD3", &[("brass", entry("brass", [16, 16], 7, Some([1, 2, 3])))]));
         assert_eq!(textures.get("stone").unwrap().size, [16, 8]);
         // The sixteenth grey of Quake is the lightest one.

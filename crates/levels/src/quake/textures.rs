@@ -1,4 +1,4 @@
-//! What games know of textures by their names.
+//! The meaning of texture names in games.
 
 use super::texels::Textures;
 use enfilade::scene::Material;
@@ -6,8 +6,8 @@ use enfilade::scene::Material;
 /// Textures of faces that games never draw.
 const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
 
-/// How a texture looks: its texels where they were found. Without them, liquids have their colours, and what else there is one that is made
-/// from its name, so that textures can be told apart.
+/// The material of a texture: its texels if they were found. Otherwise liquids have fixed colours, and other textures a colour
+/// from a hash of their name, so that they differ.
 pub(super) fn material(texture: &str, textures: &Textures) -> Material {
     let opacity = if is_see_through(texture) { 0.5 } else { 1.0 };
     if let Some(found) = textures.get(texture) {
@@ -27,11 +27,11 @@ pub(super) fn material(texture: &str, textures: &Textures) -> Material {
     Material::matt(texture, [r, g, b, opacity])
 }
 
-/// Textures shine by so many times their colour. The lamps of a level are in its lightmaps, and the sun doesn't reach its rooms: without it they are
-/// nearly black.
+/// Emission of textures, as a multiple of their colour. A level's lamps are in its lightmaps, and the sun does not reach its
+/// rooms: without emission they are nearly black.
 const LAMPS: f32 = 1.5;
 
-/// Liquids by the beginnings of their names, as games have them.
+/// Liquids by prefixes of their names.
 const LIQUIDS: [(&str, [f32; 3]); 5] = [
     ("*lava", [0.90, 0.22, 0.03]),
     ("*slime", [0.22, 0.36, 0.05]),
@@ -40,7 +40,7 @@ const LIQUIDS: [(&str, [f32; 3]); 5] = [
     ("sky", [0.45, 0.60, 0.85]),
 ];
 
-/// Brownish to greyish, as levels are.
+/// Brownish to greyish.
 fn by_name(texture: &str) -> [f32; 3] {
     let hash = xxhash_rust::xxh3::xxh3_64(texture.as_bytes());
     let part = |shift: u32| (hash >> shift & 0xff) as f32 / 255.0;

@@ -1,4 +1,4 @@
-//! A level's tree of planes: read, and checked to be a tree.
+//! A level's tree of planes; checks that it is a tree.
 
 use super::layout::{
     BspError, LEAVES, LUMPS, MARK_SURFACES, MODELS, NODES, PLANES, Source, TEXTURE_INFOS, TEXTURES, VERTICES, countable,
@@ -12,7 +12,7 @@ use qbsp::data::util::UBspValue;
 use qbsp::data::visdata::VisDataRef;
 use qbsp::data::{BspLeaf, BspModel, BspNode, BspNodeRef, BspPlane, BspTexInfo};
 
-/// What is beyond a node's plane.
+/// The child of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Child {
     Node(usize),
@@ -22,15 +22,15 @@ pub(crate) enum Child {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub plane: Plane,
-    /// The side that the normal points to, and the other.
+    /// The child before the plane (in the direction of its normal), and the one behind.
     pub children: [Child; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leaf {
-    /// Air, a liquid, or what is solid and can be looked through: a fence.
+    /// Air, a liquid, or a see-through solid: a fence.
     pub open: bool,
-    /// Of its row in the visibility lump; negative for none.
+    /// Offset of its row in the visibility lump; negative for none.
     pub vis_offset: i32,
 }
 
@@ -42,13 +42,13 @@ pub(crate) struct Tree {
     pub root: Child,
     /// Leaves 1 to this have rows.
     pub vis_leaves: usize,
-    /// Around everything in the world.
+    /// Bounds of the world.
     pub bounds: Aabb,
 }
 
 impl Tree {
     pub fn read(source: &Source<'_>) -> Result<Self, BspError> {
-        // 1. Leaves, and how many are the world's.
+        // 1. Leaves, and the number of the world's.
         let mut leaves: Vec<Leaf> = source.entries::<BspLeaf>(LEAVES)?.iter().map(leaf).collect();
         let models: Vec<BspModel> = source.entries(MODELS)?;
         let world = models.first().ok_or_else(|| missing(MODELS))?;
@@ -64,7 +64,7 @@ impl Tree {
             ));
         }
         countable(vis_leaves)?;
-        // Compilers write one leaf, 0, for all that is solid. A solid one with a row can be looked through (ericw-tools'
+        // Compilers write one leaf, 0, for all solid space. A solid leaf with a row is see-through (ericw-tools'
         // `func_detail_fence`).
         let size = source.lump(LEAVES).len() / leaves.len();
         let entries = source.lump(LEAVES).chunks_exact(size);
@@ -118,7 +118,7 @@ impl Tree {
         Ok(())
     }
 
-    /// The leaf that holds a point.
+    /// The leaf at a point.
     pub fn leaf_at(&self, p: DVec3) -> usize {
         let mut at = self.root;
         loop {
@@ -132,22 +132,22 @@ impl Tree {
         }
     }
 
-    /// How far `f32` planes may be off within the level: half a unit in the last place of a distance as large as the extent,
-    /// and of the three components of a normal times as much.
+    /// Error of `f32` planes within the level: half a unit in the last place of a distance as large as the extent, and as much
+    /// for each of the three components of a normal.
     pub fn rounding(&self) -> f64 {
         let extent = self.bounds.min.abs().max_element().max(self.bounds.max.abs().max_element());
         4.0 * extent * f64::from(f32::EPSILON) * 0.5
     }
 }
 
-/// For each texture info, what its texture's name, in lower case, says; the default where it has none.
-pub(crate) fn infos_with<T: Default>(source: &Source<'_>, told: impl Fn(&str) -> T) -> Result<Vec<T>, BspError> {
+/// For each texture info, the value of `told` for its texture's lower-case name; the default without a name.
+pub(crate) fn infos_with<T: Default>(source: &Source<'_>, value_of: impl Fn(&str) -> T) -> Result<Vec<T>, BspError> {
     let infos = source.entries::<BspTexInfo>(TEXTURE_INFOS)?;
     let name = |info: &BspTexInfo| info.texture_idx.0.and_then(|texture| texture_name(source, texture));
-    Ok(infos.iter().map(|info| name(info).map(|name| told(&name)).unwrap_or_default()).collect())
+    Ok(infos.iter().map(|info| name(info).map(|name| value_of(&name)).unwrap_or_default()).collect())
 }
 
-/// Visits the faces that each leaf names, of `faces` that there are, leaf by leaf.
+/// Visits the faces of each leaf, leaf by leaf; `faces` is their number.
 pub(crate) fn marked_faces(source: &Source<'_>, faces: usize, mut visit: impl FnMut(usize, usize)) -> Result<(), BspError> {
     let marks: Vec<UBspValue> = source.entries(MARK_SURFACES)?;
     let mut all = 0usize;
@@ -168,29 +168,29 @@ pub(crate) fn marked_faces(source: &Source<'_>, faces: usize, mut visit: impl Fn
     Ok(())
 }
 
-/// Most letters of a texture's name.
+/// Maximum length of a texture's name.
 const NAME: usize = 16;
 
-/// A texture's name in lower case; `None` where the file has none of that number.
+/// A texture's name in lower case; `None` if it is missing.
 pub(crate) fn texture_name(source: &Source<'_>, texture: u32) -> Option<String> {
     let name = texture_entry(source, texture)?.iter().take(NAME).take_while(|&&b| b != 0);
     Some(name.map(|&b| char::from(b.to_ascii_lowercase())).collect())
 }
 
-/// A texture's width and height, texels; `None` where the file has none of that number, or it has no texels.
+/// A texture's width and height, texels; `None` if it is missing or has no texels.
 pub(super) fn texture_size(source: &Source<'_>, texture: u32) -> Option<[u32; 2]> {
     let entry = texture_entry(source, texture)?;
     let size = [word(entry, NAME)?, word(entry, NAME + 4)?];
     (!size.contains(&0)).then_some(size)
 }
 
-/// How many textures the lump counts, as far as it reaches.
+/// The number of textures, limited by the size of the lump.
 pub(super) fn texture_names(source: &Source<'_>) -> u32 {
     let textures = source.lump(TEXTURES);
     word(textures, 0).unwrap_or(0).min(textures.len() as u32 / 4)
 }
 
-/// The lump of textures from one of them on.
+/// The lump of textures from the start of one of them.
 pub(super) fn texture_entry<'a>(source: &Source<'a>, texture: u32) -> Option<&'a [u8]> {
     let textures = source.lump(TEXTURES);
     let count = word(textures, 0)?;
@@ -198,12 +198,12 @@ pub(super) fn texture_entry<'a>(source: &Source<'a>, texture: u32) -> Option<&'a
     textures.get(offset as usize..)
 }
 
-/// The number in the four bytes at a place.
+/// The number in four bytes.
 pub(super) fn word(bytes: &[u8], at: usize) -> Option<u32> {
     bytes.get(at..at.checked_add(4)?).map(|b| b.iter().rev().fold(0u32, |n, &b| n << 8 | u32::from(b)))
 }
 
-/// Contents of a solid leaf, which each begins with: -2. The `qbsp` crate calls sky and player clips solid, too.
+/// Contents of a solid leaf, the first bytes of its entry: -2. The `qbsp` crate also counts sky and player clips as solid.
 const SOLID: [u8; 4] = (-2i32).to_le_bytes();
 
 fn leaf(leaf: &BspLeaf) -> Leaf {
@@ -214,7 +214,7 @@ fn leaf(leaf: &BspLeaf) -> Leaf {
     Leaf { open: !leaf.contents.0.contains(BspLeafContentFlags::SOLID), vis_offset }
 }
 
-/// The reader's vectors may be those of another release of `glam`.
+/// The reader's vectors may be of another release of `glam`.
 pub(crate) fn point(p: qbsp::glam::Vec3) -> DVec3 {
     DVec3::from_array(p.to_array().map(f64::from))
 }
@@ -223,7 +223,7 @@ fn plane(index: usize, plane: &BspPlane) -> Result<Plane, BspError> {
     let (n, d) = (point(plane.normal), f64::from(plane.dist));
     let length = n.length();
     if !((0.9..1.1).contains(&length) && d.abs() <= FARTHEST) {
-        return Err(entry(PLANES, index, "is no plane with a unit normal"));
+        return Err(entry(PLANES, index, "is not a plane with a unit normal"));
     }
     Ok(Plane { n: n / length, d: d / length })
 }

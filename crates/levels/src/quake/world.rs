@@ -1,8 +1,8 @@
 //! A level as a scene: the faces of the world and of brush models, and the leaves with their portals.
 //!
-//! What a face is follows from its texture's name, as games have it: `{...` and liquids (`*...`) are see-through, `sky...` hides what is
-//! behind, `clip`, `skip`, `trigger`, `hint` and `origin` aren't drawn. An object is the faces of one leaf with one texture. Doors
-//! (`func_door...`) are doors; every other brush model hides nothing, because it may move. Triggers aren't drawn.
+//! The texture's name decides how a face is used, as in games: `{...` and liquids (`*...`) are see-through, `sky...` hides things
+//! behind it, `clip`, `skip`, `trigger`, `hint` and `origin` are not drawn. An object is the faces of one leaf with one texture.
+//! Doors (`func_door...`) are doors; other brush models hide nothing, because they may move. Triggers are not drawn.
 
 use super::entities::entities;
 use super::faces::Faces;
@@ -23,22 +23,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
-/// Metres of a unit: players are 56 units tall.
+/// Metres per unit: players are 56 units tall.
 pub(super) const UNIT: f64 = 1.0 / 32.0;
 
-/// Deepest tree, and most half-spaces of all leaves together: 0.5 GB. Levels of 100,000 leaves have some sixty a leaf. More: what a file
-/// of a few megabytes asks for doesn't fit the memory. Fewer: large levels are refused.
+/// Maximum depth of a tree, and maximum half-spaces of all leaves: 0.5 GB. Levels of 100,000 leaves have some sixty per leaf.
+/// More: a hostile file of a few megabytes exceeds the memory. Fewer: large levels are refused.
 const MOST_DEEP: usize = 1024;
 const MOST_HALF_SPACES: usize = 1 << 24;
 
-/// The textures of a level, and those of the WADs that it names.
+/// The textures of a level and of its WADs.
 fn textures(source: &Source<'_>, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, ImportError> {
     let world = entities(source.lump(ENTITIES)).map_err(malformed)?.into_iter().next();
     let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
     Ok(Textures::read(Some(source), path, named, options))
 }
 
-/// The level as a scene, read from `path` if from a file. `walls`: faces that hide what is behind whatever their textures are, rising.
+/// The level as a scene; `path` is its file, if it has one. `walls`: faces that are opaque with any texture, ascending.
 pub(super) fn scene(
     bsp: &Bsp,
     name: &str,
@@ -59,10 +59,10 @@ pub(super) fn scene(
     let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
     let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
 
-    // 1. The world, by leaf and texture; faces that no leaf names come last.
+    // 1. The world, by leaf and texture; faces without a leaf come last.
     let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
     let mut groups: BTreeMap<(usize, usize, bool), Vec<usize>> = BTreeMap::new();
-    // `Bsp::read` has seen that there is a world.
+    // `Bsp::read` has checked that there is a world.
     for face in ranges[0].clone() {
         let texture = faces.faces[face].texture;
         if !is_undrawn(&faces.textures[texture]) {
@@ -98,7 +98,7 @@ pub(super) fn scene(
     }
     let unnamed = models.len().saturating_sub(1 + triggers + shown);
     if triggers + unnamed > 0 {
-        let note = format!("{triggers} triggers and {unnamed} brush models without an entity aren't drawn");
+        let note = format!("{triggers} triggers and {unnamed} brush models without an entity are not drawn");
         builder.source.notes.push(Note::detail(note));
     }
 
@@ -125,7 +125,7 @@ pub(super) fn turned(p: DVec3, unit: f64) -> DVec3 {
     unit * DVec3::new(p.x, p.z, -p.y)
 }
 
-/// Leaves, given by the half-spaces of each, and what lies between them, in the scene.
+/// Leaves, from the half-spaces of each, and the faces between them, in the scene.
 pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f64) -> Leaves {
     let all_turned = |winding: Vec<DVec3>| winding.into_iter().map(|p| turned(p, unit)).collect::<Vec<_>>();
     let portal = |p: LevelPortal| LevelPortal { winding: all_turned(p.winding), ..p };
@@ -136,7 +136,7 @@ pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f6
     Leaves { leaves, portals, walls, shutters: Vec::new() }
 }
 
-/// The faces of each model; none is of two.
+/// The faces of each model; they do not overlap.
 fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<Range<usize>>, BspError> {
     let mut all = 0usize;
     let range = |(i, model): (usize, &BspModel)| {
@@ -144,20 +144,20 @@ fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<Range<usize>>, BspErr
         all = all.saturating_add(count);
         match first.saturating_add(count).max(all) {
             end if end <= faces => Ok(first..first + count),
-            end => Err(entry(MODELS, i, format!("its faces go to {end}, of which there are {faces}"))),
+            end => Err(entry(MODELS, i, format!("its faces end at {end}, but there are {faces}"))),
         }
     };
     models.iter().enumerate().map(range).collect()
 }
 
-/// The first leaf that names each face; `usize::MAX` for none.
+/// The first leaf of each face; `usize::MAX` for none.
 fn first_leaves(source: &Source<'_>, faces: usize) -> Result<Vec<usize>, BspError> {
     let mut first = vec![usize::MAX; faces];
     marked_faces(source, faces, |leaf, face| first[face] = first[face].min(leaf))?;
     Ok(first)
 }
 
-/// Brush models with the class of their first entity, in the entities' order.
+/// Brush models with the class of their first entity, in the order of entities.
 fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspError> {
     let (mut found, mut known) = (Vec::new(), BTreeSet::new());
     for (i, e) in entities(lump)?.iter().enumerate() {
@@ -176,7 +176,7 @@ fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspE
     Ok(found)
 }
 
-/// Half-spaces of the world's leaves from 1 on, from the root down; none for leaves that the tree doesn't reach.
+/// Half-spaces of the world's leaves from 1 on, from the root down; empty for leaves that the tree does not reach.
 pub(super) fn half_spaces(tree: &Tree) -> Result<Vec<Vec<Plane>>, BspError> {
     let (mut leaves, mut all) = (vec![Vec::new(); tree.vis_leaves], 0);
     let mut way: Vec<Plane> = Vec::new();

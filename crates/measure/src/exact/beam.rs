@@ -1,4 +1,4 @@
-//! Beams through the hierarchy, from near to far, split where they must be.
+//! Traces beams through the hierarchy from near to far and splits those that it cannot decide.
 
 use super::clip::{Behind, Cutter, Point, Rest, SLIVER, middle};
 use super::frame::{Cell, Frame, Triangle, value};
@@ -6,31 +6,30 @@ use super::tree::Tree;
 use super::{Seen, Witness};
 use glam::DVec3;
 
-/// A beam with so many triangles is split while there are nodes that aren't opened. More: deciding takes longer. Fewer: more
-/// beams.
+/// A beam with this many triangles is split while it has unopened nodes. More: deciding takes longer. Fewer: more beams.
 const ROOM: usize = 24;
-/// A beam with so many triangles and no nodes is decided. More and fewer: as [`ROOM`].
+/// A beam with at most this many triangles and no nodes is decided. More and fewer: as [`ROOM`].
 const FEW: usize = 24;
-/// A beam with more triangles than this is left undecided. More: a million needles in one place take for ever. Fewer: fans
-/// about one corner stay undecided.
+/// A beam with more triangles than this stays undecided. More: a million needles in one place take for ever. Fewer: fans about
+/// one corner stay undecided.
 const MOST: usize = 512;
-/// Parts of a beam, at most. More: long slivers that cross each other take for ever. Fewer: less is decided of a plain scene.
+/// Maximum number of parts of a beam. More: crossing slivers take for ever. Fewer: more of a simple scene stays undecided.
 const MOST_PARTS: usize = 1 << 22;
-/// Marks an item that is a triangle.
+/// Flag of an item that is a triangle.
 const TRIANGLE: u32 = 1 << 31;
 const NONE: u32 = u32::MAX;
 
-/// A node, or a triangle by its number in [`Beams::triangles`], that a beam may meet.
+/// A node, or a triangle by its number in [`Beams::triangles`], that may lie in a beam.
 #[derive(Clone, Copy)]
 struct Item {
-    what: u32,
-    /// Of a node.
+    id: u32,
+    /// Bounds of a node.
     rect: [f64; 4],
-    /// Nothing of it has a greater `1/w`.
+    /// Upper limit of its `1/w`.
     near: f64,
 }
 
-/// Triangles that cover a beam: a range of [`Beams::blockers`], and the least `1/w` at which they do.
+/// Triangles that together cover a beam: a range of [`Beams::blockers`], and their least `1/w`.
 #[derive(Clone, Copy)]
 struct Blocked {
     from: usize,
@@ -40,7 +39,7 @@ struct Blocked {
 
 const OPEN: Blocked = Blocked { from: 0, to: 0, far: 0.0 };
 
-/// What is known of a triangle.
+/// State of a triangle.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     Unseen,
@@ -52,9 +51,9 @@ enum State {
 #[derive(Clone, Copy)]
 struct Part {
     cell: Cell,
-    /// How often it may be split further.
+    /// How many further splits are allowed.
     splits: u32,
-    /// So many triangles are let in while there are nodes.
+    /// Limit of triangles while nodes are left.
     room: usize,
 }
 
@@ -63,20 +62,20 @@ pub(super) struct Beams<'t> {
     tree: &'t Tree,
     frame: Frame,
     triangles: Vec<Triangle>,
-    /// Of each place of the tree: its number in `triangles`.
+    /// For each place of the tree: its number in `triangles`.
     numbers: Vec<u32>,
     items: Vec<Item>,
     blockers: Vec<u32>,
     states: Vec<State>,
     visible: Vec<Witness>,
     undecided: Vec<u32>,
-    /// Nodes of which everything is undecided.
+    /// Nodes whose triangles are all undecided.
     given_up: Vec<u32>,
-    /// Of the beam so far.
+    /// Parts of the current beam so far.
     parts: usize,
     cutter: Cutter,
-    /// Triangles of a part that is decided, and those of them that hide.
-    listed: Vec<(f64, u32)>,
+    /// Triangles of the part that is being decided, and the occluders among them.
+    sorted: Vec<(f64, u32)>,
     hiding: Vec<u32>,
     picture: Vec<Point>,
 }
@@ -97,13 +96,13 @@ impl<'t> Beams<'t> {
             given_up: Vec::new(),
             parts: 0,
             cutter: Cutter::default(),
-            listed: Vec::new(),
+            sorted: Vec::new(),
             hiding: Vec::new(),
             picture: Vec::new(),
         }
     }
 
-    /// Adds what is visible in a beam to what was seen before.
+    /// Adds the visible triangles of a beam to the result.
     pub fn look(&mut self, frame: Frame, splits: u32) {
         self.frame = frame;
         self.parts = 0;
@@ -118,7 +117,7 @@ impl<'t> Beams<'t> {
         }
     }
 
-    /// What was seen; forgets it.
+    /// Returns the result and clears it.
     pub fn seen(&mut self) -> Seen {
         let mut is_open = vec![false; if self.given_up.is_empty() { 0 } else { self.tree.nodes.len() }];
         while let Some(n) = self.given_up.pop() {
@@ -155,17 +154,17 @@ impl<'t> Beams<'t> {
         }
     }
 
-    /// Lists a node, if it is seen in a cell.
+    /// Adds a node to the list if it may be visible in a cell.
     fn push_node(&mut self, node: u32, cell: &Cell, blocked: &Blocked) {
         if let Some((rect, near)) = self.frame.bounds(&self.tree.nodes[node as usize]) {
-            let item = Item { what: node, rect, near };
+            let item = Item { id: node, rect, near };
             if cell.meets(&rect) && !self.is_hidden(&item, blocked) {
                 self.items.push(item);
             }
         }
     }
 
-    /// Lists a triangle, if it is seen in a cell, and takes it for what blocks, if it is nearer than that.
+    /// Adds a triangle to the list if it may be visible in a cell. It becomes the blocker if it is nearer than the present one.
     fn push_triangle(&mut self, place: u32, cell: &Cell, blocked: &mut Blocked) {
         let place_number = &mut self.numbers[place as usize];
         if *place_number == NONE {
@@ -179,7 +178,7 @@ impl<'t> Beams<'t> {
         if !triangle.touches(cell) {
             return;
         }
-        let item = Item { what: TRIANGLE | number, rect: [0.0; 4], near: triangle.nearest(cell) };
+        let item = Item { id: TRIANGLE | number, rect: [0.0; 4], near: triangle.nearest(cell) };
         if self.is_hidden(&item, blocked) {
             return;
         }
@@ -187,7 +186,7 @@ impl<'t> Beams<'t> {
         self.block(number, cell, blocked);
     }
 
-    /// Takes a triangle for what blocks, if it does and nearer.
+    /// Makes a triangle the blocker if it covers the cell and is nearer.
     fn block(&mut self, number: u32, cell: &Cell, blocked: &mut Blocked) {
         let triangle = &self.triangles[number as usize];
         if triangle.covers(cell) {
@@ -199,18 +198,18 @@ impl<'t> Beams<'t> {
         }
     }
 
-    /// Whether what blocks a cell hides all of an item there.
+    /// Whether the blockers of a cell hide all of an item there.
     fn is_hidden(&self, item: &Item, blocked: &Blocked) -> bool {
         let blockers = &self.blockers[blocked.from..blocked.to];
         if blockers.is_empty() {
             return false;
         }
-        if item.what & TRIANGLE == 0 {
-            let node = &self.tree.nodes[item.what as usize];
+        if item.id & TRIANGLE == 0 {
+            let node = &self.tree.nodes[item.id as usize];
             return self.is_farther(item.near, blocked)
                 || blockers.iter().all(|&b| self.frame.is_behind(node, &self.triangles[b as usize]));
         }
-        let triangle = &self.triangles[(item.what & !TRIANGLE) as usize];
+        let triangle = &self.triangles[(item.id & !TRIANGLE) as usize];
         self.is_farther(item.near + triangle.error_at(item.near), blocked)
             || blockers.iter().all(|&b| triangle.is_behind(&self.triangles[b as usize]))
     }
@@ -221,7 +220,7 @@ impl<'t> Beams<'t> {
         near < blocked.far && near < blocked.far - blockers.iter().map(error).fold(0.0, f64::max)
     }
 
-    /// Drops items from `start` on that are hidden.
+    /// Drops hidden items from `start` on.
     fn drop_hidden(&mut self, start: usize, blocked: &Blocked) {
         let mut kept = start;
         for i in start..self.items.len() {
@@ -234,12 +233,12 @@ impl<'t> Beams<'t> {
         self.items.truncate(kept);
     }
 
-    /// How many triangles are listed from `start` on, and where the nearest node is.
+    /// Counts the triangles from `start` on and finds the nearest node.
     fn survey(&self, start: usize) -> (usize, Option<usize>) {
         let (mut triangles, mut nearest) = (0, None);
         let mut near = f64::NEG_INFINITY;
         for (i, item) in self.items.iter().enumerate().skip(start) {
-            if item.what & TRIANGLE != 0 {
+            if item.id & TRIANGLE != 0 {
                 triangles += 1;
             } else if item.near > near {
                 (near, nearest) = (item.near, Some(i));
@@ -248,10 +247,10 @@ impl<'t> Beams<'t> {
         (triangles, nearest)
     }
 
-    /// Decides a part of a beam, of which items from `start` on may be seen.
+    /// Decides a part of a beam; its items begin at `start`.
     fn part(&mut self, part: Part, start: usize, mut blocked: Blocked) {
         let cell = &part.cell;
-        let mut tried = 0;
+        let mut tested = 0;
         loop {
             let (count, nearest) = self.survey(start);
             let Some(nearest) = nearest else {
@@ -265,18 +264,18 @@ impl<'t> Beams<'t> {
                 }
                 continue;
             }
-            if count > tried && self.close(start, cell, &mut blocked) {
+            if count > tested && self.close(start, cell, &mut blocked) {
                 self.drop_hidden(start, &blocked);
-                tried = count;
+                tested = count;
                 continue;
             }
             return self.split(part, start, count, blocked);
         }
     }
 
-    /// Puts what is in a node in its place.
+    /// Replaces a node with its children or triangles.
     fn open(&mut self, item: usize, cell: &Cell, blocked: &mut Blocked) {
-        let node = &self.tree.nodes[self.items.swap_remove(item).what as usize];
+        let node = &self.tree.nodes[self.items.swap_remove(item).id as usize];
         let (first, count) = (node.first, node.count);
         if count == 0 {
             self.push_node(first, cell, blocked);
@@ -288,7 +287,7 @@ impl<'t> Beams<'t> {
 
     fn without_nodes(&mut self, part: Part, start: usize, count: usize, blocked: Blocked) {
         let is_known = |item: &Item| {
-            let place = self.triangles[(item.what & !TRIANGLE) as usize].place;
+            let place = self.triangles[(item.id & !TRIANGLE) as usize].place;
             self.states[place as usize] == State::Visible
         };
         if self.items[start..].iter().all(is_known) {
@@ -301,7 +300,7 @@ impl<'t> Beams<'t> {
         }
     }
 
-    /// Splits a part of a beam; or gives it up.
+    /// Splits a part of a beam, or gives it up at a limit.
     fn split(&mut self, part: Part, start: usize, count: usize, blocked: Blocked) {
         if part.splits == 0 || part.room > MOST || self.parts > MOST_PARTS {
             return self.give_up(start);
@@ -318,13 +317,13 @@ impl<'t> Beams<'t> {
             let mut triangles = 0;
             for i in start..end {
                 let item = self.items[i];
-                if item.what & TRIANGLE == 0 {
+                if item.id & TRIANGLE == 0 {
                     if cell.meets(&item.rect) {
                         self.items.push(item);
                     }
                     continue;
                 }
-                let number = item.what & !TRIANGLE;
+                let number = item.id & !TRIANGLE;
                 let triangle = &self.triangles[number as usize];
                 if triangle.touches(&cell) {
                     triangles += 1;
@@ -335,7 +334,7 @@ impl<'t> Beams<'t> {
             if blocked.to > blocked.from && (blocked.far > before || triangles > 0) {
                 self.drop_hidden(end, &blocked);
             }
-            // Where all of many triangles meet, splitting doesn't part them.
+            // If many triangles meet in one point, splitting does not separate them.
             let room = if triangles * 8 > count * 7 { part.room * 2 } else { part.room };
             self.part(Part { cell, splits: part.splits - 1, room }, end, blocked);
             self.items.truncate(end);
@@ -343,44 +342,44 @@ impl<'t> Beams<'t> {
         }
     }
 
-    /// Nothing of it is decided.
+    /// Leaves all items from `start` on undecided.
     fn give_up(&mut self, start: usize) {
         for i in start..self.items.len() {
-            let what = self.items[i].what;
-            if what & TRIANGLE == 0 {
-                self.given_up.push(what);
+            let id = self.items[i].id;
+            if id & TRIANGLE == 0 {
+                self.given_up.push(id);
             } else {
-                self.keep(self.triangles[(what & !TRIANGLE) as usize].place);
+                self.keep(self.triangles[(id & !TRIANGLE) as usize].place);
             }
         }
     }
 
-    /// Lists the triangles from `start` on, near ones first, and those of them that hide.
+    /// Lists the triangles from `start` on, near ones first, and the occluders among them.
     fn list(&mut self, start: usize) {
-        self.listed.clear();
-        for item in self.items[start..].iter().filter(|item| item.what & TRIANGLE != 0) {
-            self.listed.push((item.near, item.what & !TRIANGLE));
+        self.sorted.clear();
+        for item in self.items[start..].iter().filter(|item| item.id & TRIANGLE != 0) {
+            self.sorted.push((item.near, item.id & !TRIANGLE));
         }
-        self.listed.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        self.sorted.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         self.hiding.clear();
         let hides = |&&(_, number): &&(f64, u32)| self.triangles[number as usize].hides();
-        self.hiding.extend(self.listed.iter().filter(hides).map(|l| l.1));
+        self.hiding.extend(self.sorted.iter().filter(hides).map(|l| l.1));
     }
 
-    /// Finds triangles that cover a cell together.
+    /// Finds triangles that together cover a cell.
     fn close(&mut self, start: usize, cell: &Cell, blocked: &mut Blocked) -> bool {
         self.list(start);
         let from = self.blockers.len();
         let mut far = f64::INFINITY;
         let Self { cutter, triangles, blockers, hiding, .. } = self;
-        let hid = |number: u32, polygon: &[Point]| {
+        let on_hidden = |number: u32, polygon: &[Point]| {
             if !blockers[from..].contains(&number) {
                 blockers.push(number);
             }
             let inverse = &triangles[number as usize].inverse;
             far = polygon.iter().map(|&p| value(inverse, p)).fold(far, f64::min);
         };
-        let rest = cutter.cut(&cell.corners(), triangles, hiding, Behind::Anything, hid, |_| true);
+        let rest = cutter.cut(&cell.corners(), triangles, hiding, Behind::Anything, on_hidden, |_| true);
         if rest != Rest::Nothing || far <= blocked.far {
             self.blockers.truncate(from);
             return false;
@@ -389,14 +388,14 @@ impl<'t> Beams<'t> {
         true
     }
 
-    /// Decides the triangles from `start` on: there is nothing else in the part.
+    /// Decides the triangles from `start` on. The part has no other items.
     fn decide(&mut self, part: Part, start: usize) {
         self.list(start);
-        if self.listed.len() > MOST {
+        if self.sorted.len() > MOST {
             return self.give_up(start);
         }
-        for i in 0..self.listed.len() {
-            let number = self.listed[i].1;
+        for i in 0..self.sorted.len() {
+            let number = self.sorted[i].1;
             let triangle = &self.triangles[number as usize];
             if self.states[triangle.place as usize] == State::Visible {
                 continue;
@@ -414,7 +413,7 @@ impl<'t> Beams<'t> {
         }
     }
 
-    /// Decides a triangle, given where it would show.
+    /// Decides a triangle, given its unoccluded picture.
     fn decide_one(&mut self, number: u32, picture: &[Point]) {
         let mut cutter = std::mem::take(&mut self.cutter);
         let hiding = std::mem::take(&mut self.hiding);
@@ -428,11 +427,11 @@ impl<'t> Beams<'t> {
         (self.cutter, self.hiding, self.triangles) = (cutter, hiding, triangles);
     }
 
-    /// Decides a triangle whose edges are rounding: it is hidden where everything around it is.
+    /// Decides a triangle whose edges are within rounding: it is hidden if everything around it is hidden.
     fn decide_thin(&mut self, number: u32, cell: &Cell) {
         let triangle = &self.triangles[number as usize];
         let [u0, u1, v0, v1] = triangle.outline();
-        // What is narrower than a sliver counts as closed.
+        // Anything narrower than a sliver counts as closed.
         let [u0, u1, v0, v1] = [u0 - 4.0 * SLIVER, u1 + 4.0 * SLIVER, v0 - 4.0 * SLIVER, v1 + 4.0 * SLIVER];
         let around = Cell { u: [u0.max(cell.u[0]), u1.min(cell.u[1])], v: [v0.max(cell.v[0]), v1.min(cell.v[1])] };
         let behind = Behind::Thin(triangle, triangle.nearest(cell));
@@ -449,10 +448,10 @@ impl<'t> Beams<'t> {
         shows
     }
 
-    /// Whether one of the listed triangles is seen at a point; then it is visible. So is the one that is seen instead.
+    /// Whether triangle `number` is visible at a point. Marks it as visible, or the nearer one that hides it.
     fn witness(&mut self, triangles: &[Triangle], number: u32, at: Point) -> bool {
         let (mut nearest, mut near, mut error) = (NONE, 0.0, 0.0);
-        for &(most, other) in &self.listed {
+        for &(most, other) in &self.sorted {
             if most < near {
                 break;
             }

@@ -1,58 +1,58 @@
-//! What triangles leave of a part of the picture: convex polygons, cut by lines.
+//! Subtracts triangles from a part of the picture. The rest is convex polygons, cut by lines.
 //!
-//! A point that is on a line to rounding is cut neither off nor in two: so a polygon that was cut along an edge is not cut
-//! again by the same edge of the neighbour, and nothing is left between the two.
+//! A point that lies on a line within rounding counts as being on neither side. So a polygon that was cut along an edge is not
+//! cut again by the same edge of the neighbour, and no gap is left between them.
 
 use super::frame::{Cell, Triangle, value};
 
 /// A point of a beam's picture.
 pub(super) type Point = [f64; 2];
 
-/// Most cuts of one question. More: pictures of a million needles take for ever. Fewer: more triangles stay undecided.
+/// Maximum cuts for one polygon. More: pictures of a million needles take for ever. Fewer: more triangles stay undecided.
 const CUTS: usize = 20_000;
 
-/// What is left of a picture and is narrower than this, in half widths of the beam, is rounding: where edges of neighbours
-/// meet at a corner, each is on the others' lines only to a multiple of 2^-53. Wider: slits are lost. Narrower: what is
-/// behind the seams of a wall stays undecided.
+/// A rest narrower than this, in half widths of the beam, is rounding: where edges of neighbours meet at a corner, each lies on
+/// the others' lines only to a multiple of 2^-53. Wider: slits are lost. Narrower: objects behind the seams of a wall stay
+/// undecided.
 pub(super) const SLIVER: f64 = 1e-13;
 
-/// What became of a polygon.
+/// The rest of a polygon.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Rest {
     /// Nothing is left.
     Nothing,
-    /// Around this point something is.
+    /// This point is in the rest.
     Some(Point),
     /// Too many cuts.
     Unknown,
 }
 
-/// What is behind, if anything: what hides must be nearer than it.
+/// The thing behind: an occluder must be nearer.
 #[derive(Clone, Copy)]
 pub(super) enum Behind<'t> {
     /// Anything at all.
     Anything,
     /// A triangle.
     Triangle(&'t Triangle),
-    /// A triangle whose own `1/w` is rounding, but is nowhere greater than this.
+    /// A triangle whose `1/w` is only rounding, but never exceeds this limit.
     Thin(&'t Triangle, f64),
 }
 
 /// Scratch memory for cutting.
 #[derive(Default)]
 pub(super) struct Cutter {
-    /// The polygon in work, what is inside of the lines so far, and what is cut off.
+    /// The polygon being cut, its part inside the lines so far, and the part cut off.
     work: Vec<Point>,
     inside: Vec<Point>,
     next: Vec<Point>,
     values: Vec<(f64, f64)>,
-    /// Polygons yet to be looked at: where their points begin in `points`, and the first triangle that may hide them.
+    /// Polygons still to process: where their points begin in `points`, and the first triangle that may hide them.
     open: Vec<(usize, usize)>,
     points: Vec<Point>,
 }
 
 impl Cutter {
-    /// The part of a cell that shows a triangle, if nothing hides it.
+    /// The part of a cell in which a triangle shows if nothing hides it.
     pub fn picture(&mut self, cell: &Cell, triangle: &Triangle, out: &mut Vec<Point>) {
         self.inside.clear();
         self.inside.extend(cell.corners());
@@ -69,17 +69,16 @@ impl Cutter {
         }
     }
 
-    /// What triangles (numbers into `all`) leave of a polygon. `hid` is told of each that hides some of it, with the polygon
-    /// that it hides.
-    /// `look` is asked whether to be content with what is left; otherwise the search goes on.
+    /// Subtracts triangles (numbers into `all`) from a polygon. Calls `on_hidden` for each occluder with the polygon that it
+    /// hides, and `accept` with a point of each rest; the search ends when `accept` returns true.
     pub fn cut(
         &mut self,
         polygon: &[Point],
         all: &[Triangle],
         triangles: &[u32],
         behind: Behind<'_>,
-        mut hid: impl FnMut(u32, &[Point]),
-        mut look: impl FnMut(Point) -> bool,
+        mut on_hidden: impl FnMut(u32, &[Point]),
+        mut accept: impl FnMut(Point) -> bool,
     ) -> Rest {
         self.open.clear();
         self.points.clear();
@@ -97,7 +96,7 @@ impl Cutter {
                 let number = triangles[next];
                 next += 1;
                 if self.hide(&all[number as usize], behind, next) {
-                    hid(number, &self.inside);
+                    on_hidden(number, &self.inside);
                     continue 'polygons;
                 }
             }
@@ -106,22 +105,22 @@ impl Cutter {
             }
             let at = middle(&self.work);
             left = Some(at);
-            if look(at) {
+            if accept(at) {
                 break;
             }
         }
         left.map_or(Rest::Nothing, Rest::Some)
     }
 
-    /// Cuts what a triangle doesn't hide off `work`, as polygons that triangles from `next` on may hide, and leaves what it
-    /// hides in `inside`. False where it hides nothing.
+    /// Subtracts a triangle from `work`. Leaves the hidden part in `inside` and adds the rest as polygons that triangles from
+    /// `next` on may hide. Returns false if the triangle hides nothing.
     fn hide(&mut self, triangle: &Triangle, behind: Behind<'_>, next: usize) -> bool {
         let edges = |k: usize, p: Point| (value(&triangle.edges[k], p), triangle.slack[k]);
         let is_apart = |k: usize| self.work.iter().all(|&p| edges(k, p).0 <= triangle.slack[k]);
         if is_apart(0) || is_apart(1) || is_apart(2) {
             return false;
         }
-        // Planes tell most of them apart, next to a common edge, too, where `1/w` is the same to rounding.
+        // Planes order most of them, also beside a common edge, where `1/w` is equal within rounding.
         let behind = match behind {
             Behind::Triangle(other) if triangle.is_behind(other) => return false,
             Behind::Triangle(other) | Behind::Thin(other, _) if other.is_behind(triangle) => Behind::Anything,
@@ -174,7 +173,7 @@ impl Cutter {
     }
 }
 
-/// Splits a convex polygon by a line, given how far each corner is from it and how well that is known.
+/// Splits a convex polygon by a line, given the distance of each corner and its error.
 fn split(polygon: &[Point], values: &[(f64, f64)], inside: &mut Vec<Point>, mut outside: Option<&mut Vec<Point>>) {
     inside.clear();
     let start = outside.as_ref().map_or(0, |o| o.len());
@@ -210,7 +209,7 @@ fn split(polygon: &[Point], values: &[(f64, f64)], inside: &mut Vec<Point>, mut 
     }
 }
 
-/// How wide a convex polygon is, about: twice its area over its longest chord from the first corner.
+/// Approximate width of a convex polygon: twice its area over its longest chord from the first corner.
 fn width(polygon: &[Point]) -> f64 {
     let o = polygon[0];
     let off = |p: &Point| [p[0] - o[0], p[1] - o[1]];
@@ -223,7 +222,7 @@ fn width(polygon: &[Point]) -> f64 {
     if longest > 0.0 { twice / longest } else { 0.0 }
 }
 
-/// The mean of some corners.
+/// The mean of the corners.
 pub(super) fn middle(polygon: &[Point]) -> Point {
     let n = polygon.len().max(1) as f64;
     let sum = polygon.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);

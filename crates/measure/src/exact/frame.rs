@@ -1,29 +1,28 @@
-//! Boxes and triangles as they are seen from the eye through a beam.
+//! Boxes and triangles in the picture of a beam.
 //!
-//! A beam has three forms `x`, `y` and `w`; a point `p` relative to the eye is seen at `u = x.p / w.p`, `v = y.p / w.p`, and
-//! the beam is what is seen at -1 to 1. Edges and `1/w` of a triangle are linear over the picture whether or not it reaches
-//! behind the eye (Olano, Greer,
-//! *Triangle scan conversion using 2D homogeneous coordinates*, 1997). An edge that two triangles share gives them functions of opposite
-//! sign and equal size, to the last bit.
+//! A beam has three linear forms `x`, `y` and `w`. A point `p` relative to the eye is seen at `u = x.p / w.p`, `v = y.p / w.p`,
+//! both from -1 to 1. Edges and `1/w` of a triangle are linear over the picture, also if it reaches behind the eye (Olano, Greer,
+//! *Triangle scan conversion using 2D homogeneous coordinates*, 1997). Two triangles with a common edge have edge functions of
+//! opposite sign and equal size, to the last bit.
 
 use super::tree::Node;
 use glam::{DMat3, DVec3};
 
-/// How often a form's rounding is counted: a sum of a dozen products, of numbers that were rounded before. Larger: narrower
-/// openings are taken for closed. Smaller: shared edges leak.
+/// Relative rounding error of a form: a sum of a dozen products of rounded numbers. Larger: narrow openings count as closed.
+/// Smaller: shared edges leak.
 const SLACK: f64 = 16.0 * f64::EPSILON;
 
-/// Of a triangle's size cubed: with less volume between it and the eye its edges are rounding. It is seen edge-on, or is
-/// smaller than a third of a millionth of a radian. Larger: more triangles stay undecided. Smaller: edges cut what they
-/// shouldn't.
+/// Fraction of a triangle's size cubed. If the volume between it and the eye is smaller, its edges are rounding: it is seen
+/// edge-on or is smaller than a third of a millionth of a radian. Larger: more triangles stay undecided. Smaller: edges cut in
+/// wrong places.
 const THIN: f64 = 400.0 * f64::EPSILON;
 
 /// A part of a beam's picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
-    /// The least and the greatest `u`.
+    /// Range of `u`.
     pub u: [f64; 2],
-    /// The least and the greatest `v`.
+    /// Range of `v`.
     pub v: [f64; 2],
 }
 
@@ -42,14 +41,14 @@ impl Cell {
         [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, k)| [self.u[i], self.v[k]])
     }
 
-    /// Whether a rectangle (least and greatest u, least and greatest v) has an inside in common with it.
+    /// Whether its interior meets a rectangle (least and greatest u, least and greatest v).
     #[inline]
     pub fn meets(&self, r: &[f64; 4]) -> bool {
         (r[0] < self.u[1]) & (r[1] > self.u[0]) & (r[2] < self.v[1]) & (r[3] > self.v[0])
     }
 }
 
-/// The least and the greatest value of a form over a cell.
+/// Range of a form over a cell.
 #[inline]
 pub(super) fn range(form: &[f64; 3], cell: &Cell) -> [f64; 2] {
     let pair = |a: f64, x: [f64; 2]| if a < 0.0 { [a * x[1], a * x[0]] } else { [a * x[0], a * x[1]] };
@@ -74,29 +73,29 @@ pub(super) struct Frame {
 pub(super) struct Triangle {
     /// `x`, `y` and `w` of its corners.
     corners: [[f64; 3]; 3],
-    /// Forms that are 0 on its edges, and positive inside.
+    /// Forms that are 0 on its edges and positive inside.
     pub edges: [[f64; 3]; 3],
-    /// To this much each is 0.
+    /// Error of each edge form.
     pub slack: [f64; 3],
-    /// The form that is `1/w` on it.
+    /// The form of `1/w` on it.
     pub inverse: [f64; 3],
-    /// Of `1/w` and of `1/size`: to this fraction `inverse` is known.
+    /// Relative error of `inverse`, as a fraction of `1/w` and of `1/size`.
     error: f64,
     /// Its greatest coordinate.
     size: f64,
-    /// Its plane: `normal . p = volume`, the eye on the side of less.
+    /// Its plane: `normal . p = volume`; the eye is on the lesser side.
     normal: [f64; 3],
     volume: f64,
     plane_slack: f64,
-    /// Bounds of its picture; of all of it where it reaches behind the eye.
+    /// Bounds of its picture; the whole picture if it reaches behind the eye.
     rect: [f64; 4],
-    /// No point of it has a greater `1/w`.
+    /// Upper limit of its `1/w`.
     near: f64,
     /// In the tree.
     pub place: u32,
-    /// Whether it hides what is behind.
+    /// Whether it hides the things behind it.
     pub opaque: bool,
-    /// Whether its edges are rounding.
+    /// Whether its edges are within rounding.
     pub thin: bool,
 }
 
@@ -125,7 +124,7 @@ impl Frame {
         Self { eye, rows, back: DMat3::from_cols(rows[0], rows[1], rows[2]).transpose().inverse() }
     }
 
-    /// Which way a point of the picture is.
+    /// Direction of a point of the picture.
     pub fn direction(&self, at: [f64; 2]) -> DVec3 {
         (self.back * DVec3::new(at[0], at[1], 1.0)).normalize_or_zero()
     }
@@ -136,7 +135,7 @@ impl Frame {
         self.rows.map(|row| row.dot(p))
     }
 
-    /// Middle and half size of a box.
+    /// Centre and half size of a box.
     #[inline]
     fn middle(&self, node: &Node) -> ([f64; 3], [f64; 3]) {
         let at = |p: [f32; 3]| DVec3::from_array(p.map(f64::from)) - self.eye;
@@ -145,7 +144,7 @@ impl Frame {
         (self.rows.map(|r| r.dot(middle)), self.rows.map(|r| r.abs().dot(half + SLACK * reach)))
     }
 
-    /// Bounds of a box's picture and its greatest `1/w` there; `None` where it isn't in the beam.
+    /// Bounds of a box's picture and its greatest `1/w` there; `None` if it is outside the beam.
     #[inline]
     pub fn bounds(&self, node: &Node) -> Option<([f64; 4], f64)> {
         let (c, h) = self.middle(node);
@@ -161,7 +160,7 @@ impl Frame {
         Cell::ALL.meets(&rect).then_some((rect, 1.0 / near))
     }
 
-    /// A triangle; `None` where all of it is behind.
+    /// A triangle; `None` if all of it is behind the eye.
     pub fn triangle(&self, corners: &[DVec3; 3], place: u32, opaque: bool) -> Option<Triangle> {
         let p = corners.map(|c| self.place(c));
         let w = [p[0][2], p[1][2], p[2][2]];
@@ -202,7 +201,7 @@ impl Frame {
             near: if before { (1.0 + SLACK) / w[0].min(w[1]).min(w[2]) } else { f64::INFINITY },
             place,
             opaque,
-            // Not a number where the eye is on a corner.
+            // NaN if the eye is on a corner.
             thin: volume.is_nan() || volume <= THIN * size * size * size,
         })
     }
@@ -218,7 +217,7 @@ impl Frame {
 }
 
 impl Triangle {
-    /// Whether some of a cell may show it.
+    /// Whether it may show in a cell.
     #[inline]
     pub fn touches(&self, cell: &Cell) -> bool {
         if !cell.meets(&self.rect) {
@@ -231,7 +230,7 @@ impl Triangle {
         if misses(0) || misses(1) || misses(2) {
             return false;
         }
-        // Behind the eye there are no bounds; planes through the cell's sides serve.
+        // Behind the eye there are no bounds, so planes through the cell's sides decide.
         let beyond = |k: usize, at: f64, side: f64| self.corners.iter().all(|p| side * (p[k] - at * p[2]) >= 0.0);
         self.near != f64::INFINITY
             || !(beyond(0, cell.u[0], -1.0)
@@ -247,7 +246,7 @@ impl Triangle {
         self.hides() && holds(0) && holds(1) && holds(2)
     }
 
-    /// Whether anything is hidden by it.
+    /// Whether it is an occluder.
     pub fn hides(&self) -> bool {
         self.opaque && !self.thin
     }
@@ -263,13 +262,13 @@ impl Triangle {
         range(&self.inverse, cell)[0]
     }
 
-    /// To how much `1/w` is known where it is this.
+    /// Error of `1/w` at this value.
     #[inline]
     pub fn error_at(&self, inverse: f64) -> f64 {
         self.error * (inverse.abs() + 1.0 / self.size)
     }
 
-    /// Whether all of it is behind another's plane, or on it and not all of it.
+    /// Whether all of it is behind another's plane or on it, with at least one corner behind.
     #[inline]
     pub fn is_behind(&self, plane: &Self) -> bool {
         let d = self.corners.map(|p| dot(plane.normal, p) - plane.volume);
@@ -277,7 +276,7 @@ impl Triangle {
         d.iter().all(|&d| d >= -slack) && d.iter().any(|&d| d > slack)
     }
 
-    /// Of a thin one: bounds of its picture.
+    /// Bounds of the picture of a thin triangle.
     pub fn outline(&self) -> [f64; 4] {
         self.rect
     }

@@ -1,4 +1,4 @@
-//! The hierarchy that the judge walks: two children a node, boxes as tight as `f32` has them.
+//! The judge's hierarchy: two children a node, boxes as tight as `f32` allows.
 
 use enfilade::bvh;
 use enfilade::geom::Aabb;
@@ -6,31 +6,31 @@ use enfilade::types::scene::Scene;
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;
 
-/// Most triangles of a leaf.
+/// Maximum triangles of a leaf.
 const LEAF: u32 = 4;
 
-/// A box, and what is in it.
+/// A box and its contents.
 pub(super) struct Node {
     /// Lesser corner.
     pub min: [f32; 3],
     /// Greater corner.
     pub max: [f32; 3],
-    /// The first of two children, or of the leaf's triangles.
+    /// The first of two children, or the leaf's first triangle.
     pub first: u32,
     /// Triangles of a leaf; 0 for other nodes.
     pub count: u32,
 }
 
-/// A scene's triangles in the order of leaves.
+/// The triangles of a scene in the order of leaves.
 #[derive(Default)]
 pub(super) struct Tree {
-    /// The first is the root; empty where there is nothing.
+    /// The first is the root; empty without triangles.
     pub nodes: Vec<Node>,
-    /// Of each place.
+    /// Corners of the triangle at each place.
     pub corners: Vec<[DVec3; 3]>,
     /// Index into [`Scene::triangles`] of each place.
     pub triangles: Vec<u32>,
-    /// Whether the triangle of each place hides what is behind it.
+    /// Whether the triangle at each place is opaque.
     pub opaque: Vec<bool>,
 }
 
@@ -56,7 +56,7 @@ impl Tree {
     }
 }
 
-/// The nodes with boxes around what is in them: those of the builder are grown.
+/// The nodes with tight boxes; those of the builder have grown.
 fn fitted(bvh: &Bvh2, corners: &[[DVec3; 3]]) -> Vec<Node> {
     let (mut order, mut open) = (Vec::with_capacity(bvh.nodes.len()), vec![0u32]);
     while let Some(n) = open.pop() {
@@ -92,13 +92,13 @@ fn fitted(bvh: &Bvh2, corners: &[[DVec3; 3]]) -> Vec<Node> {
     nodes
 }
 
-/// The nearest `f32` that isn't above.
+/// The greatest `f32` that is not greater.
 fn below(x: f64) -> f32 {
     let y = x as f32;
     if f64::from(y) > x { y.next_down() } else { y }
 }
 
-/// The nearest `f32` that isn't below.
+/// The least `f32` that is not less.
 fn above(x: f64) -> f32 {
     -below(-x)
 }

@@ -1,7 +1,8 @@
-//! What a bake found in a building, as a page and as tables: four numbers, plans, what is dear; both sides of the truth and error against run
-//! time are folded away.
+//! The report of a building as a page and as tables: four numbers, plans, the most expensive rooms and doors. Bounds and error
+//! against run time are folded away.
 //!
-//! All text is made safe here; whoever calls hands over plain text. Times stand in three sections only: error against run time, tubes, and
+//! This module escapes all text; callers pass plain text. Times appear in three sections only: error against run time, tubes and
+//! stages. All else has the same bytes for the same building and seed.
 //! the stages; all else is the same bytes for the same building and seed.
 
 use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
@@ -22,15 +23,15 @@ use enfilade::{BitMatrix, CellId};
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Cells in each list of the worst.
+/// Cells in each list of the least certain.
 const WORST: usize = 10;
-/// Lines of notes that are not folded away.
+/// Notes shown; further ones are folded away.
 const NOTES: usize = 12;
-/// Storeys that are drawn; a tower's others are named.
+/// Storeys drawn; the report only counts further ones.
 const MOST_PLANS: usize = 24;
-/// Less than this share of a view is drawn as none: one pixel of some 2,000 views.
+/// Smaller shares of a view are drawn as 0: one pixel of some 2,000 views.
 const LEAST_SHARE: f64 = 1e-7;
-/// Classes of curves in the style sheet: what is solid, and what is broken.
+/// Classes of curves in the style sheet: solid and dashed.
 const CLASSES: [[&str; 2]; 7] = [
     ["s0", "s0 dashed"],
     ["s1", "s1 dashed"],
@@ -44,16 +45,16 @@ const CLASSES: [[&str; 2]; 7] = [
 /// Time and memory of a stage.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Stage {
-    /// What is done.
+    /// Its name.
     #[serde(rename = "stage")]
     pub name: String,
     /// Wall clock.
     pub seconds: f64,
-    /// Most memory held until it ended, MiB, where the system says so.
+    /// Peak memory until it ended, MiB, if the system reports it.
     pub peak_rss_mb: Option<f64>,
 }
 
-/// All that the page tells.
+/// All data of the page.
 #[derive(Clone, Copy, Debug)]
 pub struct BuildingReport<'a> {
     /// The name of the model's file.
@@ -66,25 +67,25 @@ pub struct BuildingReport<'a> {
     pub scene: &'a Scene,
     /// The bake, both bounds kept.
     pub file: &'a PvsFile,
-    /// Its sets in numbers.
+    /// Its rows in numbers.
     pub pvs: &'a PvsSummary,
-    /// What culling is expected to save; `None` where there is nothing to draw.
+    /// Expected savings of culling; `None` without objects.
     pub expected: Option<ExpectedDraw>,
-    /// Error against run time, a strategy each.
+    /// Error against run time, one curve a strategy.
     pub curves: &'a [Curve],
-    /// Where there are tubes: how wrong they are drawn.
+    /// Errors of drawn tubes, if there are tubes.
     pub tubes: Option<&'a TubesFound>,
-    /// How view cells were split, where they were chosen by cost.
+    /// How view cells were split, if they were chosen by cost.
     pub splits: Option<&'a Splits>,
-    /// Views that were drawn apart from the bake.
+    /// Number of views drawn for the test.
     pub views: usize,
-    /// Pixels of these that show what the file's rows lack.
+    /// Pixels of these views whose object is not in the file's rows.
     pub missed_pixels: u64,
-    /// What portals cost, the dearest first.
+    /// Costs of portals, highest first.
     pub portal_costs: &'a [PortalCost],
-    /// Undecided pairs and why they are.
+    /// Undecided pairs and the reasons.
     pub hardest: &'a [Remark],
-    /// In the order in which they were begun.
+    /// In starting order.
     pub stages: &'a [Stage],
     /// Threads.
     pub threads: usize,
@@ -111,13 +112,13 @@ impl BuildingReport<'_> {
         };
         fold("How sure the rows are", &|out| self.certified(out));
         fold("Error against run time", &|out| self.against_time(out));
-        fold("Who sees whom", &|out| self.matrix(&storeys, out));
+        fold("Visibility matrix", &|out| self.matrix(&storeys, out));
         fold("The least certain rooms", &|out| self.worst(&storeys, out));
         fold("The hardest pairs", &|out| self.pairs(out));
-        fold("What was left out", &|out| list(&self.file.left_out, out));
+        fold("Left out", &|out| list(&self.file.left_out, out));
         fold("Repairs", &|out| list(&self.repairs(), out));
         fold("Time and memory", &|out| self.stages(out));
-        fold("Again", &|out| self.end(out));
+        fold("How to reproduce", &|out| self.end(out));
         page(&format!("Visibility of {}", self.building), &body)
     }
 
@@ -138,7 +139,7 @@ impl BuildingReport<'_> {
         out
     }
 
-    /// Every cell as a table: a line a cell. `storey` counts from 0, the lowest; open cells have none.
+    /// The table of cells, one line a cell. `storey` counts from 0, the lowest; open cells have none.
     pub fn cells_csv(&self) -> String {
         let mut out = String::from("cell,name,open,storey,portals,lower_pairs,upper_pairs,undecided_pairs\n");
         let storeys = storeys(self.file);
@@ -147,7 +148,7 @@ impl BuildingReport<'_> {
             let storey = on(&storeys, id).map_or(String::new(), |s| s.to_string());
             let Pairs { lower, upper, .. } = of_cell(self.file, id);
             let portals = self.portals_of(id);
-            // A quoted field, as RFC 4180 has it, of one line.
+            // A quoted field of one line, as in RFC 4180.
             let name = cell.name.replace('"', "\"\"").split_whitespace().collect::<Vec<_>>().join(" ");
             let _ =
                 writeln!(out, "{c},\"{name}\",{},{storey},{portals},{lower},{upper},{}", u8::from(cell.open), upper - lower);
@@ -180,7 +181,7 @@ impl BuildingReport<'_> {
         );
         let mut tiles: Vec<Tile> = Vec::new();
         let mut tile = |name, value, note| tiles.push((name, value, note));
-        tile("Rooms", thousands((file.cells.len() - open) as u64), "cells that are closed".to_owned());
+        tile("Rooms", thousands((file.cells.len() - open) as u64), "closed cells".to_owned());
         let [doors, windows, openings] =
             [PortalKind::Door, PortalKind::Window, PortalKind::Opening].map(|kind| self.count(kind) as u64);
         let others = format!("portals in doors; {} in windows, {} in openings", thousands(windows), thousands(openings));
@@ -197,7 +198,7 @@ impl BuildingReport<'_> {
             views => {
                 let views = thousands(views as u64);
                 let of = format!(
-                    "in {views} views of 96 &times; 54 pixels, compared with pictures of the whole model; cracks in it count, too"
+                    "in {views} views of 96 &times; 54 pixels, compared with pictures of the whole model; includes pixels seen through cracks"
                 );
                 (thousands(self.missed_pixels), of)
             }
@@ -206,7 +207,7 @@ impl BuildingReport<'_> {
         out.push_str(&cards(&tiles));
     }
 
-    /// What is certified, what sampling says of the error, and what rows take.
+    /// The certified gap, the confidence bound and the size of rows.
     fn sure_tiles(&self) -> Vec<Tile> {
         let mut tiles: Vec<Tile> = Vec::new();
         let mut tile = |name, value, note| tiles.push((name, value, note));
@@ -216,13 +217,17 @@ impl BuildingReport<'_> {
             "Certified gap, closed cells",
             share(closed.gap()),
             format!(
-                "{} of {} pairs that aren't hidden are undecided",
+                "{} of {} pairs not proven hidden are undecided",
                 thousands(closed.undecided()),
                 thousands(closed.upper)
             ),
         );
         if opened.cells > 0 {
-            let note = format!("{} of {} pairs, told apart", thousands(opened.undecided()), thousands(opened.upper));
+            let note = format!(
+                "{} of {} pairs not proven hidden are undecided",
+                thousands(opened.undecided()),
+                thousands(opened.upper)
+            );
             tile("Certified gap, open cells", share(opened.gap()), note);
         }
         tile(
@@ -236,7 +241,7 @@ impl BuildingReport<'_> {
                 "Unseen, at most",
                 share(unseen.mean),
                 format!(
-                    "of the sphere in the mean over cells, {} from the worst closed one: what no witness is of, each with {} confidence",
+                    "mean solid angle without a witness, as part of the sphere; {} in the worst closed cell; each with {} confidence",
                     share(f64::from(worst.reduce(f32::max).unwrap_or_default())),
                     share(CONFIDENCE)
                 ),
@@ -261,9 +266,9 @@ impl BuildingReport<'_> {
         );
         out.push_str(&cards(&self.sure_tiles()));
         out.push_str(
-            "<p>A pair of a cell and an object is <em>witnessed</em> where an unobstructed segment from the \
-             one to the other is kept as proof, and <em>hidden</em> where portals or triangles prove that there is none. The truth lies \
-             between; what is neither is the certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
+            "<p>A pair of a cell and an object is <em>witnessed</em> if an unobstructed segment between them is kept as proof. \
+             It is <em>hidden</em> if portals or triangles prove that there is none. All other pairs are undecided: they are the \
+             certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
              <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
         );
         let [closed, open] = closed_and_open(self.file);
@@ -290,7 +295,7 @@ impl BuildingReport<'_> {
         out.push_str("</tbody></table></div>\n");
         let all = closed.with(open);
         if all.undecided() > 0 {
-            out.push_str("<p>What is undecided:</p>\n<ul>\n");
+            out.push_str("<p>Undecided pairs:</p>\n<ul>\n");
             for (what, pairs) in kinds(self.file).into_iter().filter(|k| k.1 > 0) {
                 let _ = writeln!(out, "<li>{} {what}</li>", thousands(pairs));
             }
@@ -298,13 +303,16 @@ impl BuildingReport<'_> {
         }
         let stats = &self.file.stats;
         for (count, what) in [
-            (stats.flow_over_budget, "searches ran out of steps and kept what might be seen"),
-            (stats.kept_unproven, "pairs were met by rays within the clearance of a surface only, and count as visible"),
+            (stats.flow_over_budget, "searches ran out of steps; their undecided objects stay in the rows"),
+            (stats.kept_unproven, "pairs were met only by rays within the clearance of a surface, and count as visible"),
             (
                 stats.left_out_unproven,
-                "pairs were met by rays within the clearance of a surface only, and are left out: they would cost 1 % or more",
+                "pairs were met only by rays within the clearance of a surface; the rows leave them out, since they would cost 1 % or more",
             ),
-            (stats.contradictions, "pairs that portals took for hidden were proven visible, and kept: a fault of this tool"),
+            (
+                stats.contradictions,
+                "pairs that portal flow found hidden were proven visible, and are kept: please report this fault",
+            ),
         ] {
             if count > 0 {
                 let _ = writeln!(out, "<p>{} {what}.</p>", thousands(count));
@@ -316,7 +324,7 @@ impl BuildingReport<'_> {
         if storeys.is_empty() {
             return;
         }
-        out.push_str("<h2>Plans</h2>\n<p class=\"soft\">Small numbers are those of portals.</p>\n<ul class=\"legend\">");
+        out.push_str("<h2>Plans</h2>\n<p class=\"soft\">Small numbers are portal numbers.</p>\n<ul class=\"legend\">");
         for (class, name) in [("door", "door"), ("window", "window"), ("opening", "opening")] {
             let _ = write!(
                 out,
@@ -355,7 +363,7 @@ impl BuildingReport<'_> {
             );
         }
         if storeys.len() > MOST_PLANS {
-            let _ = writeln!(out, "<p>And {} storeys more, in the table of cells.</p>", storeys.len() - MOST_PLANS);
+            let _ = writeln!(out, "<p>{} more storeys are in the table of cells.</p>", storeys.len() - MOST_PLANS);
         }
     }
 
@@ -364,14 +372,14 @@ impl BuildingReport<'_> {
         let Some(upper) = upper else { return };
         let _ = writeln!(
             out,
-            "<p>Each mark is a run of its own. {} views that no strategy has seen, 96 &times; 54 pixels each, show how much of a picture \
-             the witnessed pairs alone would lack. The rows of this file hold more than these, and lack nothing of it.</p>",
+            "<p>Each mark is a separate run. {} views, 96 &times; 54 pixels each, that no strategy used show which share of a picture \
+             the witnessed pairs alone would miss. The rows of this file contain more than these pairs and miss none of it.</p>",
             thousands(self.views as u64)
         );
         let chart = |title, values, scale, series: &[Series], text| Chart {
             title,
             along: Along::Time,
-            along_text: "processor time of working out visibility, all threads",
+            along_text: "processor time of the visibility stages, all threads",
             values,
             scale,
             curves: lines(self.curves, series, upper, text),
@@ -380,7 +388,7 @@ impl BuildingReport<'_> {
         let count = |v: f64| thousands(v as u64);
         let charts = [
             chart(
-                "Pairs that are witnessed, and that are not proven hidden, against run time",
+                "Witnessed pairs and pairs not proven hidden, against run time",
                 "cell-object pairs",
                 Scale::Linear,
                 &[
@@ -390,23 +398,23 @@ impl BuildingReport<'_> {
                 count,
             ),
             chart(
-                "Pairs that may be visible and are not witnessed, against run time",
+                "Pairs that may be visible but have no witness, against run time",
                 "cell-object pairs (logarithmic)",
                 Scale::Logarithmic,
                 &[Series {
-                    what: "not witnessed, of what is not proven hidden by any",
+                    what: "without a witness, of the pairs that no run proved hidden",
                     broken: false,
                     value: |p, upper| Some(upper.saturating_sub(p.lower_pairs) as f64),
                 }],
                 count,
             ),
             chart(
-                "What the witnessed pairs alone would lack of a picture, against run time",
+                "Share of a picture that the witnessed pairs alone would miss, against run time",
                 "share of a view (logarithmic)",
                 Scale::Shares { least: LEAST_SHARE },
                 &[
-                    Series { what: "lacking in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
-                    Series { what: "lacking in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
+                    Series { what: "missing in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
+                    Series { what: "missing in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
                 ],
                 share,
             ),
@@ -416,7 +424,7 @@ impl BuildingReport<'_> {
         }
         out.push_str(
             "<div class=\"scroll\"><table><thead><tr><th>strategy</th><th>CPU seconds</th><th>rays</th><th>witnessed</th>\
-             <th>not proven hidden</th><th>lacking, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
+             <th>not proven hidden</th><th>missing, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
         );
         for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
             let [mean, p95, max] = p.false_pixels.map(share);
@@ -447,7 +455,7 @@ impl BuildingReport<'_> {
             }
             sorted
         };
-        let order = "cells: open ones, then storey by storey from the lowest, each along a walk through its portals";
+        let order = "cells: first open ones, then by storey from the lowest, each along a walk through its portals";
         out.push_str(&figure(&sorted(&bounds.cells_lower), &sorted(&bounds.cells_upper), order));
     }
 
@@ -479,7 +487,7 @@ impl BuildingReport<'_> {
             out.push_str("</tbody></table></div>\n");
         };
         table("Most pairs undecided", Pairs::undecided);
-        table("Most pairs not proven hidden: the least culled", |p| p.upper);
+        table("Most pairs not proven hidden (least culled)", |p| p.upper);
     }
 
     fn pairs(&self, out: &mut String) {
@@ -488,7 +496,7 @@ impl BuildingReport<'_> {
             return;
         }
         out.push_str(
-            "<p>The largest undecided objects of the cells with most of them, as <code>enfilade why</code> tells of each.</p>\n\
+            "<p>The largest undecided objects of the cells with most undecided pairs, with the text of <code>enfilade why</code>.</p>\n\
              <div class=\"scroll\"><table><thead><tr><th>cell, object</th><th class=\"text\">why</th></tr></thead>\n<tbody>\n",
         );
         for remark in self.hardest {
@@ -522,24 +530,24 @@ impl BuildingReport<'_> {
     fn end(&self, out: &mut String) {
         let _ = writeln!(
             out,
-            "<p><code>{}</code></p>\n<p class=\"soft\">But for times and memory, the same on every run and for every number \
-             of threads.</p>",
+            "<p><code>{}</code></p>\n<p class=\"soft\">Everything but times and memory is the same on every run and for every \
+             number of threads.</p>",
             escape(self.command)
         );
     }
 }
 
-/// A number of each point of a curve.
+/// A series of values over the points of a curve.
 struct Series {
-    /// What it is.
+    /// Its name.
     what: &'static str,
-    /// Whether its line is broken.
+    /// Whether its line is dashed.
     broken: bool,
-    /// The number, from a point and from the fewest pairs that any point doesn't prove hidden.
+    /// The value, from a point and the fewest pairs that any point leaves not proven hidden.
     value: fn(&CurvePoint, u64) -> Option<f64>,
 }
 
-/// A line for each curve and each number of its points that is there.
+/// A line for each curve and series with values.
 fn lines(curves: &[Curve], series: &[Series], upper: u64, text: fn(f64) -> String) -> Vec<Line> {
     let line = |k: usize, curve: &Curve, series: &Series| {
         let point = |p: &CurvePoint| {
@@ -566,7 +574,7 @@ fn cards(tiles: &[Tile]) -> String {
     format!("<div class=\"tiles wide\">{}</div>\n", tiles.iter().map(card).collect::<String>())
 }
 
-/// Lines, all but the first few folded away.
+/// A list; only the first lines are not folded away.
 fn list(lines: &[String], out: &mut String) {
     let items = |lines: &[String]| lines.iter().map(|l| format!("<li>{}</li>\n", escape(l))).collect::<String>();
     let (shown, more) = lines.split_at(lines.len().min(NOTES));

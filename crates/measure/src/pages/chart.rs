@@ -1,59 +1,59 @@
-//! A chart as SVG: an axis of times, counts or bytes, curves that hold their value until they change or go straight on.
+//! A chart as SVG: an axis of times, counts or bytes, and curves with steps or straight segments.
 
 use super::html::{duration, escape, share, thousands};
 use std::fmt::Write;
 
-/// The same for milliseconds.
+/// Seconds below which a mark is in milliseconds.
 const SECOND: f64 = 0.9;
 
-/// Seconds below which a mark is told in microseconds.
+/// Seconds below which a mark is in microseconds.
 const MILLISECOND: f64 = 0.9e-3;
 
-/// From here on a value is told in a larger unit.
+/// Values from here on use a larger unit.
 const FIVE_DIGITS: f64 = 1e4;
 
-/// An axis over more powers of ten than this has marks at powers only.
+/// An axis over more powers of ten than this is marked at powers only.
 const DECADES: f64 = 3.0;
 
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 400.0;
-/// Room for labels: left, right, above, below.
+/// Margins: left, right, top, bottom.
 const MARGIN: [f64; 4] = [92.0, 22.0, 14.0, 54.0];
-/// What is below this is drawn here: a clock doesn't tell such times apart.
+/// Smaller values are drawn here: a clock does not resolve such times.
 const LEAST: f64 = 1e-6;
-/// An axis of bytes goes on beyond its last point by this share.
+/// An axis of bytes extends beyond its last point by this share.
 const AIR: f64 = 0.04;
 
 /// A point of a curve.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Point {
-    /// Seconds or how many, above 0; or bytes.
+    /// Seconds or a count, above 0; or bytes.
     pub x: f64,
     /// Value, 0 or more.
     pub value: f64,
-    /// What is shown when the reader points at it.
+    /// Tooltip.
     pub note: String,
 }
 
-/// How a curve goes from point to point.
+/// How a curve joins its points.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Shape {
-    /// A value holds until the next, the last one to the end of the axis.
+    /// A value holds until the next point; the last one holds to the end of the axis.
     Steps,
     /// Straight from each point to the next.
     Straight,
-    /// Likewise, with a large mark at the last point only: there it was stopped.
+    /// As [`Self::Straight`], with a large mark at the last point only: the search stopped there.
     Stopped,
-    /// One value at all times: the first point's.
+    /// One constant value: that of the first point.
     Level,
 }
 
 /// A curve.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Curve {
-    /// In the legend.
+    /// Name in the legend.
     pub name: String,
-    /// Of the style sheet: `lower`, `upper`, `other`, `lines`, `s0` to `s6`; `dashed` beside it.
+    /// Class in the style sheet: `lower`, `upper`, `other`, `lines`, `s0` to `s6`; `dashed` beside it.
     pub class: &'static str,
     /// How it is drawn.
     pub shape: Shape,
@@ -66,28 +66,28 @@ pub struct Curve {
 pub enum Scale {
     /// From 0.
     Linear,
-    /// By the logarithm of one more than the value, so that 0 has a place.
+    /// Logarithm of the value plus one, so that 0 has a place.
     Logarithmic,
-    /// Parts of a whole, by their logarithm; what is below `least` (above 0) is drawn there, and called 0.
+    /// Logarithm of a share; values below `least` (above 0) are drawn there and labelled 0.
     Shares {
-        /// The least part that is told from nothing.
+        /// The least share that differs from 0 on the axis.
         least: f64,
     },
 }
 
-/// What lies along the axis.
+/// The quantity along the axis.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Along {
-    /// Seconds, by their logarithm.
+    /// Seconds, logarithmic.
     Time,
-    /// How many, by its logarithm.
+    /// A count, logarithmic.
     Count,
     /// Bytes, from 0.
     Bytes,
 }
 
 impl Along {
-    /// What is as far on the axis for every step of it.
+    /// Position on the axis before scaling to pixels.
     fn scaled(self, x: f64) -> f64 {
         match self {
             Self::Time | Self::Count => x.max(LEAST).log10(),
@@ -99,19 +99,19 @@ impl Along {
 /// A chart.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Chart<'a> {
-    /// For those who can't see it.
+    /// Text for screen readers.
     pub title: &'a str,
-    /// What lies along it.
+    /// The quantity along the axis.
     pub along: Along,
-    /// What that is, in words.
+    /// Its label.
     pub along_text: &'a str,
-    /// What the values are.
+    /// Label of the values.
     pub values: &'a str,
     /// Their scale.
     pub scale: Scale,
     /// Curves; later ones are drawn over earlier ones.
     pub curves: Vec<Curve>,
-    /// Two curves of [`Shape::Steps`] with the same times between which the area is filled.
+    /// Two curves of [`Shape::Steps`] with the same times; the area between them is filled.
     pub band: Option<[usize; 2]>,
 }
 
@@ -171,7 +171,7 @@ impl Chart<'_> {
         if first > last {
             (first, last) = (0.1, 1.0);
         }
-        // Air on both sides, and never a range of nothing.
+        // Margins at both ends, so that the range is never empty.
         let air = 0.05 + 0.04 * (last / first).log10();
         let ends = match self.along {
             Along::Time | Along::Count => [first.log10() - air, last.log10() + air],
@@ -186,9 +186,9 @@ impl Chart<'_> {
     }
 }
 
-/// Where things are.
+/// Maps values to the picture.
 struct Frame {
-    /// What is at both ends of the axis, [scaled](Along::scaled).
+    /// Both ends of the axis, [scaled](Along::scaled).
     ends: [f64; 2],
     /// The greatest value.
     top: f64,
@@ -244,7 +244,7 @@ impl Frame {
                 self.label(value)
             );
         }
-        for seconds in self.moments() {
+        for seconds in self.ticks() {
             let x = self.x(seconds);
             let _ = writeln!(
                 out,
@@ -277,7 +277,7 @@ impl Frame {
         }
     }
 
-    /// Values with a label.
+    /// Labelled values.
     fn values(&self) -> Vec<f64> {
         let top = self.top as u64;
         match self.scale {
@@ -294,8 +294,8 @@ impl Frame {
         }
     }
 
-    /// What has a label along the axis: powers of ten, and 2 and 5 times those where they have room; of bytes, round steps.
-    fn moments(&self) -> Vec<f64> {
+    /// Labelled places along the axis: powers of ten, with 2 and 5 times those if there is room; for bytes, round steps.
+    fn ticks(&self) -> Vec<f64> {
         let [from, to] = self.ends;
         if self.along == Along::Bytes {
             return round_steps(to as u64);
@@ -315,7 +315,7 @@ fn round_steps(top: u64) -> Vec<f64> {
     (0..=top / step).map(|k| (k * step) as f64).collect()
 }
 
-/// A time on the axis: one digit and a unit.
+/// Label of a time: one digit and a unit.
 fn tick(seconds: f64) -> String {
     let (value, unit) = match seconds {
         s if s < MILLISECOND => (s * 1e6, "µs"),
@@ -350,7 +350,7 @@ mod tests {
         let x = [0.001, 0.01, 0.1, 1.0, 10.0].map(|t| frame.x(t));
         x.windows(3).for_each(|w| assert!((w[2] - w[1] - (w[1] - w[0])).abs() < 1e-9 && w[1] > w[0]));
         assert!(x[0] > MARGIN[0] && x[4] < WIDTH - MARGIN[1]);
-        // Up is more.
+        // Greater values are higher.
         assert!(frame.y(0.0) == HEIGHT - MARGIN[3] && frame.y(50.0) < frame.y(25.0) && frame.y(50.0) > MARGIN[2]);
     }
 
@@ -378,7 +378,7 @@ mod tests {
         assert_eq!((shares.y(0.0), shares.y(1e-5)), (shares.y(1e-4), shares.y(1e-4)));
         for times in [[1e-4, 1e2], [0.02, 0.03], [0.5, 0.5], [0.01, 9.0]] {
             let frame = chart(Scale::Linear, &times.map(|t| (t, 1.0))).frame();
-            let x: Vec<f64> = frame.moments().into_iter().map(|t| frame.x(t)).collect();
+            let x: Vec<f64> = frame.ticks().into_iter().map(|t| frame.x(t)).collect();
             assert!(x.windows(2).all(|w| w[1] - w[0] > 55.0), "{times:?}: {x:?}");
         }
         assert_eq!([1e-5, 2e-3, 0.5, 1.0, 2000.0, 1e5].map(tick), ["10 µs", "2 ms", "500 ms", "1 s", "2000 s", "1667 min"]);
@@ -391,7 +391,7 @@ mod tests {
         let frame = chart.frame();
         let x = [0.0, 250.0, 500.0, 1000.0].map(|bytes| frame.x(bytes));
         assert!(x[0] == MARGIN[0] && x[1] - x[0] == x[2] - x[1] && x[3] < WIDTH - MARGIN[1], "{x:?}");
-        assert_eq!(frame.moments(), [0.0, 200.0, 400.0, 600.0, 800.0, 1000.0]);
+        assert_eq!(frame.ticks(), [0.0, 200.0, 400.0, 600.0, 800.0, 1000.0]);
         let html = chart.html();
         let (mark, ends) = (html.matches("<circle").count(), format!("cx=\"{:.1}\" cy=\"{:.1}\"", x[3], frame.y(50.0)));
         assert!(mark == 1 && html.contains(&ends) && !html.contains("logarithmic"));

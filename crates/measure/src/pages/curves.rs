@@ -1,20 +1,20 @@
-//! Error against run time: what strategies have found of a scene after how much work.
+//! Error against run time: the results of strategies after increasing work.
 
 pub use crate::verify::{Views, held_out};
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
-/// What a strategy finds, by run time.
+/// Results of a strategy by run time.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Curve {
     /// Its name.
     pub strategy: &'static str,
-    /// By ascending run time; each is a run of its own, or a moment of one.
+    /// By ascending run time; each is a run of its own or a moment of one.
     pub points: Vec<CurvePoint>,
 }
 
-/// What is known after some work.
+/// Results after some work.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct CurvePoint {
     /// Processor time of all threads, seconds.
@@ -25,8 +25,8 @@ pub struct CurvePoint {
     pub lower_pairs: u64,
     /// Cell-object pairs not proven hidden; `None` for strategies that prove nothing hidden.
     pub upper_pairs: Option<u64>,
-    /// False pixels of the lower side on views that were held out ([`Views::false_pixels`]): mean, 95th percentile, maximum, as
-    /// fractions of a view.
+    /// False pixels of the lower set in held-out views ([`Views::false_pixels`]): mean, 95th percentile, maximum, as fractions of
+    /// a view.
     #[serde(serialize_with = "named")]
     pub false_pixels: [f64; 3],
 }

@@ -1,4 +1,4 @@
-//! The dearest rooms and portals of a building, as a section of a page: where triangles would be saved.
+//! The most expensive rooms and portals of a building, as a section of a page: where triangles can be saved.
 
 use super::html::{escape, percent, thousands};
 use super::storeys::{Storey, is_named, on};
@@ -11,23 +11,23 @@ use std::fmt::Write;
 /// Rows of each table.
 const DEAREST: usize = 10;
 
-/// Triangles and objects of the row of a cell.
+/// Triangles and objects in the row of a cell.
 pub fn row_of(file: &PvsFile, cell: CellId) -> [u64; 2] {
     let rows = file.object_rows.as_ref();
     let kept = file.objects.iter().enumerate().filter(|(o, _)| rows.is_none_or(|rows| rows.get(cell.index(), *o)));
     kept.fold([0, 0], |[triangles, objects], (_, object)| [triangles + u64::from(object.triangles), objects + 1])
 }
 
-/// The section. `costs`: the dearest portal first.
+/// The section. `costs`: the most expensive portal first.
 pub(super) fn html(file: &PvsFile, storeys: &[Storey], costs: &[PortalCost]) -> String {
-    let mut out = String::from("<h2>The dearest rooms and doors</h2>\n");
+    let mut out = String::from("<h2>The most expensive rooms and doors</h2>\n");
     rooms(file, storeys, &mut out);
     portals(file, costs, &mut out);
     out
 }
 
-/// A cell by its number, and its name where it has one of its own.
-fn called(file: &PvsFile, cell: CellId) -> String {
+/// A cell's number, with its name if it has one.
+fn label(file: &PvsFile, cell: CellId) -> String {
     let name = &file.cells[cell.index()].name;
     if is_named(name, cell) { format!("{cell} {}", escape(name)) } else { cell.to_string() }
 }
@@ -41,15 +41,15 @@ fn rooms(file: &PvsFile, storeys: &[Storey], out: &mut String) {
     }
     let all = file.objects.iter().map(|o| u64::from(o.triangles)).sum();
     out.push_str(
-        "<p>What may be seen from somewhere in a room is its row. Long rows are worth a look: a screen, a bend in a passage or smaller \
-         objects make them shorter.</p>\n<div class=\"scroll\"><table><caption>Rooms with most triangles in their row</caption><thead><tr>\
+        "<p>The row of a room holds everything that may be visible from somewhere in it. Check long rows first: a screen, a bend in a \
+         passage or smaller objects make them shorter.</p>\n<div class=\"scroll\"><table><caption>Rooms with most triangles in their row</caption><thead><tr>\
          <th>room</th><th>storey</th><th>triangles</th><th>of the model</th><th>objects</th></tr></thead>\n<tbody>\n",
     );
     for (id, [triangles, objects]) in rooms.into_iter().take(DEAREST) {
         let _ = writeln!(
             out,
             "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-            called(file, id),
+            label(file, id),
             on(storeys, id).map_or(String::new(), |s| s.to_string()),
             thousands(triangles),
             percent(triangles, all),
@@ -64,9 +64,9 @@ fn portals(file: &PvsFile, costs: &[PortalCost], out: &mut String) {
         return;
     }
     out.push_str(
-        "<p>Of a portal, what counts is how many triangles a frame draws less if it is shut, in the mean of a walk through every cell. \
-         Its number is on the plan.</p>\n<div class=\"scroll\"><table><caption>Doors and other portals through which most is \
-         drawn</caption><thead><tr><th>portal</th><th class=\"text\">kind</th><th class=\"text\">between</th><th>triangles a frame</th></tr>\
+        "<p>The cost of a portal is the mean number of triangles that a frame saves if it is shut, on a walk through every cell. \
+         The plan shows its number.</p>\n<div class=\"scroll\"><table><caption>Most expensive doors and other \
+         portals</caption><thead><tr><th>portal</th><th class=\"text\">kind</th><th class=\"text\">between</th><th>triangles a frame</th></tr>\
          </thead>\n<tbody>\n",
     );
     for PortalCost { portal, triangles } in costs.iter().take(DEAREST) {
@@ -76,7 +76,7 @@ fn portals(file: &PvsFile, costs: &[PortalCost], out: &mut String) {
             PortalKind::Window => "window",
             PortalKind::Opening => "opening",
         };
-        let [a, b] = of.cells.map(|cell| called(file, cell));
+        let [a, b] = of.cells.map(|cell| label(file, cell));
         let triangles = thousands(triangles.round() as u64);
         let _ = writeln!(
             out,

@@ -1,22 +1,22 @@
-//! How wrong a ground is drawn, and what that costs, as a page and as a table.
+//! The error and the cost of drawing a ground, as a page and as a table.
 //!
-//! All text is made safe here; whoever calls hands over plain text. But for times, the same ground gives the same bytes.
+//! This module escapes all text; callers pass plain text. Apart from times, the same ground gives the same bytes.
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{duration, escape, page, thousands};
 use enfilade_terrain::{Limit, Measured};
 use std::fmt::Write;
 
-/// A flight, and what was found along it.
+/// A flight and its measurements.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Flight {
     /// Metres above the ground.
     pub above: f64,
-    /// By limit: pixels first, then triangles, both ascending.
+    /// By limit: first pixels, then triangles, both ascending.
     pub found: Vec<Measured>,
 }
 
-/// All that the page tells.
+/// All data of the page.
 #[derive(Clone, PartialEq, Debug)]
 pub struct GroundReport<'a> {
     /// The name of the file.
@@ -45,10 +45,10 @@ impl GroundReport<'_> {
         for flight in self.flights {
             self.flight(flight, &mut out);
         }
-        let _ = writeln!(out, "<h2>Again</h2>\n<p><code>{}</code></p>", escape(self.command));
+        let _ = writeln!(out, "<h2>How to reproduce</h2>\n<p><code>{}</code></p>", escape(self.command));
         out.push_str(
-            "<p class=\"soft\">Errors are those of 2,000 samples of the raster a frame, by chance, against where they are drawn. \
-             <em>Told</em> is what the selection promises. Times are those of selecting; triangles tell what drawing costs.</p>\n",
+            "<p class=\"soft\">Errors compare 2,000 random samples of the raster per frame with their drawn positions. \
+             <em>Promised</em> is the bound that the selection guarantees. Times are for the selection; triangles show the cost of drawing.</p>\n",
         );
         page(self.ground, &out)
     }
@@ -74,13 +74,13 @@ impl GroundReport<'_> {
             Curve { name: name.to_owned(), class, shape: Shape::Straight, points }
         };
         let chart = Chart {
-            title: "Pixels that samples are off, against triangles a frame",
+            title: "Error of samples in pixels, against triangles a frame",
             along: Along::Count,
             along_text: "triangles a frame, in the mean",
             values: "pixels (logarithmic)",
             scale: Scale::Logarithmic,
             curves: vec![
-                curve("told, by pixels", "upper", &pixels, &|m| m.told),
+                curve("promised, by pixels", "upper", &pixels, &|m| m.told),
                 curve("greatest, by pixels", "lower", &pixels, &|m| m.greatest),
                 curve("mean, by pixels", "other", &pixels, &|m| m.mean),
                 curve("greatest, by triangles", "lines", &budgets, &|m| m.greatest),
@@ -89,7 +89,7 @@ impl GroundReport<'_> {
         };
         out.push_str(&chart.html());
         out.push_str("</figure>\n<div class=\"scroll\"><table><thead><tr>");
-        for head in ["limit", "triangles", "time", "told, px", "greatest, px", "mean, px"] {
+        for head in ["limit", "triangles", "time", "promised, px", "greatest, px", "mean, px"] {
             let _ = write!(out, "<th>{head}</th>");
         }
         out.push_str("</tr></thead>\n<tbody>\n");

@@ -1,24 +1,24 @@
-//! A page of one file: text made safe, numbers made readable, pictures embedded.
+//! A page of one file: escaped text, formatted numbers, embedded pictures.
 
-/// The same for seconds; beyond are minutes.
+/// Seconds below which a duration is in seconds; longer ones are in minutes.
 const TEN_MINUTES: f64 = 600.0;
 
-/// The same for milliseconds.
+/// Seconds below which a duration is in milliseconds.
 const SECOND: f64 = 0.9995;
 
-/// Seconds below which a duration is told in microseconds, so that it has at most three digits.
+/// Seconds below which a duration is in microseconds, with at most three digits.
 const MILLISECOND: f64 = 0.9995e-3;
 
-/// A row of a list of pairs or searches: what it is about, and what there is to say.
+/// A row of a list of pairs or searches.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Remark {
-    /// `12 and 40`.
+    /// Its subject, such as `12 and 40`.
     pub about: String,
-    /// Why.
+    /// The explanation.
     pub text: String,
 }
 
-/// Text as it may stand in an element or in a quoted attribute.
+/// Escapes text for an element or a quoted attribute.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -28,7 +28,7 @@ pub fn escape(text: &str) -> String {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            // No page may hold the other control characters.
+            // HTML forbids the other control characters.
             c if c.is_control() && !matches!(c, '\n' | '\t') => out.push('\u{fffd}'),
             c => out.push(c),
         }
@@ -49,12 +49,12 @@ pub fn thousands(n: u64) -> String {
     out
 }
 
-/// A number for people, with the plain one for machines beside it.
+/// A formatted number, with the plain one for programs beside it.
 pub fn number(n: u64) -> String {
     format!("<data value=\"{n}\">{}</data>", thousands(n))
 }
 
-/// A part of a whole, in percent: as many digits as it takes to tell it from nothing and from everything.
+/// A share in percent, with enough digits to tell it from 0 and from 100.
 pub fn percent(part: u64, whole: u64) -> String {
     let share = 100.0 * part as f64 / whole.max(1) as f64;
     let rest = share.min(100.0 - share);
@@ -62,7 +62,7 @@ pub fn percent(part: u64, whole: u64) -> String {
     format!("{share:.digits$} %")
 }
 
-/// A part of a whole in percent, two digits.
+/// A share in percent, two digits.
 pub fn share(part: f64) -> String {
     let percent = 100.0 * part;
     if !(percent > 0.0 && percent.is_finite()) {
@@ -89,12 +89,12 @@ fn three_digits(x: f64) -> String {
     format!("{x:.digits$}")
 }
 
-/// A part of a page that is folded away: its title shows, and `body`, already safe, where the reader asks for it.
+/// A folded section of a page: the title is visible, `body` (already escaped) opens on a click.
 pub fn folded(title: &str, body: &str) -> String {
     format!("<details class=\"part\">\n<summary>{title}</summary>\n{body}</details>\n")
 }
 
-/// A PNG as an address that holds it.
+/// A PNG as a data URL.
 pub fn png_address(png: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::from("data:image/png;base64,");
@@ -108,7 +108,7 @@ pub fn png_address(png: &[u8]) -> String {
     out
 }
 
-/// What every page looks like: light or dark as the reader has it, narrow screens, print.
+/// Style of every page: light or dark as the reader prefers, for narrow screens and print.
 const STYLE: &str = "
 :root{color-scheme:light dark;--page:#fbfaf8;--card:#fff;--ink:#1c1d20;--soft:#5d6068;--rule:#dcdad5;--lower:#1f66d0;--upper:#c2460b;
 --other:#7a3fc4;--lines:#0d7a5f;--band:#c2460b1f;
@@ -166,8 +166,7 @@ svg text{fill:var(--soft);font-size:13px}
 @media print{figure,.tiles div{break-inside:avoid}}
 ";
 
-/// A page. `title` is text; `body` is what stands in the page, already safe. Nothing is loaded from elsewhere, and no script
-/// would run.
+/// A page. `title` is plain text; `body` is already escaped. Nothing is loaded from elsewhere, and scripts cannot run.
 pub fn page(title: &str, body: &str) -> String {
     let (title, version) = (escape(title), env!("CARGO_PKG_VERSION"));
     format!(

@@ -1,6 +1,6 @@
-//! What `vis` found in a level, as a page and as a table: both sides of the truth against time.
+//! The result of `vis` for a level as a page and as a table: both bounds against time.
 //!
-//! All text is made safe here; whoever calls hands over plain text. But for times, the same result gives the same bytes.
+//! This module escapes all text; callers pass plain text. Apart from times, the same result gives the same bytes.
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{Remark, duration, escape, number, page, percent, thousands};
@@ -8,56 +8,56 @@ use super::matrix::figure;
 use enfilade::BitMatrix;
 use std::fmt::Write;
 
-/// What times are.
+/// Meaning of times.
 const TIMES: &str = "wall-clock time since the level was read";
 
-/// Both sides at some moment. Pairs are ordered, each cluster with itself among them.
+/// Both bounds at a moment. Pairs are ordered and include each cluster with itself.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Moment {
-    /// What is done by then: `might-see`, `lines`, `flow 3`.
+    /// The stage that has ended: `might-see`, `lines`, `flow 3`.
     pub stage: String,
     /// Seconds since the level was read.
     pub seconds: f64,
     /// Flow steps so far.
     pub steps: u64,
-    /// Pairs that a line proves.
+    /// Pairs with a witness line.
     pub lower: u64,
     /// Pairs not proven hidden.
     pub upper: u64,
 }
 
-/// What random lines alone find, in a run of their own.
+/// Result of random lines alone, in a separate run.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LinesAlone {
     /// Random lines.
     pub lines: u64,
     /// Seconds since the level was read.
     pub seconds: f64,
-    /// Pairs that a line proves.
+    /// Pairs with a witness line.
     pub lower: u64,
 }
 
-/// Rows of another tool, beside.
+/// Rows of another tool, to compare.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Other {
     /// The name of their file.
     pub name: String,
     /// Pairs in their rows.
     pub pairs: u64,
-    /// A line of a table each: what it is, and how many pairs.
+    /// Lines of the table: description and number of pairs.
     pub counts: Vec<(String, u64)>,
 }
 
-/// All that the page tells.
+/// All data of the page.
 #[derive(Clone, PartialEq, Debug)]
 pub struct LevelReport<'a> {
     /// The name of the level's file.
     pub level: &'a str,
     /// The command that makes this page again.
     pub command: &'a str,
-    /// Clusters, portals and leaves, and where portals are from.
+    /// Clusters, portals and leaves, and the origin of portals.
     pub facts: &'a str,
-    /// Pairs that a line proves.
+    /// Pairs with a witness line.
     pub lower: &'a BitMatrix,
     /// Pairs not proven hidden.
     pub upper: &'a BitMatrix,
@@ -69,13 +69,13 @@ pub struct LevelReport<'a> {
     pub read_seconds: f64,
     /// Threads.
     pub threads: usize,
-    /// Most memory held by the search for both sides, MiB, where the system says so.
+    /// Peak memory of the search for both bounds, MiB, if the system reports it.
     pub peak_rss_mb: Option<f64>,
     /// Rows of another tool.
     pub other: Option<&'a Other>,
-    /// Undecided pairs, the first of each two ways; those without text are only named.
+    /// Undecided pairs, each in one direction; those without text are only named.
     pub undecided: &'a [Remark],
-    /// What isn't on the page, in the rows or in the level, and why.
+    /// Data that the page, the rows or the level leave out, and why.
     pub left_out: &'a [String],
 }
 
@@ -93,8 +93,8 @@ impl LevelReport<'_> {
         page(&format!("Visibility of {}", self.level), &body)
     }
 
-    /// The table: `method,stage,lines,steps,seconds,lower_pairs,upper_pairs`, first the random lines alone, which have no upper
-    /// bound, then both sides. The last line is the result.
+    /// The table: `method,stage,lines,steps,seconds,lower_pairs,upper_pairs`. Random lines alone come first, without an upper
+    /// bound, then both bounds. The last line is the result.
     pub fn csv(&self) -> String {
         let mut out = String::from("method,stage,lines,steps,seconds,lower_pairs,upper_pairs\n");
         for l in self.lines_alone {
@@ -112,8 +112,8 @@ impl LevelReport<'_> {
         let all = n * n;
         let _ = writeln!(
             out,
-            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}. Pairs are ordered pairs of clusters, each cluster with itself among \
-             them: {} in all.</p>",
+            "<h1>Visibility of {}</h1>\n<p class=\"soft\">{}. Pairs are ordered pairs of clusters and include each cluster \
+             with itself: {} in all.</p>",
             escape(self.level),
             escape(self.facts),
             number(all)
@@ -122,11 +122,11 @@ impl LevelReport<'_> {
         let mut tile = |name: &str, value: String, note: String| {
             let _ = write!(out, "<div>{name}<b>{value}</b><span class=\"soft\">{note}</span></div>");
         };
-        tile("Witnessed", number(lower), "a straight line proves each".into());
+        tile("Witnessed", number(lower), "each has a straight line as proof".into());
         tile(
             "In the rows",
             number(upper),
-            format!("not proven hidden; {:.1} clusters a row", upper as f64 / n.max(1) as f64),
+            format!("not proven hidden; {:.1} clusters per row", upper as f64 / n.max(1) as f64),
         );
         tile("Undecided", number(upper - lower), format!("{} of the rows", percent(upper - lower, upper)));
         tile("Proven hidden", number(all - upper), format!("{} of all pairs", percent(all - upper, all)));
@@ -171,7 +171,7 @@ impl LevelReport<'_> {
             curves.push(alone(format!("random lines alone, at last {}", thousands(most.lower)), &|l| l.lower));
         }
         let chart = Chart {
-            title: "Pairs of clusters that are witnessed, and that are not proven hidden, against time",
+            title: "Witnessed pairs of clusters and pairs not proven hidden, against time",
             along: Along::Time,
             along_text: TIMES,
             values: "pairs of clusters",
@@ -181,8 +181,8 @@ impl LevelReport<'_> {
         };
         out.push_str(&chart.html());
         out.push_str(
-            "<figcaption>The truth lies between the bounds: below the lower one is what a line proves visible, above the upper one \
-             what is proven hidden. Each mark is a stage or a round of searches that has ended.</figcaption>\n</figure>\n<figure>\n",
+            "<figcaption>The truth lies between the bounds. Pairs below the lower bound are proven visible by a line; pairs above \
+             the upper bound are proven hidden. Each mark ends a stage or a round of searches.</figcaption>\n</figure>\n<figure>\n",
         );
         let mut curves =
             vec![side(format!("undecided, at last {}", thousands(result.upper - result.lower)), "upper", &|m| {
@@ -190,11 +190,11 @@ impl LevelReport<'_> {
             })];
         if let Some(most) = most {
             let missing = |l: &LinesAlone| result.lower.saturating_sub(l.lower);
-            let name = format!("visible pairs that random lines alone haven't found, at last {}", thousands(missing(most)));
+            let name = format!("visible pairs that random lines alone missed, at last {}", thousands(missing(most)));
             curves.push(alone(name, &missing));
         }
         let chart = Chart {
-            title: "Pairs of clusters that are undecided, against time",
+            title: "Undecided pairs of clusters, against time",
             along: Along::Time,
             along_text: TIMES,
             values: "pairs of clusters (logarithmic)",
@@ -204,8 +204,8 @@ impl LevelReport<'_> {
         };
         out.push_str(&chart.html());
         out.push_str(
-            "<figcaption>The gap between the bounds, and how far random lines get without searches: they find what is easily seen \
-             at once, and the rest hardly ever; and they never say what is hidden.</figcaption>\n</figure>\n",
+            "<figcaption>The gap between the bounds, and the pairs that random lines alone miss. Random lines find easy pairs at once \
+             and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
         );
     }
 
@@ -238,7 +238,7 @@ impl LevelReport<'_> {
         if let Some(most) = self.lines_alone.last() {
             let _ = writeln!(
                 out,
-                "<p>For comparison, {} random lines alone took {} and witnessed {} pairs, {} of what is known to be visible.</p>",
+                "<p>{} random lines alone took {} and witnessed {} pairs, {} of the pairs known to be visible.</p>",
                 thousands(most.lines),
                 duration(most.seconds),
                 thousands(most.lower),
@@ -251,7 +251,7 @@ impl LevelReport<'_> {
         let Some(other) = self.other else { return };
         let _ = writeln!(
             out,
-            "<h2>Beside {}</h2>\n<div class=\"scroll\"><table><thead><tr><th>what</th><th>pairs</th></tr></thead>\n<tbody>",
+            "<h2>Compared with {}</h2>\n<div class=\"scroll\"><table><thead><tr><th>what</th><th>pairs</th></tr></thead>\n<tbody>",
             escape(&other.name)
         );
         for (what, pairs) in &other.counts {
@@ -261,14 +261,14 @@ impl LevelReport<'_> {
     }
 
     fn picture(&self, out: &mut String) {
-        out.push_str("<h2>Who sees whom</h2>\n");
+        out.push_str("<h2>Visibility matrix</h2>\n");
         out.push_str(&figure(self.lower, self.upper, "clusters, in the level's order"));
     }
 
     fn doubts(&self, out: &mut String) {
         out.push_str("<h2>Undecided pairs</h2>\n");
         if self.undecided.is_empty() {
-            out.push_str("<p>None: each pair is on a line, or proven hidden.</p>\n");
+            out.push_str("<p>None: each pair has a witness line or is proven hidden.</p>\n");
             return;
         }
         out.push_str(
@@ -292,11 +292,11 @@ impl LevelReport<'_> {
     }
 
     fn end(&self, out: &mut String) {
-        out.push_str("<h2>What was left out</h2>\n<ul>\n");
+        out.push_str("<h2>Left out</h2>\n<ul>\n");
         for line in self.left_out {
             let _ = writeln!(out, "<li>{}</li>", escape(line));
         }
-        let _ = writeln!(out, "</ul>\n<h2>Again</h2>\n<p><code>{}</code></p>", escape(self.command));
+        let _ = writeln!(out, "</ul>\n<h2>How to reproduce</h2>\n<p><code>{}</code></p>", escape(self.command));
         out.push_str(
             "<p class=\"soft\">Counts are the same on every run and for every number of threads; times are not.</p>\n",
         );

@@ -1,13 +1,13 @@
-//! Both sides of a visibility matrix as a picture: witnessed, undecided, hidden.
+//! Both bounds of a visibility matrix as a picture: witnessed, undecided, hidden.
 
 use super::html::png_address;
 use enfilade::BitMatrix;
 
 /// Pixels a side, at most.
 const LARGEST: usize = 640;
-/// Red, green, blue of pairs that a line proves.
+/// Red, green, blue of witnessed pairs.
 pub const WITNESSED: [u8; 3] = [58, 122, 214];
-/// Of pairs that are undecided. Hidden ones are see-through, so that the page's own colour is theirs.
+/// The same of undecided pairs. Hidden pairs are transparent and show the page's colour.
 pub const UNDECIDED: [u8; 3] = [226, 74, 20];
 
 /// A picture of a matrix.
@@ -15,14 +15,14 @@ pub const UNDECIDED: [u8; 3] = [226, 74, 20];
 pub struct MatrixPicture {
     /// Pixels a side.
     pub side: usize,
-    /// Rows and columns that a pixel stands for.
+    /// Rows and columns of a pixel.
     pub block: usize,
     /// Red, green, blue, opacity, row by row from the top.
     pub pixels: Vec<[u8; 4]>,
 }
 
-/// Draws two square matrices of one size; `lower` is a subset of `upper`. A pixel is as opaque as the share of its pairs that are
-/// not hidden; with one undecided pair among them it has that colour, so that none is lost.
+/// Draws two square matrices of one size; `lower` is a subset of `upper`. The opacity of a pixel is the share of its pairs that
+/// are not hidden. A pixel with any undecided pair has that colour, so that none is lost.
 pub fn matrix(lower: &BitMatrix, upper: &BitMatrix) -> MatrixPicture {
     let n = upper.rows();
     let block = n.div_ceil(LARGEST).max(1);
@@ -38,7 +38,7 @@ pub fn matrix(lower: &BitMatrix, upper: &BitMatrix) -> MatrixPicture {
     let pixel = |(i, &[witnessed, undecided]): (usize, &[usize; 2])| {
         let pairs = length(i / side) * length(i % side);
         let [r, g, b] = if undecided > 0 { UNDECIDED } else { WITNESSED };
-        // What is there at all can be seen.
+        // Even one pair in a large block stays visible.
         let share = (witnessed + undecided) as f64 / pairs as f64;
         let opacity = if undecided > 0 {
             1.0
@@ -58,7 +58,7 @@ impl MatrixPicture {
     ///
     /// # Errors
     ///
-    /// Those of the encoder: a matrix without rows is no picture.
+    /// Errors of the encoder, and a matrix without rows.
     pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.side as u32, self.side as u32);
@@ -70,7 +70,7 @@ impl MatrixPicture {
     }
 }
 
-/// The picture in a page, with a legend; `order` says what rows and columns are. Nothing for a matrix without rows.
+/// The picture in a page, with a legend; `order` describes rows and columns. Empty for a matrix without rows.
 pub fn figure(lower: &BitMatrix, upper: &BitMatrix, order: &str) -> String {
     let picture = matrix(lower, upper);
     let Ok(png) = picture.png() else { return String::new() };
@@ -83,8 +83,8 @@ pub fn figure(lower: &BitMatrix, upper: &BitMatrix, order: &str) -> String {
     let scale = match block {
         1 => format!("Each pixel is a pair; rows and columns are {order}."),
         _ => format!(
-            "Each pixel stands for {block} &times; {block} pairs, the stronger the more of them are visible, and shows it where any is \
-             undecided; rows and columns are {order}."
+            "Each pixel is a block of {block} &times; {block} pairs. Stronger colours have more visible pairs; any undecided pair \
+             gives the block its colour. Rows and columns are {order}."
         ),
     };
     format!(

@@ -1,28 +1,28 @@
-//! View cells by cost: expected triangles against bytes of rows, while space is split.
+//! View cells by cost: expected triangles against bytes of rows, split by split.
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::thousands;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// Why no more splits were made.
+/// Why splitting ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SplitsEnd {
-    /// The next would have taken too many bytes.
+    /// The next split would have taken too many bytes.
     Bytes,
-    /// The next would have saved too little.
+    /// The next split would have saved too little.
     Saving,
 }
 
-/// After a split.
+/// State after a split.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct SplitPoint {
     /// View cells; none before the first split.
     pub view_cells: usize,
-    /// Bytes that they are expected to take.
+    /// Their expected bytes.
     pub bytes: u64,
-    /// Triangles of what is seen, in the mean over eyes, expected.
+    /// Expected visible triangles, mean over eyes.
     pub triangles: f64,
 }
 
@@ -31,14 +31,14 @@ pub struct SplitPoint {
 pub struct Splits {
     /// Bytes that view cells may take.
     pub bytes_allowed: u64,
-    /// Why no more were made.
+    /// Why splitting ended.
     pub ended_by: SplitsEnd,
-    /// Split by split, from none on.
+    /// One a split, from 0 splits on.
     pub points: Vec<SplitPoint>,
 }
 
 impl Splits {
-    /// From bytes and triangles after each split; the first is without view cells. `full`: the next would have taken too many
+    /// From bytes and triangles after each split; the first has no view cells. `full`: the next split would have taken too many
     /// bytes.
     pub fn new(bytes_allowed: u64, full: bool, curve: &[(u64, f64)]) -> Self {
         // The first split makes two of one.
@@ -49,7 +49,7 @@ impl Splits {
         Self { bytes_allowed, ended_by, points: curve.iter().enumerate().map(point).collect() }
     }
 
-    /// Where they ended, in words.
+    /// Where and why splitting ended, in words.
     fn end(&self) -> String {
         let last = self.points.last().copied().unwrap_or(SplitPoint { view_cells: 0, bytes: 0, triangles: 0.0 });
         let why = match self.ended_by {
@@ -64,7 +64,7 @@ impl Splits {
         )
     }
 
-    /// A table: a line a split.
+    /// The table: one line a split.
     pub fn csv(&self) -> String {
         let mut out = String::from("view_cells,bytes,triangles\n");
         for p in &self.points {
@@ -79,18 +79,18 @@ impl Splits {
         let points = self.points.iter().map(point).collect();
         let curve = Curve { name: self.end(), class: "s0", shape: Shape::Stopped, points };
         let chart = Chart {
-            title: "Expected triangles of a row against bytes of view cells, while space is split",
+            title: "Expected triangles of a row against bytes of view cells, split by split",
             along: Along::Bytes,
             along_text: "bytes of view cells, expected",
-            values: "triangles of what an eye sees, expected",
+            values: "expected visible triangles",
             scale: Scale::Linear,
             curves: vec![curve],
             band: None,
         };
         format!(
-            "<h2>View cells by cost</h2>\n<p>Space is halved where that saves most triangles. Each line begins without view cells. The \
-             mark is where the bake stopped. Figures are expected ones: a byte for each object that eyes see from a view cell, and \
-             triangles in the mean over eyes.</p>\n<figure>\n{}</figure>\n",
+            "<h2>View cells by cost</h2>\n<p>Each split halves the space that saves most triangles. The line begins without view cells. The \
+             mark is where the bake stopped. Figures are estimates: a byte for each object that is visible from a view cell, and the mean of \
+             visible triangles over eyes.</p>\n<figure>\n{}</figure>\n",
             chart.html()
         )
     }

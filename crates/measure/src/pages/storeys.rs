@@ -1,4 +1,4 @@
-//! Storeys of a baked building, and the plan of each as SVG: walls as the model has them, cells in tints, portals by kind.
+//! Storeys of a baked building, and the plan of each as SVG: walls of the model, tinted cells, portals by kind.
 
 use super::html::escape;
 use enfilade::file::{FilePortal, PvsFile};
@@ -12,30 +12,30 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use std::fmt::Write;
 
-/// A line shorter than this, pixels, isn't drawn.
+/// Shorter lines, pixels, are not drawn.
 const LEAST_LINE: f64 = 0.05;
 
-/// A portal whose normal has a cosine above this with the vertical (45 degrees) isn't drawn in a plan.
+/// Portals whose normal has a greater cosine with the vertical (45 degrees) are not drawn in a plan.
 const LEVEL: f32 = 0.7;
 
 /// A plan's width and greatest height, in the units of its SVG.
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 640.0;
-/// Room around it.
+/// Margin around it.
 const MARGIN: f64 = 14.0;
-/// Room below it, for the scale.
+/// Margin below it, for the scale.
 const FOOT: f64 = 26.0;
-/// Plans are cut this high above the floor, metres: above sills, below heads of doors. Where cells are so high that the model's
-/// unit can't be the metre, this part of their height.
+/// Height above the floor at which plans are cut, metres: above sills, below heads of doors. If cells are so high that the
+/// model's unit cannot be the metre, it is `CUT_PART` of their height.
 const CUT: f64 = 1.2;
 const CUT_PART: f64 = 0.15;
-/// Furniture is drawn as it is at this part of that height: above seats, below table tops' undersides.
+/// Furniture is cut at this part of that height: above seats, below table tops.
 const THINGS: f64 = 0.5;
-/// Floors whose heights differ by less than this are of one storey, as a part of how high cells are.
+/// Floors that differ by less than this part of the usual cell height are one storey.
 const STOREY: f64 = 0.45;
-/// Most lines of walls in a plan; then furniture is left out, then walls.
+/// Maximum lines of walls in a plan; beyond it furniture is left out, then walls.
 const MOST_LINES: usize = 20_000;
-/// A portal has no number where another one stands nearer than this, in units of the SVG.
+/// A portal gets no number if another number is nearer than this, in units of the SVG.
 const NUMBER: [f64; 2] = [15.0, 8.0];
 /// Tints of cells in the style sheet.
 const TINTS: usize = 7;
@@ -45,18 +45,18 @@ const TINTS: usize = 7;
 pub struct Storey {
     /// The height of its floor, metres relative to the file's origin.
     pub floor: f64,
-    /// How high above that its plan is cut, metres.
+    /// Height of its cut above that, metres.
     pub cut: f64,
-    /// Its cells, ascending; open cells are on none.
+    /// Its cells, ascending; open cells are on no storey.
     pub cells: Vec<CellId>,
 }
 
 /// The storeys of a file's closed cells, from the lowest up.
 ///
-/// Floors are put together from the one with most area down, so that a landing or a step belongs to the storey that it is nearest to.
+/// Floors are grouped by falling area, so that a landing or a step joins its nearest storey.
 pub fn storeys(file: &PvsFile) -> Vec<Storey> {
     let graph = file.graph();
-    // Of each cell: floor, area, height.
+    // For each cell: floor, area, height.
     let mut floors: Vec<(CellId, [f64; 3])> = Vec::new();
     for (c, cell) in graph.cells.iter().enumerate().filter(|(_, cell)| !cell.open) {
         let boxes: Vec<Aabb> = cell.pieces.iter().map(|p| p.bounds).collect();
@@ -99,7 +99,7 @@ pub(super) fn on(storeys: &[Storey], cell: CellId) -> Option<usize> {
     storeys.iter().position(|s| s.cells.binary_search(&cell).is_ok())
 }
 
-/// All cells, so that what belongs together stands together: open cells, then storey by storey, each along a breadth-first walk
+/// All cells in an order that keeps neighbours together: open cells, then storey by storey, each along a breadth-first walk
 /// through its portals.
 pub fn along_a_walk(file: &PvsFile, storeys: &[Storey]) -> Vec<CellId> {
     let mut next = vec![Vec::new(); file.cells.len()];
@@ -138,7 +138,7 @@ fn ids(file: &PvsFile) -> impl Iterator<Item = CellId> {
     (0..file.cells.len() as u32).map(CellId)
 }
 
-/// The height of a cell's floor, its area and its height: what lies lowest under at least a third of it.
+/// The height of a cell's floor, its area and its height. The floor is the lowest level below a third of the area.
 fn floor(mut boxes: Vec<Aabb>) -> Option<[f64; 3]> {
     boxes.retain(|b| b.min.is_finite() && b.max.is_finite());
     boxes.sort_by(|a, b| a.min.y.total_cmp(&b.min.y));
@@ -153,16 +153,16 @@ fn floor(mut boxes: Vec<Aabb>) -> Option<[f64; 3]> {
     Some([lowest.min.y, all, top - lowest.min.y])
 }
 
-/// What is told of a cell when the reader points at it.
+/// Tooltip of a cell.
 pub type Note<'n> = &'n dyn Fn(CellId) -> String;
 
-/// Draws plans at one scale, so that storeys lie over each other.
+/// Draws plans at one scale and position, so that storeys match.
 pub struct Plans<'f> {
     file: &'f PvsFile,
     scene: &'f Scene,
-    /// The least x and z that are shown, metres.
+    /// The least x and z shown, metres.
     min: DVec2,
-    /// The greatest.
+    /// The greatest x and z.
     max: DVec2,
     /// Units of the SVG a metre.
     scale: f64,
@@ -185,7 +185,7 @@ impl<'f> Plans<'f> {
             }
         }
         if min.cmple(max).all() {
-            // With the walls around them, and some of what is outside.
+            // Includes the walls around them and some space outside.
             let air = 0.015 * (max - min).max_element() + 0.4;
             (plans.min, plans.max) = ((min - air).max(plans.min), (max + air).min(plans.max));
         }
@@ -238,7 +238,7 @@ impl<'f> Plans<'f> {
         out
     }
 
-    /// Where a point (x, z) is in the SVG.
+    /// The position of a point (x, z) in the SVG.
     pub fn at(&self, p: DVec2) -> DVec2 {
         let middle = (WIDTH - 2.0 * MARGIN - (self.max.x - self.min.x) * self.scale) / 2.0;
         DVec2::new(MARGIN + middle, MARGIN) + (p - self.min) * self.scale
@@ -256,7 +256,7 @@ impl<'f> Plans<'f> {
         out
     }
 
-    /// A cell's rings where the storey is cut; or, where it doesn't reach there, at half of its own height.
+    /// A cell's rings at the storey's cut; if it does not reach there, at half its own height.
     fn outline(&self, cell: CellId, storey: &Storey) -> Vec<Vec<DVec2>> {
         let at_cut = self.sliced(cell, storey.floor + storey.cut);
         if !at_cut.is_empty() {
@@ -272,7 +272,7 @@ impl<'f> Plans<'f> {
 
     /// The union of a cell's pieces at a height.
     fn sliced(&self, cell: CellId, y: f64) -> Vec<Vec<DVec2>> {
-        // Pieces meet to within rounding; grown by this much, they overlap.
+        // Pieces meet within rounding; grown by this, they overlap.
         let grown = 2e-5 * (self.max - self.min).length();
         let (min, max) = (self.min, self.max);
         let shown = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)].map(|p| DVec3::new(p.x, y, p.y));
@@ -290,12 +290,12 @@ impl<'f> Plans<'f> {
         let none: Vec<Vec<Vec<[f64; 2]>>> = Vec::new();
         let united = if parts.len() > 1 { parts.overlay(&none, OverlayRule::Subject, FillRule::NonZero) } else { parts };
         let rings = united.into_iter().flatten().map(|ring| ring.into_iter().map(DVec2::from).collect::<Vec<_>>());
-        // What is smaller than a dot of the picture.
+        // Rings larger than a dot of the picture.
         let visible = |ring: &Vec<DVec2>| area(ring).abs() * self.scale * self.scale > 0.5;
         rings.filter(visible).collect()
     }
 
-    /// Where the scene's opaque triangles cross a height: furniture, or all else.
+    /// Section of the scene's opaque triangles at a height: of furniture, or of all else.
     fn lines(&self, y: f64, furniture: bool) -> String {
         let mut out = String::new();
         let mut count = 0;
@@ -323,7 +323,7 @@ impl<'f> Plans<'f> {
         out
     }
 
-    /// Portals of a storey's cells that are as high as its rooms: what is only above or below belongs to another storey.
+    /// Portals of a storey's cells at the height of its rooms; those only above or below belong to another storey.
     fn portals_on(&self, storey: &Storey) -> impl Iterator<Item = (PortalId, &FilePortal)> {
         let [low, high] = [storey.floor - 0.5 * storey.cut, storey.floor + 2.0 * storey.cut];
         let is_on = move |portal: &FilePortal| {
@@ -335,7 +335,7 @@ impl<'f> Plans<'f> {
         all.filter(move |(_, portal)| has_cell(portal) && is_on(portal))
     }
 
-    /// The numbers of portals, where they have room.
+    /// Numbers of portals, if there is room.
     fn numbers(&self, storey: &Storey, out: &mut String) {
         let mut taken: Vec<DVec2> = Vec::new();
         for (id, portal) in self.portals_on(storey) {
@@ -349,7 +349,7 @@ impl<'f> Plans<'f> {
         }
     }
 
-    /// Portals of a storey's cells: a line where they stand, a broken outline where they lie.
+    /// Portals of a storey's cells: standing ones as a line, lying ones as a dashed outline.
     fn portals(&self, storey: &Storey, out: &mut String) {
         let kinds = [PortalKind::Opening, PortalKind::Window, PortalKind::Door];
         let [mut lying, mut standing] = [const { [const { String::new() }; 3] }; 2];
@@ -376,13 +376,13 @@ impl<'f> Plans<'f> {
         p.clamp(self.min, self.max)
     }
 
-    /// The cell's name where that has room, else its number.
+    /// The cell's name if it fits, else its number.
     fn label(&self, cell: CellId, rings: &[Vec<DVec2>], out: &mut String) {
         let (p, free) = roomiest(rings);
         let (at, room) = (self.at(p), free * self.scale);
         let name = &self.file.cells[cell.index()].name;
         let number = cell.to_string();
-        // Bold digits and letters are about 0.62 of the size wide.
+        // Bold characters are about 0.62 of their size wide.
         let fits = |text: &str, size: f64| {
             let half = 0.31 * size * text.chars().count() as f64;
             let rows = [-0.5, 0.0, 0.5].map(|k| p.y + k * size / self.scale);
@@ -417,9 +417,9 @@ impl<'f> Plans<'f> {
     }
 }
 
-/// A tint for each outline: of those that no neighbour before it has, the least used.
+/// A tint for each outline: the least used that no earlier neighbour has.
 fn tints(outlines: &[(CellId, Vec<Vec<DVec2>>)]) -> Vec<usize> {
-    /// Cells on two sides of a wall are neighbours, metres.
+    /// Cells within this distance are neighbours, metres.
     const WALL: f64 = 0.5;
     let around = |rings: &Vec<Vec<DVec2>>| {
         let all = || rings.iter().flatten().copied();
@@ -447,19 +447,19 @@ fn ends(portal: &FilePortal) -> Option<(DVec2, DVec2)> {
     Some((least, most))
 }
 
-/// Twice over: the area of a ring, positive one way round.
+/// The signed area of a ring.
 fn area(ring: &[DVec2]) -> f64 {
     ring.iter().zip(ring.iter().cycle().skip(1)).map(|(a, b)| a.perp_dot(*b)).sum::<f64>() / 2.0
 }
 
-/// How far it is from a point to the nearest ring to the left or to the right.
+/// Horizontal distance from a point to the nearest ring.
 fn free_across(rings: &[Vec<DVec2>], p: DVec2) -> f64 {
     let edges = rings.iter().flat_map(|r| r.iter().zip(r.iter().cycle().skip(1)));
     let crossing = edges.filter(|(a, b)| (a.y > p.y) != (b.y > p.y));
     crossing.map(|(a, b)| (a.x + (b.x - a.x) * ((p.y - a.y) / (b.y - a.y)) - p.x).abs()).fold(f64::INFINITY, f64::min)
 }
 
-/// A point inside rings that is farthest from them, on a grid made finer around the best, and how far that is.
+/// The point inside rings that is farthest from them, by a refined grid, and its distance.
 fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
     const STEPS: i32 = 14;
     const CALM: f64 = 0.06;
@@ -487,7 +487,7 @@ fn roomiest(rings: &[Vec<DVec2>]) -> (DVec2, f64) {
             for j in -STEPS..=STEPS {
                 let p = centre + half * DVec2::new(f64::from(i), f64::from(j)) / f64::from(STEPS);
                 let f = free(p);
-                // Of places that are about as free, the one nearer to the middle is the calmer one.
+                // Among places with similar room, prefer the one nearer to the middle.
                 let calm = |(p, f): (DVec2, f64)| f - CALM * p.distance(middle);
                 if calm((p, f)) > calm(best) {
                     best = (p, f);

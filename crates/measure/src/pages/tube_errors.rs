@@ -1,7 +1,7 @@
-//! How far tubes are drawn from their surface, and what choosing that costs, by the limit in pixels.
+//! The distance of drawn tubes from their exact surface, and the time of selection, by limit in pixels.
 //!
-//! Between two sections, the surface is that of a tube along the arc which has their tangents: exact for lines and arcs; for splines within what
-//! importers ask for.
+//! The exact surface between two sections is a tube along the arc with their tangents: exact for lines and arcs, and within the
+//! importers' tolerance for splines.
 
 use super::tube_weights::weight_error;
 use enfilade::random::Prng;
@@ -13,13 +13,13 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-/// Pixels that surfaces may be off, ascending.
+/// Limits of error in pixels, ascending.
 const LIMITS: [f64; 6] = [0.1, 0.25, 0.5, 1.0, 2.0, 4.0];
-/// Points of surfaces that are looked at in a view.
+/// Sampled points of surfaces per view.
 const SAMPLES: usize = 500;
-/// Selections of a view, of which the fastest counts.
+/// Selections per view; the fastest counts.
 const REPEATS: usize = 3;
-/// Radians below which an arc is a line: their handles are the same to rounding.
+/// An arc of fewer radians counts as a line: the handles are equal within rounding.
 const STRAIGHT: f64 = 1e-4;
 
 /// A camera, relative to the scene's origin.
@@ -27,43 +27,43 @@ const STRAIGHT: f64 = 1e-4;
 pub struct TubeView {
     /// Metres.
     pub eye: DVec3,
-    /// What gives clip-space x, y and w as dot products with the way from the eye.
+    /// Rows whose dot products with the vector from the eye are clip-space x, y and w.
     pub rows: [DVec3; 3],
     /// Metres to the near plane along the view.
     pub near: f64,
-    /// Of the picture, pixels.
+    /// Size of the picture, pixels.
     pub size: [f64; 2],
 }
 
-/// What was found of a limit: means of a view, but for the errors.
+/// Results for a limit: means per view, apart from the errors.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct TubeErrors {
-    /// Pixels that surfaces may be off.
+    /// Limit of error, pixels.
     pub limit_px: f64,
-    /// Chords that are drawn.
+    /// Drawn chords.
     pub segments: f64,
-    /// Triangles that are drawn.
+    /// Drawn triangles.
     pub triangles: f64,
-    /// Chords that are farther off than the limit.
+    /// Chords that exceed the limit.
     pub over: f64,
-    /// Pixels of the point that is drawn farthest from its place.
+    /// Error of the worst point, pixels.
     pub greatest_px: f64,
-    /// Pixels in the mean over points.
+    /// Mean error of points, pixels.
     pub mean_px: f64,
-    /// Points that were looked at, of surfaces of tubes on the screen, hidden ones counted.
+    /// Sampled points, of tubes on the screen, including hidden ones.
     pub samples: u64,
-    /// What is drawn of the worst point of a tube thinner than a pixel, over what there is, less 1, where these are drawn a pixel wide,
-    /// by what they cover of it.
+    /// Weight error of the worst point: drawn over true coverage, less 1, of tubes thinner than a pixel that are drawn a pixel
+    /// wide.
     pub greatest_weight: f64,
-    /// The same without its sign, in the mean over such points.
+    /// Mean of its absolute value over such points.
     pub mean_weight: f64,
-    /// How many of these there were.
+    /// Number of such points.
     pub thin_samples: u64,
-    /// Seconds of choosing.
+    /// Seconds of selection.
     pub seconds: f64,
 }
 
-/// Chooses with each limit from each view, and looks at points of the surfaces by chance (of a seed).
+/// Selects with each limit from each view, and measures random points of the surfaces (by seed).
 pub fn measure(scene: &Scene, views: &[TubeView], seed: u64) -> Vec<TubeErrors> {
     let tubes = &scene.tubes;
     let segments = || scene.objects.iter().map(|object| object.segments.clone());
@@ -118,7 +118,7 @@ pub fn measure(scene: &Scene, views: &[TubeView], seed: u64) -> Vec<TubeErrors> 
     LIMITS.map(of).to_vec()
 }
 
-/// Pixels between points by chance and what is drawn of their surface, and the [`weight_error`] there.
+/// Error in pixels and the [`weight_error`] of random points.
 fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Prng) -> Vec<(f64, Option<f64>)> {
     let outer = |band: &&Band| band.wall() == Wall::Outer;
     let mut bands: Vec<Band> = (0..SIDES.len()).flat_map(|sides| selection.bands(sides)).filter(outer).copied().collect();
@@ -133,7 +133,7 @@ fn errors(tubes: &Tubes, view: &TubeView, selection: &Selection, random: &mut Pr
         let ring = ring(tubes, tube, along as u32, along.fract());
         let p = ring.point(TAU * random.unit());
         let at = pixel(view, p)?;
-        // Beside a chord's end, the next one may be nearer.
+        // Near a chord's end, the next chord may be nearer.
         let around = &bands[chosen.saturating_sub(1)..(chosen + 2).min(bands.len())];
         let drawn = around.iter().filter(|band| band.tube() == number).flat_map(|band| band.triangles(tubes));
         let near = drawn.map(|t| closest_on_triangle(p, &t.map(|p| tube.origin + p.as_dvec3())));
@@ -159,7 +159,7 @@ impl ExactRing {
     }
 }
 
-/// That of a tube, of a segment, at a share of it.
+/// The exact ring of a tube's segment at a share of its length.
 fn ring(tubes: &Tubes, tube: &Tube, segment: u32, share: f64) -> ExactRing {
     let rings = part(tubes, &Tube { capped: false, inner: 0.0, ..tube.clone() }, segment..segment + 1, 4);
     let ring = |first: usize| {
@@ -181,14 +181,14 @@ fn ring(tubes: &Tubes, tube: &Tube, segment: u32, share: f64) -> ExactRing {
     ExactRing { place, axes: [x, along.cross(x)], radius }
 }
 
-/// Where a point before the near plane is, pixels from the picture's middle.
+/// Position of a point before the near plane, pixels from the picture's centre.
 fn project(view: &TubeView, p: DVec3) -> Option<[f64; 2]> {
     let [x, y, w] = view.rows.map(|row| (p - view.eye).dot(row));
     let [width, height] = view.size.map(|size| size / 2.0);
     (w >= view.near).then(|| [x / w * width, y / w * height])
 }
 
-/// The same, if that is in the picture.
+/// The same, if it is in the picture.
 fn pixel(view: &TubeView, p: DVec3) -> Option<[f64; 2]> {
     project(view, p).filter(|at| (0..2).all(|k| at[k].abs() <= view.size[k] / 2.0))
 }

@@ -1,32 +1,32 @@
-//! How much more or less of a thin tube is drawn than there is, where it is drawn a pixel wide by its weight.
+//! Coverage error of thin tubes that are drawn a pixel wide and blended.
 //!
-//! Based on: Persson, *Phone-wire AA*, 2012: a wire is drawn no thinner than a pixel, by what it covers of it. What differs: rings have
-//! corners, so the width that counts is that of their outline.
+//! Based on: Persson, *Phone-wire AA*, 2012: a wire is drawn at least a pixel wide and blended by its coverage. Deviation: rings
+//! have corners, so the width of their outline counts.
 
 use super::tube_errors::TubeView;
 use enfilade_tubes::{Band, Tubes};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// How much wider than they are thin tubes may be: the viewer's usual factor.
+/// Greatest factor by which thin tubes are widened: the viewer's usual one.
 const MOST: f64 = 1e3;
 
-/// A ring as it is drawn: its middle relative to the scene's origin, half of its outline's width, and what pixels interpolate: half of
-/// the width that there is, and of what the shader takes for its outline; metres.
+/// A ring as drawn: its centre relative to the scene's origin, half the width of its outline, and the values that pixels
+/// interpolate: half of the true width and of the outline's width in the shader; metres.
 struct Drawn {
     middle: DVec3,
     half_width: f64,
     covers: [f64; 2],
 }
 
-/// Pixels of a metre, at the distance of a place.
+/// Pixels per metre at a place.
 fn pixels(view: &TubeView, place: DVec3) -> f64 {
     let [_, y, w] = view.rows;
     let focal = y.length() / w.length() * view.size[1] / 2.0;
     focal / ((place - view.eye).dot(w) / w.length()).max(view.near)
 }
 
-/// A ring as the viewer's `tubes.wgsl` widens it.
+/// A ring, widened as in the viewer's `tubes.wgsl`.
 fn drawn(tubes: &Tubes, view: &TubeView, band: &Band, end: usize) -> Drawn {
     let (place, axes, radius) = band.ring(tubes, end);
     let (middle, [x, y], radius) =
@@ -37,7 +37,7 @@ fn drawn(tubes: &Tubes, view: &TubeView, band: &Band, end: usize) -> Drawn {
         let (sin, cos) = (TAU * f64::from(k) / f64::from(sides)).sin_cos();
         aside.dot(cos * x + sin * y).abs()
     };
-    // The shader takes the outline of eight corners where a ring has more.
+    // The shader uses eight corners for finer rings.
     let (a, b) = (aside.dot(x).abs(), aside.dot(y).abs());
     let wide = if sides > 4 { a.max(b).max((a + b) * FRAC_1_SQRT_2) } else { a.max(b) };
     let least = 0.5 / pixels(view, middle);
@@ -46,8 +46,8 @@ fn drawn(tubes: &Tubes, view: &TubeView, band: &Band, end: usize) -> Drawn {
     Drawn { middle, half_width, covers: [radius, drawn * wide] }
 }
 
-/// What is drawn of a tube, over what there is, less 1: at a place of its curve, where it has a radius, by a band beside that place. `None`
-/// where it isn't thinner than a pixel.
+/// Drawn over true coverage of a tube, less 1, at a place of its curve with a radius, by the band there. `None` if the tube is
+/// not thinner than a pixel.
 pub(super) fn weight_error(tubes: &Tubes, view: &TubeView, band: &Band, (place, radius): (DVec3, f64)) -> Option<f64> {
     let half_width = radius * pixels(view, place);
     if half_width >= 0.5 {
@@ -57,9 +57,9 @@ pub(super) fn weight_error(tubes: &Tubes, view: &TubeView, band: &Band, (place, 
     let chord = b.middle - a.middle;
     let share = ((place - a.middle).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     let between = |a: f64, b: f64| a + (b - a) * share;
-    let there = between(a.half_width, b.half_width) * pixels(view, a.middle.lerp(b.middle, share));
-    let [there_is, outline] = [0, 1].map(|k| between(a.covers[k], b.covers[k]));
-    Some((there_is / outline).min(1.0) * there / half_width - 1.0)
+    let drawn_pixels = between(a.half_width, b.half_width) * pixels(view, a.middle.lerp(b.middle, share));
+    let [covered, outline] = [0, 1].map(|k| between(a.covers[k], b.covers[k]));
+    Some((covered / outline).min(1.0) * drawn_pixels / half_width - 1.0)
 }
 
 #[cfg(test)]
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
     use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, View, Wall};
 
-    /// Of a straight pipe, across the view, all is drawn; a pixel of 4 mm has a pipe of 1 mm a quarter.
+    /// A straight pipe across the view has its exact coverage; a pipe of 1 mm covers a quarter of a pixel of 4 mm.
     #[test]
     fn straight_pipes_weigh_what_they_are() {
         let mut tubes = Tubes::default();

@@ -1,4 +1,4 @@
-//! How wrong tubes are drawn, and what that costs: a section of a page, and a table.
+//! The error and the cost of drawing tubes: a section of a page, and a table.
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
 use super::html::{duration, thousands};
@@ -10,17 +10,17 @@ use std::fmt::Write;
 /// Tubes of a scene.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct TubesFound {
-    /// How many, and what they take.
+    /// Their number and memory.
     #[serde(skip)] // the bake's report has it
     pub count: TubeCount,
-    /// Views that errors were found in.
+    /// Views with measured errors.
     pub views: usize,
     /// By limit, ascending.
     pub errors: Vec<TubeErrors>,
 }
 
 impl TubesFound {
-    /// A table: a line a limit.
+    /// The table: one line a limit.
     pub fn csv(&self) -> String {
         let mut out = "limit_px,segments,triangles,over,greatest_px,mean_px,samples,greatest_weight,mean_weight,thin_samples,microseconds\n".to_owned();
         for e in &self.errors {
@@ -56,9 +56,9 @@ impl TubesFound {
             Curve { name: name.to_owned(), class, shape: Shape::Straight, points }
         };
         let chart = Chart {
-            title: "Pixels that surfaces of tubes are off, against the time of choosing what is drawn",
+            title: "Error of tubes in pixels, against the time of selection",
             along: Along::Time,
-            along_text: "time of choosing, a frame in the mean",
+            along_text: "mean time of selection per frame",
             values: "pixels (logarithmic)",
             scale: Scale::Logarithmic,
             curves: vec![
@@ -69,10 +69,10 @@ impl TubesFound {
             band: None,
         };
         let mut out = format!(
-            "<h2>Tubes</h2>\n<p>{}.</p>\n<p>Sections and sides are chosen by a limit in pixels, from {} views along the tour, for all tubes \
-             on the screen. Points of the exact surface, hidden ones too, show how far it is from what is drawn. <em>Over</em> counts \
-             chords that may be farther off, although they are as fine as can be. Where tubes thinner than a pixel are drawn a pixel wide, by \
-             what they cover of it, <em>weight</em> says how much more or less of them is drawn than there is.</p>\n<figure>\n{}</figure>\n",
+            "<h2>Tubes</h2>\n<p>{}.</p>\n<p>A limit in pixels selects sections and sides of all tubes on the screen, from {} views along the \
+             tour. Points of the exact surface, including hidden ones, are compared with the drawn one. <em>Over</em> counts \
+             chords at the finest level that may exceed the limit. Tubes thinner than a pixel are drawn a pixel wide and blended by their \
+             coverage; <em>weight</em> is the relative error of that coverage.</p>\n<figure>\n{}</figure>\n",
             self.count,
             self.views,
             chart.html()
@@ -115,7 +115,7 @@ impl TubesFound {
     }
 }
 
-/// Cells of a table: the errors of weight, in percent, where there are any.
+/// Table cells: the errors of weight in percent, if any.
 fn weights(e: &TubeErrors) -> String {
     match e.thin_samples {
         0 => "<td>-</td><td>-</td><td>0</td>".to_owned(),

@@ -1,4 +1,4 @@
-//! What a bake left undecided: how much of it, of which kind, and where it is worst. Files without both bounds have none.
+//! The undecided pairs of a bake: their number, their kind and the worst cells. Files without both bounds have none.
 
 use enfilade::file::{Bounds, Gap, PvsFile};
 use enfilade::{BitMatrix, CellId, ObjectId};
@@ -11,14 +11,14 @@ pub struct Pairs {
     pub cells: u64,
     /// All pairs.
     pub total: u64,
-    /// With a witness.
+    /// Pairs with a witness.
     pub lower: u64,
-    /// Not proven hidden.
+    /// Pairs not proven hidden.
     pub upper: u64,
 }
 
 impl Pairs {
-    /// Neither.
+    /// Undecided pairs.
     pub fn undecided(&self) -> u64 {
         self.upper - self.lower
     }
@@ -28,7 +28,7 @@ impl Pairs {
         self.undecided() as f64 / self.upper.max(1) as f64
     }
 
-    /// Both together.
+    /// The sum of both.
     pub fn with(self, other: Self) -> Self {
         Self {
             cells: self.cells + other.cells,
@@ -56,17 +56,14 @@ pub fn closed_and_open(file: &PvsFile) -> [Pairs; 2] {
     both
 }
 
-/// Undecided pairs by kind, each with what it is; they add up to all.
+/// Undecided pairs by kind, each with a description; the kinds add up to all.
 pub fn kinds(file: &PvsFile) -> [(&'static str, u64); 4] {
     let Gap { tolerance, inside, budget, open, .. } = file.gap.unwrap_or_default();
     [
-        ("in the closed cell itself, behind what else is there or within a wall: no ray has met them", inside),
-        (
-            "beyond a closed cell's portals, and nobody spent what it takes to meet them or to find what shuts them off",
-            budget,
-        ),
-        ("met by rays or closed in on, but nothing clears or shuts them off down to the tolerance", tolerance),
-        ("from open cells, where culling is done online", open),
+        ("in the closed cell itself, behind other objects or within a wall: no ray has met them", inside),
+        ("beyond a closed cell's portals: the budget ended before a witness or a proof was found", budget),
+        ("met by rays or narrowed down, but neither proven visible nor hidden down to the tolerance", tolerance),
+        ("from open cells, which are culled in each frame", open),
     ]
 }
 
@@ -76,14 +73,14 @@ fn undecided(file: &PvsFile, cell: usize) -> impl Iterator<Item = usize> + '_ {
     bounds.into_iter().flat_map(move |b| b.objects_upper.ones(cell).filter(move |&o| !b.objects_lower.get(cell, o)))
 }
 
-/// Undecided pairs that matter most, at most `count`: from the closed cells with most of them down, then from open ones, of each the
-/// largest object that hasn't been named before.
+/// The `count` most important undecided pairs: closed cells with most of them first, then open ones; of each the largest object
+/// not named before.
 pub fn hardest(file: &PvsFile, count: usize) -> Vec<(CellId, ObjectId)> {
     let size = |o: &usize| file.objects[*o].bounds[0].distance(file.objects[*o].bounds[1]);
     let mut cells: Vec<(CellId, Vec<usize>)> = Vec::new();
     for cell in 0..file.cells.len() {
         let mut objects: Vec<usize> = undecided(file, cell).collect();
-        // What is in the cell itself has no chain of portals to tell of, so it comes last.
+        // Objects in the cell itself have no chain of portals, so they come last.
         objects.sort_by(|a, b| {
             let inside = |o: &usize| file.placement.get(cell, *o);
             inside(a).cmp(&inside(b)).then(size(b).total_cmp(&size(a))).then(a.cmp(b))

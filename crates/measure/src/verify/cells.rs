@@ -1,4 +1,4 @@
-//! Cells and portals of a file, for the check alone: points in cells, and segments followed from cell to cell.
+//! Cells and portals of a file, for `check` alone: points in cells, and segments from cell to cell.
 
 use super::trace::Tree;
 use enfilade::CellId;
@@ -8,16 +8,16 @@ use enfilade::random::Prng;
 use glam::{DVec3, Vec4};
 use std::collections::BTreeMap;
 
-/// A line that rises less than this over a plane, a metre of its length, lies within it.
+/// A line with a smaller slope against a plane lies within it.
 const WITHIN: f64 = 1e-12;
 
-/// A convex piece, cut off where the region ends.
+/// A convex piece, clipped to the region.
 pub(super) struct Piece {
     pub(super) cell: CellId,
     pub(super) planes: Vec<Plane>,
-    /// What each plane bounds of it, in the planes' order; then what the region's six sides do.
+    /// The face of each plane, in order; then those of the region's six sides.
     pub(super) faces: Vec<Vec<DVec3>>,
-    /// Tetrahedra that fill it, with the sum of the volumes up to each, cubic metres.
+    /// Tetrahedra that fill it, with the running sum of volumes, cubic metres.
     tetrahedra: Vec<([DVec3; 4], f64)>,
     pub(super) bounds: Aabb,
 }
@@ -28,11 +28,11 @@ pub(super) struct Portal {
     pub(super) winding: Vec<DVec3>,
 }
 
-/// Where a segment got to.
+/// Result of following a segment.
 pub(super) struct Walk {
-    /// Cells that it reached, and the middle of its way through each.
+    /// Cells that it reached, and the middle of its stretch in each.
     pub(super) reached: Vec<(CellId, f64)>,
-    /// If it came to an end other than its own: where along it, the cell that it could not leave, the cell that lies beyond.
+    /// If it ended early: the distance along it, the last cell, the cell beyond.
     pub(super) stuck: Option<(f64, CellId, Option<CellId>)>,
 }
 
@@ -47,7 +47,7 @@ struct Stretch {
 pub(super) struct Cells {
     pieces: Vec<Piece>,
     tree: Option<Tree>,
-    /// The pieces of each cell, and the sum of the volumes up to each.
+    /// The pieces of each cell, with the running sum of volumes.
     by_cell: Vec<Vec<(usize, f64)>>,
     portals: Vec<Portal>,
     /// Portals between two cells, the lesser one first.
@@ -61,9 +61,9 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// `bounds` is the scene's; space is looked at up to a tenth of its diagonal and two metres beyond it. `tolerance`: pieces
-    /// and portals are grown by this much when segments are followed; `rounding`: points nearer than this to a piece's
-    /// boundary are not taken as safely inside; metres.
+    /// `bounds` is the scene's; the region extends a tenth of its diagonal and two metres beyond it. `tolerance`: pieces and
+    /// portals grow by this when segments are followed. `rounding`: points nearer than this to a piece's boundary are not safely
+    /// inside. All in metres.
     pub(super) fn new(file: &PvsFile, bounds: Aabb, tolerance: f64, rounding: f64) -> Self {
         let region = bounds.inflated(2.0 + bounds.diagonal() * 0.1);
         let mut pieces = Vec::new();
@@ -100,7 +100,7 @@ impl Cells {
         self.tolerance
     }
 
-    /// How far off single precision may put a corner, metres.
+    /// Error of a corner in single precision, metres.
     pub(super) fn rounding(&self) -> f64 {
         self.rounding
     }
@@ -109,17 +109,17 @@ impl Cells {
         self.by_cell.len()
     }
 
-    /// Cubic metres of a cell, as far as the region goes.
+    /// Cubic metres of a cell within the region.
     pub(super) fn volume(&self, cell: CellId) -> f64 {
         self.by_cell[cell.index()].last().map_or(0.0, |p| p.1)
     }
 
-    /// Cells without a piece of any volume.
+    /// Number of cells without volume.
     pub(super) fn empty_cells(&self) -> u32 {
         self.by_cell.iter().filter(|c| c.is_empty()).count() as u32
     }
 
-    /// The space that is looked at.
+    /// The tested space.
     pub(super) fn region(&self) -> &Aabb {
         &self.region
     }
@@ -129,12 +129,12 @@ impl Cells {
         &self.pieces
     }
 
-    /// A cell's pieces by number, with the sum of their volumes up to each.
+    /// A cell's pieces by number, with the running sum of volumes.
     pub(super) fn pieces_of(&self, cell: CellId) -> &[(usize, f64)] {
         &self.by_cell[cell.index()]
     }
 
-    /// Pieces whose boxes come near a piece's, ascending.
+    /// Pieces whose boxes meet that of a piece, ascending.
     pub(super) fn beside(&self, piece: usize) -> Vec<usize> {
         let mut found = Vec::new();
         if let Some(tree) = &self.tree {
@@ -145,7 +145,7 @@ impl Cells {
         found
     }
 
-    /// The piece that holds a point or comes within the tolerance of it: the one that it is deepest in.
+    /// The piece that holds a point within the tolerance; of several, the deepest.
     pub(super) fn piece_at(&self, p: DVec3) -> Option<usize> {
         let mut best: Option<(f64, usize)> = None;
         self.tree.as_ref()?.at(p, |i| {
@@ -158,27 +158,27 @@ impl Cells {
         best.map(|b| b.1)
     }
 
-    /// The cell that holds a point or comes within the tolerance of it.
+    /// The cell that holds a point within the tolerance.
     pub(super) fn near(&self, p: DVec3) -> Option<CellId> {
         self.piece_at(p).map(|i| self.pieces[i].cell)
     }
 
-    /// True where a point is in a cell or within the tolerance of it.
+    /// Whether a cell holds a point within the tolerance.
     pub(super) fn near_cell(&self, cell: CellId, p: DVec3) -> bool {
         self.by_cell[cell.index()].iter().any(|&(i, _)| self.pieces[i].holds(p, self.tolerance))
     }
 
-    /// Whether a cell that has a volume is open.
+    /// Whether a cell with volume is open.
     pub(super) fn is_open(&self, cell: CellId) -> bool {
         self.open.binary_search(&cell).is_ok()
     }
 
-    /// Closed cells that have a volume.
+    /// Closed cells with volume.
     pub(super) fn closed(&self) -> &[CellId] {
         &self.closed
     }
 
-    /// Open cells that have a volume.
+    /// Open cells with volume.
     pub(super) fn open(&self) -> &[CellId] {
         &self.open
     }
@@ -192,14 +192,14 @@ impl Cells {
         &self.of_cell[cell.index()]
     }
 
-    /// Where a ray from inside the region leaves it; metres for a `direction` of length 1.
+    /// Distance at which a ray from inside the region leaves it; metres if `direction` has length 1.
     pub(super) fn exit(&self, origin: DVec3, direction: DVec3) -> f64 {
         let far = (self.region.max - origin) / direction;
         let near = (self.region.min - origin) / direction;
         near.max(far).min_element().max(0.0)
     }
 
-    /// The cell that a point is safely inside of.
+    /// The cell that has a point safely inside.
     pub(super) fn locate(&self, p: DVec3) -> Option<CellId> {
         let mut found: Option<usize> = None;
         self.tree.as_ref()?.at(p, |i| {
@@ -211,12 +211,12 @@ impl Cells {
         found.map(|i| self.pieces[i].cell)
     }
 
-    /// True where a point is safely inside a cell: by more than the tolerance.
+    /// Whether a point is inside a cell by more than the tolerance.
     pub(super) fn is_inside(&self, cell: CellId, p: DVec3) -> bool {
         self.by_cell[cell.index()].iter().any(|&(i, _)| self.pieces[i].holds(p, -self.tolerance))
     }
 
-    /// A point in a cell, uniform over its volume, safely inside; `None` where a few tries find none.
+    /// A random point safely inside a cell, uniform over its volume; `None` if a few tries fail.
     pub(super) fn point(&self, cell: CellId, rng: &mut Prng) -> Option<DVec3> {
         let pieces = &self.by_cell[cell.index()];
         let total = pieces.last()?.1;
@@ -227,8 +227,8 @@ impl Cells {
         })
     }
 
-    /// Follows a segment from a point in `cell`. Stretches of it lie in pieces grown by the tolerance; it gets from one to the
-    /// next where they overlap and a portal between their cells is crossed there.
+    /// Follows a segment from a point in `cell`. Its stretches lie in pieces grown by the tolerance. It passes from one to the
+    /// next if they overlap and it crosses a portal between their cells there.
     pub(super) fn walk(&self, cell: CellId, origin: DVec3, direction: DVec3, length: f64) -> Walk {
         let stretches = self.stretches(origin, direction, length);
         let mut seen = vec![false; stretches.len()];
@@ -262,7 +262,7 @@ impl Cells {
         Walk { reached, stuck }
     }
 
-    /// Where a segment is in which cell, in the order of cells, each cell's stretches joined where they meet.
+    /// Stretches of a segment by cell, in the order of cells; those of one cell are joined if they overlap.
     fn stretches(&self, origin: DVec3, direction: DVec3, length: f64) -> Vec<Stretch> {
         let mut found = Vec::new();
         if let Some(tree) = &self.tree {
@@ -285,7 +285,7 @@ impl Cells {
         found
     }
 
-    /// True where a portal between the cells of two overlapping stretches is crossed in their overlap.
+    /// Whether the segment crosses a portal between the cells of two stretches where they overlap.
     fn passes(&self, a: &Stretch, b: &Stretch, origin: DVec3, direction: DVec3) -> bool {
         let (from, to) = (a.from.max(b.from) - self.tolerance, a.to.min(b.to) + self.tolerance);
         if from > to + self.tolerance || a.cell == b.cell {
@@ -296,19 +296,19 @@ impl Cells {
     }
 }
 
-/// A plane of a file, whose normal has length 1 to rounding only: a polygon that is laid on it a hundred metres wide would leave it by
-/// micrometres, and where two planes are nearly parallel, these are metres along them.
+/// A plane of a file, normalised. Its stored normal has length 1 only within rounding: a polygon of a hundred metres would leave
+/// the plane by micrometres, and where nearly parallel planes meet, that shifts their line by metres.
 fn of_length_one(plane: &Vec4) -> Plane {
     scaled(plane.truncate().as_dvec3(), f64::from(plane.w))
 }
 
-/// A plane by a normal of any length, and its distance times that length.
+/// A plane from a normal of any length and its distance times that length.
 fn scaled(n: DVec3, d: f64) -> Plane {
     let length = n.length();
     if length > 0.0 { Plane { n: n / length, d: d / length } } else { Plane { n, d } }
 }
 
-/// The faces of a convex polyhedron: a polygon for each plane, empty where it bounds nothing; then those of the region's sides.
+/// The faces of a convex polyhedron: a polygon for each plane, empty if the plane is redundant; then those of the region's sides.
 pub(super) fn faces(planes: &[Plane], region: &Aabb) -> Vec<Vec<DVec3>> {
     let sides = (0..3).flat_map(|axis| {
         let n = DVec3::AXES[axis];
@@ -328,7 +328,7 @@ pub(super) fn faces(planes: &[Plane], region: &Aabb) -> Vec<Vec<DVec3>> {
 }
 
 impl Piece {
-    /// `None` where it has no volume.
+    /// `None` without volume.
     fn new(cell: CellId, planes: Vec<Plane>, region: &Aabb) -> Option<Self> {
         let faces = faces(&planes, region);
         let bounds = Aabb::of(faces.iter().flatten().copied());
@@ -351,8 +351,8 @@ impl Piece {
         (!tetrahedra.is_empty()).then_some(Self { cell, planes, faces, tetrahedra, bounds })
     }
 
-    /// What holds the piece with each of its planes moved out by `by` metres. Where planes are nearly parallel, that is far more than its box and
-    /// `by` around it: such a sliver ends where rounding lets it, and portals on both of its sides say how far it went.
+    /// Bounds of the piece with each plane moved out by `by` metres. For nearly parallel planes these are far larger than its box
+    /// grown by `by`: rounding decides where such a sliver ends, and the portals on both of its sides show how far it reached.
     fn grown_bounds(&self, by: f64, region: &Aabb) -> Aabb {
         let planes: Vec<Plane> = self.planes.iter().map(|p| Plane { n: p.n, d: p.d + by }).collect();
         let around = [self.bounds.min - by, self.bounds.max + by];
@@ -368,12 +368,12 @@ impl Piece {
         self.tetrahedra.last().map_or(0.0, |t| t.1)
     }
 
-    /// True where a point is inside, or within `by` metres of being so; for less than 0, where it is inside by that much.
+    /// Whether a point is inside or within `by` metres; if `by` is negative, whether it is that deep inside.
     fn holds(&self, p: DVec3, by: f64) -> bool {
         self.planes.iter().all(|plane| plane.distance(p) <= by)
     }
 
-    /// Uniform over its volume.
+    /// A random point, uniform over the volume.
     fn point(&self, rng: &mut Prng) -> DVec3 {
         let at = rng.range(0.0, self.volume());
         let i = self.tetrahedra.partition_point(|t| t.1 <= at).min(self.tetrahedra.len() - 1);
@@ -405,11 +405,11 @@ impl Piece {
 }
 
 impl Portal {
-    /// True where a line, between two places on it, comes within `by` metres of the portal's plane and of what its rim holds.
+    /// Whether a line, between two distances along it, comes within `by` metres of the portal.
     fn crossed(&self, origin: DVec3, direction: DVec3, from: f64, to: f64, by: f64) -> bool {
         let (mut from, mut to) = (from, to);
-        // Of the line, what is inside of a plane or within `by` of it. Counter-clockwise seen from the tip of the normal, a winding's inside
-        // is to the left of its edges.
+        // Keeps the part of the line inside of a plane or within `by` of it. Seen from the tip of the normal a winding is
+        // counter-clockwise, so its inside is to the left of its edges.
         let mut keep = |plane: Plane| {
             let (off, slope) = (plane.distance(origin) - by, plane.n.dot(direction));
             if slope.abs() <= WITHIN {
@@ -444,22 +444,22 @@ mod tests {
             portal.crossed(from, (to - from) / length, range[0], range[1].min(length), 0.004)
         };
         let p = DVec3::new;
-        // Through the middle; beside it by more than 4 mm, and by less; not as far as it.
+        // Through the middle; past the rim by more than 4 mm, and by less; ending before it.
         assert!(crossed(p(0.5, 0.5, 1.0), p(0.5, 0.5, -1.0), [0.0, 9.0]));
         assert!(!crossed(p(1.005, 0.5, 1.0), p(1.005, 0.5, -1.0), [0.0, 9.0]));
         assert!(crossed(p(1.003, 0.5, 1.0), p(1.003, 0.5, -1.0), [0.0, 9.0]));
         assert!(!crossed(p(0.5, 0.5, 1.0), p(0.5, 0.5, -1.0), [0.0, 0.99]));
-        // Nearly within its plane: meets that 8 mm before the rim, and is 0.1 mm below where the portal begins; 5 cm below there.
+        // Nearly parallel to it: meets the plane 8 mm before the rim, 0.1 mm below the portal's edge; then 5 cm below.
         assert!(crossed(p(-1.0, 0.5, 0.0149), p(1.0, 0.5, -0.0151), [0.992, 9.0]));
         assert!(!crossed(p(-1.0, 0.5, 0.1), p(1.0, 0.5, -0.3), [0.0, 9.0]));
-        // Within its plane, and above it by 3 mm and by 5 mm.
+        // Parallel: within the plane, and 3 mm and 5 mm above it.
         for (z, passes) in [(0.0, true), (0.003, true), (0.005, false)] {
             assert_eq!(crossed(p(-1.0, 0.5, z), p(2.0, 0.5, z), [0.0, 9.0]), passes);
         }
     }
 
-    /// Two planes that part by six micrometres a metre meet where their numbers in the file say, though single precision leaves their normals
-    /// 1e-8 short: a corridor between z = 10 and 30 m has them below it, one up to z = 20 m, the other from there on.
+    /// Two planes at six micrometres per metre meet where the file's numbers say, although single precision shortens their
+    /// normals by 1e-8. They bound a corridor from z = 10 to 30 m from below, one up to z = 20 m, the other beyond.
     #[test]
     fn faces_end_where_nearly_parallel_planes_meet() {
         let normals = [(0.992_278_6_f32, 0.124_028_94_f32), (0.992_277_86, 0.124_034_79)];
@@ -480,8 +480,8 @@ mod tests {
         assert!(ends.len() == 8 && ends.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3), "{ends:?}");
     }
 
-    /// Two planes that part by half a micrometre a metre hold a wedge, which single precision begins 0.2 m later than portals do: a line from
-    /// below it to above it still passes it.
+    /// Two planes at half a micrometre per metre form a wedge, which single precision starts 0.2 m later than portals do. A
+    /// vertical line there still passes it.
     #[test]
     fn a_wedge_goes_as_far_as_its_planes_within_the_tolerance() {
         let (p, region) = (DVec3::new, Aabb { min: DVec3::splat(-2.0), max: DVec3::splat(2.0) });

@@ -1,4 +1,4 @@
-//! Rows against the exact judge from a point ([`crate::exact`]).
+//! Compares rows with the exact judge from a point ([`crate::exact`]).
 
 use super::cells::Cells;
 use super::sample::Sampler;
@@ -16,46 +16,46 @@ use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;
 
-/// Random streams of eyes begin here, beyond those of rays and views.
+/// First random stream of eyes, beyond those of rays and views.
 const STREAMS: u64 = 1 << 48;
-/// Most misses that are described.
+/// Maximum described misses.
 const MOST: usize = 10;
 
-/// A visible object that isn't in the row; in the model's own coordinates, metres.
+/// A visible object that the row lacks; in the model's own coordinates, metres.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ExactMiss {
     /// The eye.
     pub from: DVec3,
-    /// The cell that it is in.
+    /// Its cell.
     pub cell: CellId,
-    /// What its row lacks.
+    /// The object that the row lacks.
     pub object: ObjectId,
-    /// Where to look to see it; of length 1.
+    /// Direction from the eye to the object; of length 1.
     pub direction: DVec3,
 }
 
-/// What the judge found.
+/// Result of the test.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ExactReport {
-    /// Eyes that were found a place for.
+    /// Eyes that were tested.
     pub eyes: u32,
-    /// Different cell-object pairs that are visible and not in the rows.
+    /// Distinct cell-object pairs that are visible and not in the rows.
     pub missed_pairs: u64,
-    /// Different other pairs that the rows lack: seen past triangles nearer than is promised.
+    /// Further distinct pairs that the rows lack: visible only past triangles nearer than the guarantee covers.
     pub crack_pairs: u64,
-    /// Up to ten of the missed pairs, each once.
+    /// Up to ten missed pairs, each once.
     pub misses: Vec<ExactMiss>,
-    /// Mean of the triangles known to be visible.
+    /// Mean number of visible triangles.
     pub visible_mean: f64,
-    /// Mean of the triangles left undecided.
+    /// Mean number of undecided triangles.
     pub undecided_mean: f64,
     /// Wall-clock time.
     pub seconds: f64,
-    /// Whether no pair is missed, or the file promises nothing.
+    /// Whether no pair is missed or the file is only sampled.
     pub passed: bool,
 }
 
-/// What is seen from an eye.
+/// Result of one eye.
 #[derive(Default)]
 struct FromEye {
     missed: Vec<ExactMiss>,
@@ -64,9 +64,9 @@ struct FromEye {
     undecided: usize,
 }
 
-/// Tests rows from random eyes in cells, anywhere and near portals and walls: every object that has a witness must be in the
-/// row of the eye's cell. As in [`super::check`], a miss counts if a ray of the check's own meets the object along the
-/// witness and keeps half of the smallest hole from everything else. The same for any number of threads.
+/// Tests rows from random eyes in cells, anywhere and near portals and walls: every object with a witness must be in the row of
+/// the eye's cell. As in [`super::check`], a miss counts if a separate ray meets the object along the witness and keeps half of
+/// the smallest hole from everything else. The result does not depend on the number of threads.
 pub fn check_exact(file: &PvsFile, scene: &Scene, eyes: u32, seed: u64) -> Result<ExactReport, CheckError> {
     let start = Instant::now();
     consistent(file, scene)?;
@@ -110,7 +110,7 @@ struct Test<'t> {
 }
 
 impl Test<'_> {
-    /// Holds witnesses, by triangle, against the row of a cell.
+    /// Compares witnesses, sorted by triangle, with the row of a cell.
     fn rows(&self, cell: CellId, eye: DVec3, visible: &[Witness], found: &mut FromEye) {
         let Some(rows) = &self.file.object_rows else { return };
         for of_object in visible.chunk_by(|a, b| self.object(a) == self.object(b)) {
@@ -131,7 +131,7 @@ impl Test<'_> {
         self.scene.object_of(witness.triangle as usize)
     }
 
-    /// Whether a ray meets an object, and no other triangle is near it.
+    /// Whether a ray meets an object and keeps clear of all other triangles.
     fn is_clear(&self, eye: DVec3, direction: DVec3, object: ObjectId) -> bool {
         let met = Met::new(self.tracer, self.cells, eye, direction);
         let hit = met.objects.into_iter().find(|&(_, o)| o == object);

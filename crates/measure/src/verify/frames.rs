@@ -1,4 +1,4 @@
-//! Random cameras as a path: where nothing that one frame found helps in the next.
+//! Random cameras as a path, so that no frame helps the next one.
 
 use super::sample::Sampler;
 use super::scales;
@@ -8,8 +8,8 @@ use enfilade::parallel;
 use enfilade::random::Prng;
 use enfilade::scene::Scene;
 
-/// A path of `count` random cameras: anywhere in a cell, near its portals on either side, near its walls, outside; looking anywhere, at
-/// portals, at objects. Fewer where cells have no inside. The same arguments give the same path.
+/// A path of `count` random cameras: anywhere in a cell, near portals, near walls, outside; in any direction, towards portals or
+/// objects. It is shorter if cells have no inside. The same arguments give the same path.
 pub fn random_path(scene: &Scene, file: &PvsFile, count: u32, seed: u64) -> CameraPath {
     let (tracer, cells, tolerance) = scales(scene, file);
     let sampler = Sampler::new(scene, &tracer, &cells, tolerance);

@@ -1,13 +1,12 @@
-//! Holes as lines to look at: the shortest way from inside a closed cell to beyond the model.
+//! Holes as lines to look at: the shortest way from inside a closed cell out of the model.
 //!
 //! Based on: the point file of Quake's level compilers (J. Carmack, qbsp, 1996), which draws a line from an entity to the void;
-//! E. W. Dijkstra, *A note on two problems in connexion with graphs*, 1959, over the polygons where convex pieces meet; and the
-//! pulling tight of a line through a sequence of polygons, one corner at a time (see [`super::tight`]).
+//! E. W. Dijkstra, *A note on two problems in connexion with graphs*, 1959, over the polygons between convex pieces; and
+//! tightening of a line through a sequence of polygons, corner by corner (see [`super::tight`]).
 //!
-//! A *hole of the model* is an opening without anything to shut it, as doors and windows have, between a closed cell and the
-//! outside: a missing wall, a cracked corner, a room without a roof. Openings that touch are one hole. An author's open-air cell
-//! is no outside and no hole leads to it. A *hole of the cells* is a segment that left a cell other than through a portal; it is
-//! its own line.
+//! A *hole of the model* is an opening between a closed cell and the outside without a door or window: a missing wall, a cracked
+//! corner, a missing roof. Openings that touch are one hole. A cell that the author placed in the open air does not count as
+//! outside. A *hole of the cells* is a segment that left a cell other than through a portal; the segment is its line.
 
 use super::Example;
 use super::cells::Cells;
@@ -25,46 +24,46 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 /// Planes whose normals have a cosine of at least this (2.6 degrees) count as one.
 const SAME_PLANE: f64 = 0.999;
 
-/// Most lines that are drawn; the other holes are counted.
+/// Maximum drawn lines; further holes are only counted.
 pub const MOST_LEAKS: usize = 64;
 
-/// What leaks.
+/// Kind of a leak.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeakKind {
     /// An unobstructed segment left a cell other than through a portal.
     Segment,
-    /// A closed cell is open to the outside through an opening without anything to shut it.
+    /// A closed cell is open to the outside through an opening without door or window.
     Opening,
-    /// A room that the author drew lies in the outside: nothing closes it.
+    /// A room of the author lies outside: nothing closes it.
     Room,
 }
 
-/// A hole, and the shortest line through it that was found.
+/// A hole, and the shortest line found through it.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Leak {
-    /// What leaks.
+    /// Its kind.
     pub kind: LeakKind,
     /// Length of the line, metres.
     pub length: f64,
     /// The cell that it starts in.
     pub from_cell: CellId,
-    /// The portals that are the hole.
+    /// The portals of the hole.
     pub portals: Vec<PortalId>,
-    /// From inside to beyond the model (or, for a segment, to where it left), in the model's own coordinates, metres.
+    /// From inside to beyond the model (for a segment: to where it left), in the model's own coordinates, metres.
     pub points: Vec<DVec3>,
 }
 
-/// Every hole.
+/// All holes.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Leaks {
-    /// A line through each of the first [`MOST_LEAKS`]: segments first, then by length.
+    /// A line for each of the first [`MOST_LEAKS`]: segments first, then by length.
     pub leaks: Vec<Leak>,
-    /// Holes in all.
+    /// Total number of holes.
     pub leak_count: usize,
 }
 
-/// Draws a line through every hole. `segments` are the violations that the rays found.
+/// Draws a line through every hole. `segments` are the violations found by rays.
 pub(super) fn find(file: &PvsFile, scene: &Scene, cells: &Cells, tracer: &Tracer, segments: &[Example]) -> Leaks {
     let search = Search::new(file, scene, cells, tracer);
     let mut found: Vec<Leak> = segments.iter().filter_map(of_segment).collect();
@@ -92,13 +91,13 @@ fn of_segment(example: &Example) -> Option<Leak> {
     Some(Leak { kind: LeakKind::Segment, length, from_cell, portals: Vec::new(), points })
 }
 
-/// Most ways aside that are tried at a gate whose nearest point is behind a wall, for each piece beside it.
+/// Maximum detours per neighbouring piece for a gate whose nearest point is behind a wall.
 const MOST_ASIDE: usize = 64;
 
-/// Beyond the last gate.
-const AWAY: usize = usize::MAX;
+/// Marks the outside of the box around the model.
+const OUTSIDE: usize = usize::MAX;
 
-/// Where two pieces meet, or where a piece meets the box around the model.
+/// The polygon between two pieces, or between a piece and the box around the model.
 struct Gate {
     polygon: Vec<DVec3>,
     plane: Plane,
@@ -110,7 +109,7 @@ struct Search<'s> {
     cells: &'s Cells,
     tracer: &'s Tracer,
     bounds: Aabb,
-    /// Cells that go on beyond the model, and the courts that they join.
+    /// Cells that extend beyond the model, and the courts joined to them.
     outside: Vec<bool>,
 }
 
@@ -123,7 +122,7 @@ impl<'s> Search<'s> {
                 !(bounds.inflated(1.0).contains(piece.bounds.min) && bounds.inflated(1.0).contains(piece.bounds.max));
             outside[piece.cell.index()] |= file.cells[piece.cell.index()].open && beyond;
         }
-        // And its courts: open, joined to it, and nobody's room.
+        // Courts: open, joined to the outside, and not a room of the author.
         let joins = |a: CellId, b: CellId| {
             let court = &file.cells[b.index()];
             (outside[a.index()] && court.open && court.source.is_none()).then_some(b)
@@ -134,7 +133,7 @@ impl<'s> Search<'s> {
         Self { file, cells, tracer, bounds, outside }
     }
 
-    /// Openings from a closed cell to the outside; those that touch are one hole. In the order of their first portal.
+    /// Openings from a closed cell to the outside, in the order of their first portal; those that touch are one hole.
     fn holes(&self) -> Vec<(CellId, Vec<usize>)> {
         let near = 4.0 * self.cells.tolerance();
         let mut holes: Vec<(CellId, CellId, Vec<usize>, Aabb)> = Vec::new();
@@ -145,7 +144,7 @@ impl<'s> Search<'s> {
                 continue;
             }
             let (mut members, mut bounds) = (vec![i], Aabb::of(portal.winding.iter().map(|p| p.as_dvec3())));
-            // What it touches joins it, and so may what that touches.
+            // Merges with every hole that it touches.
             while let Some(k) = holes.iter().position(|h| (h.0, h.1) == (from, to) && h.3.gap(&bounds) <= near) {
                 let (.., more, around) = holes.swap_remove(k);
                 members.extend(more);
@@ -170,12 +169,12 @@ impl<'s> Search<'s> {
         Some(Leak { kind: LeakKind::Opening, length: length(&line), from_cell: from, portals, points: line })
     }
 
-    /// The line out of a room that the author drew, if its middle is outside.
+    /// The line out of a room of the author, if its middle is outside.
     fn of_room(&self, surface: &[[DVec3; 3]]) -> Option<Leak> {
         let bounds = Aabb::of(surface.iter().flatten().copied());
         let start = bounds.centre();
         let within = |d: DVec3| surface.iter().filter(|t| super::trace::crosses(start, d, t)).count() % 2 == 1;
-        // Off every axis, so that no edge is met.
+        // Oblique directions, so that no edge is met.
         let inside = within(DVec3::new(0.0123, 1.0, 0.0377)) && within(DVec3::new(1.0, 0.0213, -0.0311));
         let piece = self.cells.piece_at(start)?;
         let cell = self.cells.pieces()[piece].cell;
@@ -191,18 +190,18 @@ impl<'s> Search<'s> {
     fn line(&self, start: DVec3, piece: usize, from: Option<CellId>, portals: &[usize]) -> Option<Vec<DVec3>> {
         let mut gates: Vec<Gate> = Vec::new();
         let mut of_piece: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        // What was settled: point, gate before it.
+        // Settled gates: point, previous gate.
         let mut settled: BTreeMap<usize, (DVec3, Option<usize>)> = BTreeMap::new();
         let mut open: BinaryHeap<Reverse<(Cost, usize, usize)>> = BinaryHeap::new();
-        let mut tries: Vec<Try> = Vec::new();
+        let mut candidates: Vec<Try> = Vec::new();
         let mut entered: BTreeSet<usize> = BTreeSet::new();
         let mut reach = |gates: &mut Vec<Gate>, piece: usize| -> Vec<usize> {
             if entered.insert(piece) {
                 for gate in self.gates(piece, from, portals) {
-                    // The neighbour may have found it before.
-                    let known = gate.pieces[1] != AWAY && entered.contains(&gate.pieces[1]);
+                    // The neighbour may have found it already.
+                    let known = gate.pieces[1] != OUTSIDE && entered.contains(&gate.pieces[1]);
                     if !known {
-                        for side in gate.pieces.into_iter().filter(|&p| p != AWAY) {
+                        for side in gate.pieces.into_iter().filter(|&p| p != OUTSIDE) {
                             of_piece.entry(side).or_default().push(gates.len());
                         }
                         gates.push(gate);
@@ -213,56 +212,56 @@ impl<'s> Search<'s> {
         };
         let mut from_point = (start, 0.0, None, vec![piece]);
         loop {
-            // 1. Every gate of the pieces that the point is in.
+            // 1. All gates of the pieces around the point.
             let (point, cost, before, pieces) = from_point;
             for piece in pieces {
                 for gate in reach(&mut gates, piece) {
                     if !settled.contains_key(&gate) {
                         let to = closest(&gates[gate].polygon, &gates[gate].plane, point);
                         let cost = cost + point.distance(to);
-                        open.push(Reverse((Cost(cost + self.to_rim(to)), gate, tries.len())));
-                        tries.push(Try { point: to, from: point, before, cost, first: true });
+                        open.push(Reverse((Cost(cost + self.to_rim(to)), gate, candidates.len())));
+                        candidates.push(Try { point: to, from: point, before, cost, first: true });
                     }
                 }
             }
-            // 2. The nearest that nothing stands before.
+            // 2. The nearest unobstructed one.
             let (gate, cost) = loop {
                 let Reverse((_, gate, k)) = open.pop()?;
                 if settled.contains_key(&gate) {
                     continue;
                 }
-                let t = &tries[k];
+                let t = &candidates[k];
                 if self.tracer.is_open(t.from, t.point) {
                     settled.insert(gate, (t.point, t.before));
                     break (gate, t.cost);
                 }
                 if t.first {
                     let (from, before, base) = (t.from, t.before, t.cost - t.from.distance(t.point));
-                    // Its middle, its corners, and where it is nearest to the gates beyond it: a wall may lie on the rest.
+                    // A wall may cover the nearest point: try the middle, the corners and the points nearest to gates beyond.
                     let (centre, plane) = (middle(&gates[gate].polygon), gates[gate].plane);
                     let mut others: Vec<DVec3> = gates[gate].polygon.iter().map(|&c| centre.lerp(c, 0.75)).collect();
                     others.push(centre);
-                    for piece in gates[gate].pieces.into_iter().filter(|&p| p != AWAY) {
+                    for piece in gates[gate].pieces.into_iter().filter(|&p| p != OUTSIDE) {
                         for beyond in reach(&mut gates, piece).into_iter().take(MOST_ASIDE) {
                             others.push(closest(&gates[gate].polygon, &plane, middle(&gates[beyond].polygon)));
                         }
                     }
                     for point in others {
                         let cost = base + from.distance(point);
-                        open.push(Reverse((Cost(cost + self.to_rim(point)), gate, tries.len())));
-                        tries.push(Try { point, from, before, cost, first: false });
+                        open.push(Reverse((Cost(cost + self.to_rim(point)), gate, candidates.len())));
+                        candidates.push(Try { point, from, before, cost, first: false });
                     }
                 }
             };
             let (point, _) = settled[&gate];
-            if gates[gate].pieces[1] == AWAY {
+            if gates[gate].pieces[1] == OUTSIDE {
                 return Some(self.pulled(start, gate, &gates, &settled));
             }
             from_point = (point, cost, Some(gate), gates[gate].pieces.to_vec());
         }
     }
 
-    /// The way back from the last gate, pulled tight as far as nothing stands in the way.
+    /// The path back from the last gate, tightened as far as it stays unobstructed.
     fn pulled(
         &self,
         start: DVec3,
@@ -290,7 +289,7 @@ impl<'s> Search<'s> {
             polish(&mut points, &through, &is_open);
             points
         };
-        // What lies on a straight and unobstructed way is no corner.
+        // Drops corners that a straight unobstructed line can skip.
         let mut out = vec![line[0]];
         let mut i = 0;
         while i + 1 < line.len() {
@@ -301,12 +300,12 @@ impl<'s> Search<'s> {
         out
     }
 
-    /// How far it is at least from a point to the box around the model.
+    /// Lower bound of the distance from a point to the box around the model.
     fn to_rim(&self, p: DVec3) -> f64 {
         (p - self.bounds.min).min(self.bounds.max - p).min_element().max(0.0)
     }
 
-    /// Where a piece meets others of its cell, the hole, and the box around the model.
+    /// The gates of a piece: to pieces of its cell, to the hole and to the box around the model.
     fn gates(&self, piece: usize, from: Option<CellId>, portals: &[usize]) -> Vec<Gate> {
         let tolerance = self.cells.tolerance();
         let all = self.cells.pieces();
@@ -320,7 +319,7 @@ impl<'s> Search<'s> {
                     out.extend(shrunk(polygon, &plane, tolerance).map(|polygon| Gate {
                         polygon,
                         plane,
-                        pieces: [piece, AWAY],
+                        pieces: [piece, OUTSIDE],
                     }));
                 }
             }
@@ -356,17 +355,17 @@ impl<'s> Search<'s> {
     }
 }
 
-/// A way to a gate that may be open.
+/// A candidate path to a gate.
 struct Try {
     point: DVec3,
     from: DVec3,
     before: Option<usize>,
     cost: f64,
-    /// The nearest point of the gate; the others are tried where something stands before that.
+    /// Whether this is the nearest point of the gate; others are tried if it is obstructed.
     first: bool,
 }
 
-/// Metres, ordered.
+/// Metres, with an order.
 #[derive(Clone, Copy, PartialEq)]
 struct Cost(f64);
 
@@ -384,7 +383,7 @@ impl PartialOrd for Cost {
     }
 }
 
-/// The side of a box in a plane, counter-clockwise about the normal or not.
+/// The side of a box in a plane, in either orientation.
 fn face(bounds: &Aabb, plane: &Plane) -> Vec<DVec3> {
     let axis = plane.n.abs().max_position();
     let at = if plane.n[axis] > 0.0 { bounds.max } else { bounds.min };
@@ -398,7 +397,7 @@ fn face(bounds: &Aabb, plane: &Plane) -> Vec<DVec3> {
     vec![corner(min, min), corner(max, min), corner(max, max), corner(min, max)]
 }
 
-/// A polygon less a rim of four times the tolerance: a line through what is left clears the edges. `None` where nothing is left.
+/// A polygon inset by four times the tolerance, so that lines through it clear the edges. `None` if nothing remains.
 fn shrunk(polygon: Vec<DVec3>, plane: &Plane, tolerance: f64) -> Option<Vec<DVec3>> {
     if polygon.len() < 3 {
         return None;

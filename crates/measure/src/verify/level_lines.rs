@@ -1,15 +1,15 @@
-//! Tests the rows of a level with random lines, knowing nothing of how they were made: only the portals are looked at.
+//! Tests the rows of a level with random lines. It uses only the portals, and nothing of how the rows were made.
 //!
-//! A line goes through a random point of a random portal. From there it is followed both ways, cell by cell: it leaves a cell
-//! through the portal that it passes outwards, and ends where it passes none. Cells are convex, so the line is inside them from
-//! portal to portal, and every two cells along it see each other: both rows must say so.
+//! A line goes through a random point of a random portal. It is followed both ways, cell by cell: it leaves a cell through the
+//! portal that it crosses, and ends if it crosses none. Cells are convex, so the line stays inside them between portals, and
+//! every two cells along it see each other: both rows must contain the other.
 //!
-//! A line passes a portal if it is on the inner side of every edge, no nearer to it than [`CLEARANCE`] (Plücker coordinates: J.
-//! Erickson, *Plücker coordinates*, 1997; S. Teller, *Visibility computations in densely occluded polyhedral environments*, 1992,
-//! for the sign). So what rounding could decide is not tested, and nothing that is found is rounding.
+//! A line passes a portal if it is on the inner side of every edge, at a distance of at least [`CLEARANCE`] (Plücker coordinates:
+//! J. Erickson, *Plücker coordinates*, 1997; S. Teller, *Visibility computations in densely occluded polyhedral environments*,
+//! 1992, for the sign). So rounding never decides a result.
 //!
-//! A quarter of the lines each: any direction, through portals with equal shares; the same, by area; through two portals of one
-//! cell; and from a cell towards a portal through which, by its row, it sees nothing: there a wrong row shows first.
+//! There are four kinds of lines, a quarter each: any direction, portals chosen equally; the same, chosen by area; through two
+//! portals of one cell; and from a cell towards a portal at the end of its row, where a wrong row shows first.
 
 use super::{EXAMPLES, each_once};
 use enfilade::BitMatrix;
@@ -21,19 +21,19 @@ use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;
 
-/// A line keeps this distance from the edges of portals that it passes, in the level's units.
+/// Distance that a line keeps from the edges of its portals, in the level's units.
 pub const CLEARANCE: f64 = 1e-3;
-/// Crossings may go back this much along a line, in the level's units; a line that goes back farther found a cell that is not
-/// convex, and ends there.
+/// Greatest step back between crossings, in the level's units. A line with a larger one found a cell that is not convex, and ends
+/// there.
 const BACKWARDS: f64 = 1e-6;
-/// Lines of a task: fixed, so that results don't depend on the number of threads.
+/// Lines of a task: fixed, so that results do not depend on the number of threads.
 const CHUNK: u64 = 1 << 16;
-/// Portals that a line crosses one way, at most: ends lines that go around in portals which contradict each other.
+/// Maximum portals that a line crosses in one direction: ends lines that circle in contradictory portals.
 const LONGEST: usize = 4096;
-/// Tries to get a line through its first portal: slivers have no room for one.
+/// Tries to place a line in its first portal: slivers have no room.
 const TRIES: usize = 8;
 
-/// Lines, and what they are drawn by lot from.
+/// Number of lines and seed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct LineOptions {
     /// Lines.
@@ -42,41 +42,41 @@ pub struct LineOptions {
     pub seed: u64,
 }
 
-/// A line between two cells of which one doesn't list the other.
+/// A line between two cells that is missing from at least one of their rows.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct MissedLine {
     /// The cells.
     pub cells: [u32; 2],
-    /// Where the line leaves the first.
+    /// The line's exit from the first cell.
     pub from: DVec3,
-    /// Where it enters the second.
+    /// Its entry into the second.
     pub to: DVec3,
     /// The portals in between, from first to second.
     pub portals: Vec<u32>,
 }
 
-/// What was found.
+/// Result of the test.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct LineReport {
-    /// Lines followed. Less than asked for only where portals have no room for one.
+    /// Lines followed: the number requested, unless portals have no room.
     pub rays: u64,
     /// Portals that they passed.
     pub crossings: u64,
-    /// Lines that ended because a cell turned out not to be convex.
+    /// Lines that ended in a cell that is not convex.
     pub bent: u64,
-    /// Lines with a pair of cells that isn't in the rows.
+    /// Lines with a pair of cells that the rows lack.
     pub missed_rays: u64,
-    /// Different such pairs, each way counted.
+    /// Distinct such pairs, each direction counted.
     pub missed_pairs: u64,
     /// Up to ten of them.
     pub examples: Vec<MissedLine>,
     /// Wall-clock time.
     pub seconds: f64,
-    /// Whether nothing was missed.
+    /// Whether no pair was missed.
     pub passed: bool,
 }
 
-/// Tests rows. A pass says that so many lines found nothing.
+/// Tests rows. A pass means that none of these lines found a missing pair.
 ///
 /// # Panics
 ///
@@ -133,7 +133,7 @@ impl Tally {
         self
     }
 
-    /// The first of each pair.
+    /// Keeps the first line of each pair.
     fn example(&mut self, example: MissedLine) {
         if self.examples.len() < EXAMPLES && self.examples.iter().all(|e| e.cells != example.cells) {
             self.examples.push(example);
@@ -157,13 +157,13 @@ impl Ray {
     }
 }
 
-/// An edge of unit direction, as a line; the side of a portal that it bounds is on its positive side.
+/// An edge as a line of unit direction; the portal is on its positive side.
 struct Edge {
     direction: DVec3,
     moment: DVec3,
 }
 
-/// A way out of a cell.
+/// An exit of a cell.
 struct Exit {
     portal: u32,
     to: u32,
@@ -171,14 +171,14 @@ struct Exit {
     edges: [u32; 2],
 }
 
-/// Balls around some exits of a cell, side by side, so that several are tested at once. Single precision: their radii are
-/// larger by [`Balls::SLACK`] of the level's extent, far more than it may err.
+/// Bounding balls of some exits of a cell, stored side by side to test several at once. Single precision: radii are enlarged by
+/// [`Balls::SLACK`] of the level's extent, far more than the error.
 #[derive(Clone, Copy, Default)]
 struct Balls {
     x: [f32; Balls::WIDTH],
     y: [f32; Balls::WIDTH],
     z: [f32; Balls::WIDTH],
-    /// Squared; 0 where there is no exit.
+    /// Squared; 0 without an exit.
     radius2: [f32; Balls::WIDTH],
 }
 
@@ -191,11 +191,11 @@ impl Balls {
         (self.x[k], self.y[k], self.z[k], self.radius2[k]) = (c.x, c.y, c.z, (radius * radius) as f32);
     }
 
-    /// How much farther than its radius a line is from each centre, in squares; positive: it misses. `None` if it misses all.
+    /// Squared distance of a line from each centre, less the squared radius; positive: it misses. `None` if it misses all.
     #[inline]
     fn beyond(&self, [dx, dy, dz, mx, my, mz]: [f32; 6]) -> Option<[f32; Self::WIDTH]> {
         let Self { x, y, z, radius2 } = self;
-        // Plain loops over arrays: the compiler makes vector instructions of them.
+        // Plain loops over arrays, which the compiler vectorises.
         let beyond = std::array::from_fn(|k| {
             let x2 = (y[k] * dz - z[k] * dy - mx).powi(2);
             let y2 = (z[k] * dx - x[k] * dz - my).powi(2);
@@ -212,7 +212,7 @@ struct Plane {
     point: DVec3,
 }
 
-/// The portals that a line crosses, and where.
+/// The cells and portals along a line, and distances.
 #[derive(Default)]
 struct Trail {
     cells: Vec<u32>,
@@ -224,15 +224,15 @@ struct Trail {
 struct Walker<'l> {
     level: &'l Level,
     rows: &'l BitMatrix,
-    /// Portals with room for a line.
+    /// Portals large enough for a line.
     portals: Vec<u32>,
-    /// Sums of their areas.
+    /// Running sums of their areas.
     areas: Vec<f64>,
     planes: Vec<Plane>,
     /// By cell, from `first[cell]` to `first[cell + 1]`.
     exits: Vec<Exit>,
     first: Vec<u32>,
-    /// By cell, from `first_balls[cell]` to `first_balls[cell + 1]`: of its exits in order.
+    /// By cell, from `first_balls[cell]` to `first_balls[cell + 1]`, in the order of exits.
     balls: Vec<Balls>,
     first_balls: Vec<u32>,
     edges: Vec<Edge>,
@@ -253,7 +253,7 @@ impl<'l> Walker<'l> {
             Plane { normal: newell(&around).normalize_or_zero(), point }
         });
         let (areas, planes): (_, Vec<Plane>) = (areas.collect(), planes.collect());
-        // Ways out by cell: side 0 leads from the portal's first cell, along its normal.
+        // Exits by cell: side 0 leads from the portal's first cell, along its normal.
         let mut ways: Vec<(u32, u32, usize)> = Vec::new();
         for &p in &portals {
             let cells = level.portals[p as usize].cells;
@@ -308,7 +308,7 @@ impl<'l> Walker<'l> {
         edges.iter().all(|e| e.direction.dot(ray.moment) + e.moment.dot(ray.direction) >= CLEARANCE)
     }
 
-    /// The exit that a line takes.
+    /// The exit through which a line leaves.
     fn exit(&self, cell: u32, ray: &Ray, single: [f32; 6]) -> Option<&Exit> {
         let balls = self.first_balls[cell as usize] as usize..self.first_balls[cell as usize + 1] as usize;
         let exits = self.exits(cell).chunks(Balls::WIDTH);
@@ -318,7 +318,7 @@ impl<'l> Walker<'l> {
         })
     }
 
-    /// Follows one line and compares what it proves with the rows.
+    /// Follows a line and compares its cells with the rows.
     fn ray(&self, kind: u64, rng: &mut Prng, trail: &mut Trail, tally: &mut Tally) {
         let found = (0..TRIES).find_map(|_| {
             let (cell, exit, ray) = self.line(kind, rng)?;
@@ -326,7 +326,7 @@ impl<'l> Walker<'l> {
         });
         let Some((cell, exit, ray)) = found else { return };
         tally.rays += 1;
-        // Backwards from the first cell, turned around, then on through the first portal.
+        // Backwards from the first cell, reversed, then forwards through the first portal.
         trail.cells.clear();
         trail.portals.clear();
         trail.at.clear();
@@ -343,7 +343,7 @@ impl<'l> Walker<'l> {
         self.compare(trail, &ray, tally);
     }
 
-    /// Adds `cell` and all that the line reaches from there. True where it ended at a contradiction.
+    /// Adds `cell` and all cells that the line reaches from it. Returns true if it ended at a contradiction.
     fn follow(&self, mut cell: u32, ray: &Ray, mut at: f64, trail: &mut Trail) -> bool {
         trail.cells.push(cell);
         let (d, m) = (ray.direction.as_vec3(), ray.moment.as_vec3());
@@ -352,7 +352,7 @@ impl<'l> Walker<'l> {
             let Some(exit) = self.exit(cell, ray, single) else { return false };
             let Plane { normal, point } = &self.planes[exit.portal as usize];
             let t = normal.dot(*point - ray.origin) / normal.dot(ray.direction);
-            // Not where there is no number, either.
+            // Also false for NaN.
             let goes_on = t >= at - BACKWARDS;
             if !goes_on {
                 return true;
@@ -382,13 +382,13 @@ impl<'l> Walker<'l> {
             }
         }
         tally.missed_rays += u64::from(missed);
-        // Rows that lack nearly everything take no more memory than others.
+        // Limits memory if rows lack nearly everything.
         if tally.pairs.len() > 1 << 20 {
             each_once(&mut tally.pairs);
         }
     }
 
-    /// A cell, a way out of it, and a line that may pass it.
+    /// A cell, an exit of it, and a line that may pass the exit.
     fn line(&self, kind: u64, rng: &mut Prng) -> Option<(u32, &Exit, Ray)> {
         let portal = match kind {
             1 => {
@@ -409,7 +409,7 @@ impl<'l> Walker<'l> {
         };
         let target = through.and_then(|cell| {
             let exits = self.exits(cell);
-            // For a cell at the edge of a row: rather where the row ends.
+            // For a cell at the edge of a row: prefer exits at the end of the row.
             let last = (0..3)
                 .map(|_| exits.get(rng.below(exits.len())))
                 .find(|e| kind == 2 || e.is_some_and(|e| !self.rows.get(to as usize, e.to as usize)));
@@ -425,11 +425,11 @@ impl<'l> Walker<'l> {
         Some((cell, exit, Ray { origin, direction, moment: origin.cross(direction) }))
     }
 
-    /// A cell of a row, with a neighbour that isn't in it where a few tries find one.
+    /// A cell of a row with a neighbour outside the row, if a few tries find one.
     fn edge_of_row(&self, cell: u32, rng: &mut Prng) -> Option<u32> {
         let row = self.rows.row(cell as usize);
         (0..TRIES).find_map(|_| {
-            // Some word from a random one on, some bit of it.
+            // A random word, then a random bit of it.
             let begin = rng.below(row.len());
             let word = (0..row.len()).map(|k| (begin + k) % row.len()).find(|&w| row[w] != 0)?;
             let turn = rng.below(64) as u32;
@@ -440,7 +440,7 @@ impl<'l> Walker<'l> {
         })
     }
 
-    /// A point of a portal: uniform in one of its fan's triangles.
+    /// A random point of a portal: uniform in one of its fan's triangles.
     fn point_of(&self, portal: u32, rng: &mut Prng) -> DVec3 {
         let winding = &self.level.portals[portal as usize].winding;
         let k = 2 + rng.below(winding.len() - 2);
@@ -452,7 +452,7 @@ impl<'l> Walker<'l> {
     }
 }
 
-/// A portal as seen from one of its cells: the winding is counter-clockwise from beyond it.
+/// A portal from one of its cells: the winding is counter-clockwise as seen from beyond it.
 struct LevelSide {
     to: u32,
     winding: Vec<DVec3>,
@@ -467,7 +467,7 @@ fn side_of(level: &Level, portal: u32, side: usize) -> LevelSide {
     LevelSide { to: portal.cells[1 - side], winding }
 }
 
-/// Uniform over the sphere, by rejection.
+/// A random direction, uniform over the sphere, by rejection.
 fn sphere(rng: &mut Prng) -> DVec3 {
     loop {
         let p = DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));

@@ -1,36 +1,32 @@
-//! Tests a `.pvs` file against its model, independently of how it was baked.
+//! Tests a `.pvs` file against its model, independently of the bake.
 //!
-//! Of everything that made the file, only the triangles and the decoded file itself are used: rays, cells and portals are
-//! followed by code of this module's own, so that a fault of the sampler, of the flow or of the split is not shared by the
-//! test for it. Three things are tested, all of them on random rays from random points in cells (anywhere in a cell, near its
-//! portals, near its walls, outside), in random directions and towards portals and objects:
+//! The test uses only the triangles and the decoded file. It has its own code for rays, cells and portals, so that it does not
+//! share faults of the sampler, the flow or the partition. Three things are tested on random rays from random points (anywhere in
+//! a cell, near portals, near walls, outside), in random directions and towards portals and objects:
 //!
-//! 1. **Pairs**: the first opaque object that a ray meets, and every see-through object before it, must be in the row of the
-//!    eye's cell; every cell that the ray reaches must be in that cell's row of cells. The object must be placed in the cell where it is
-//!    met.
-//! 2. **Segments**: the ray's unobstructed segment must get from the eye to where it ends inside cells, and from cell to
-//!    cell only through windings of portals between the two. This is what *sealed* means.
-//! 3. **Views**: in pictures from random eyes, the share of pixels that show an object which isn't in the row of the eye's
-//!    cell.
+//! 1. **Pairs**: the first opaque object on a ray, and every see-through object before it, must be in the row of the eye's cell;
+//! every cell that the ray reaches must be in that cell's row of cells. The object must be placed in the cell where it is met.
+//! 2. **Segments**: the unobstructed segment must run inside cells, and pass from cell to cell only through portals between the
+//! two. This is the meaning of *sealed*.
+//! 3. **Views**: in pictures from random eyes, the share of pixels whose object is not in the row of the eye's cell.
 //!
-//! Three more things are looked at: the structure of the file's cells and portals ([`Structure`]), the free space inside that is
-//! in no cell ([`FreeSpace`]) and, where asked for, every hole, as a line through it ([`Leaks`]).
+//! The test also examines the structure of the file's cells and portals ([`Structure`]), free space inside that is in no cell
+//! ([`FreeSpace`]) and, on request, every hole, as a line through it ([`Leaks`]).
 //!
-//! [`check_exact`] asks another judge: what [`crate::exact`] knows to be visible from an eye must be in the row of its cell.
+//! [`check_exact`] uses another judge: objects that [`crate::exact`] proves visible must be in the row of the eye's cell.
 //!
-//! # What counts
+//! # Which violations count
 //!
-//! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So each
-//! violation is looked at again: it counts only if the segment, up to the violation, keeps half of `smallest_hole` from every
-//! opaque triangle (for objects: other than those of the object that it ends on, and other than within that length of its end): an eye
-//! on a wall, to within rounding, may be on either side of it. This is measured exactly, segment against triangle. What doesn't pass
-//! is counted in [`CheckReport::crack_rays`] and fails nothing. Holes that the file lists as closed count as opaque. Points within
-//! `smallest_hole` of a piece's boundary count as inside, and portals are grown by as much. Pixels of views are counted as they are,
-//! cracks included.
+//! A file promises nothing about openings narrower than its `smallest_hole`, and real meshes have hairline cracks. So a violation
+//! counts only if the segment, up to the violation, keeps half of `smallest_hole` from every opaque triangle. The object at its
+//! end is exempt, and so are other triangles within that distance of the end. An eye on a wall may be on either side of it within
+//! rounding. The distance of segments and triangles is exact. Other violations are counted in [`CheckReport::crack_rays`] and
+//! fail nothing. Listed closed holes count as opaque. Points within `smallest_hole` of a piece's boundary count as inside, and
+//! portals grow by as much. Pixels of views are counted as they are, cracks included.
 //!
-//! [`CheckReport::passed`] is false where the structure has a fault, or where a segment or a row of a [`Guarantee::Conservative`] file is
-//! violated. The rows of a [`Guarantee::Sampled`] file promise nothing; for them the missed rays and pixels are an estimate of what is
-//! missed. A pass is not a proof: it says that so many random rays found nothing.
+//! [`CheckReport::passed`] is false if the structure has a fault, or if a segment or a row of a [`Guarantee::Conservative`] file
+//! is violated. The rows of a [`Guarantee::Sampled`] file promise nothing; there, missed rays and pixels estimate the error. A
+//! pass is not a proof: it says that none of these rays found a violation.
 
 mod cells;
 mod exact;
@@ -68,9 +64,9 @@ use std::time::Instant;
 use trace::Tracer;
 use views::{Met, View};
 
-/// Rays that one task casts: fixed, so that results don't depend on the number of threads.
+/// Rays of a task: fixed, so that results do not depend on the number of threads.
 const CHUNK: u64 = 4096;
-/// Most violations that are described.
+/// Maximum described violations.
 const EXAMPLES: usize = 10;
 
 /// How much to test.
@@ -82,7 +78,7 @@ pub struct CheckOptions {
     pub views: u32,
     /// Seed of every random choice.
     pub seed: u64,
-    /// Whether to draw a line through every hole.
+    /// Whether to find a line through every hole.
     pub leaks: bool,
 }
 
@@ -92,13 +88,13 @@ impl Default for CheckOptions {
     }
 }
 
-/// Why a file can't be tested against a model.
+/// Why a file cannot be tested against a model.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CheckError {
-    /// The model is another one, or was imported differently.
+    /// A different model, or one imported with other options.
     #[error(
-        "is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model"
+        "is not the model that the file was baked for (hash {model:032x}, expected {file:032x}); bake again or give that model"
     )]
     OtherModel {
         /// The model's hash.
@@ -106,7 +102,7 @@ pub enum CheckError {
         /// The hash in the file.
         file: u128,
     },
-    /// The file's tables don't fit each other.
+    /// The file's tables do not fit each other.
     #[error("{0}; bake again")]
     Inconsistent(String),
 }
@@ -116,14 +112,14 @@ pub enum CheckError {
 pub struct Fractions {
     /// Mean over the views.
     pub mean: f64,
-    /// 95 of 100 views are at or below this.
+    /// 95 of 100 views do not exceed this.
     pub p95: f64,
     /// The worst view.
     pub max: f64,
 }
 
 impl Fractions {
-    /// Of views, in any order; 0 where there are none.
+    /// Of views, in any order; 0 without views.
     fn of(mut views: Vec<f64>) -> Self {
         views.sort_by(f64::total_cmp);
         Self {
@@ -134,84 +130,84 @@ impl Fractions {
     }
 }
 
-/// What a violation is.
+/// Kind of a violation.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Violation {
-    /// A visible object isn't in the row.
+    /// A visible object is not in the row.
     Object,
-    /// A visible cell isn't in the row.
+    /// A visible cell is not in the row.
     Cell,
     /// A segment left a cell other than through a portal.
     Segment,
-    /// An object is met in a cell that it isn't placed in.
+    /// An object is met in a cell in which it is not placed.
     Placement,
 }
 
-/// One violation, for people to look at; positions in the model's own coordinates, metres.
+/// A violation, for people to look at; positions in the model's own coordinates, metres.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Example {
-    /// What.
+    /// Its kind.
     pub violation: Violation,
     /// The eye.
     pub from: DVec3,
-    /// Where the object was met, the cell reached, the cell left.
+    /// The point where the ray hits the object, reaches the cell, or leaves its cell.
     pub at: DVec3,
-    /// For objects and cells: the eye's cell and the cell reached. For segments: the cell left, and the cell that was entered
-    /// without a portal. `None`: space that is in no cell.
+    /// For objects and cells: the eye's cell and the cell reached. For segments: the cell left, and the cell entered without a
+    /// portal. `None`: space in no cell.
     pub cells: [Option<CellId>; 2],
     /// The object that was missed, or that stopped the segment.
     pub object: Option<ObjectId>,
 }
 
-/// What was found.
+/// Result of the test.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct CheckReport {
-    /// What the file promises.
+    /// The file's guarantee.
     pub guarantee: Guarantee,
-    /// Rays cast; those of views come on top.
+    /// Rays cast, without those of views.
     pub rays: u64,
     /// Unobstructed segments followed through cells and portals.
     pub segments: u64,
-    /// Rays, those of views included, that met an object which isn't in the row.
+    /// Rays, including those of views, that met an object outside the row.
     pub missed_rays: u64,
-    /// Different cell-object pairs among them.
+    /// Distinct cell-object pairs among them.
     pub missed_pairs: u64,
-    /// Different cell-cell pairs that a segment proved and that aren't in the row.
+    /// Distinct cell-cell pairs that a segment proved and the row lacks.
     pub missed_cell_pairs: u64,
     /// Segments that left a cell other than through a portal.
     pub missed_segments: u64,
-    /// Different cell-object pairs that a ray meets and that the file's placement hasn't.
+    /// Distinct cell-object pairs that a ray met and the file's placement lacks.
     pub missed_placements: u64,
-    /// Violations whose segment doesn't keep clear of opaque triangles: cracks and grazing rays; nothing is promised for them.
+    /// Violations whose segment does not keep clear of opaque triangles: cracks and grazing rays, which the guarantee excludes.
     pub crack_rays: u64,
     /// Views.
     pub views: u32,
-    /// Pixels of views whose object isn't in the row.
+    /// Pixels of views whose object is not in the row.
     pub false_pixels: Fractions,
-    /// Cells without a point that is safely inside: nothing was cast from them.
+    /// Cells without a point safely inside: no ray starts there.
     pub empty_cells: u32,
-    /// Faults of cells and portals that need no rays to be told.
+    /// Faults of cells and portals, found without rays.
     pub structure: Structure,
     /// Free space inside that is in no cell.
     pub free_outside_cells: FreeSpace,
-    /// Every hole, where [`CheckOptions::leaks`] asks for it.
+    /// Every hole, if [`CheckOptions::leaks`] is set.
     #[serde(flatten)]
     pub leaks: Option<Leaks>,
     /// Up to ten violations.
     pub examples: Vec<Example>,
     /// Wall-clock time.
     pub seconds: f64,
-    /// Whether the file keeps what it promises, as far as these rays can tell.
+    /// Whether these rays found no violation of the guarantee.
     pub passed: bool,
 }
 
 /// Tests a file against its model.
 pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<CheckReport, CheckError> {
     let start = Instant::now();
-    // 1. The right model, and tables that fit each other.
+    // 1. Checks the model's hash and the file's tables.
     consistent(file, scene)?;
-    // 2. Everything that rays are followed through.
+    // 2. Builds the structures for rays.
     let (tracer, cells, tolerance) = scales(scene, file);
     let mut starts = vec![0];
     (0..file.cells.len()).for_each(|cell| starts.push(starts[cell] + file.placement.ones(cell).count()));
@@ -240,12 +236,12 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     let fractions: Vec<f64> = views.iter().map(|v| v.0).collect();
     tally = views.into_iter().map(|v| v.1).fold(tally, Tally::add);
     tally.tidy();
-    // 5. What needs no rows.
+    // 5. Tests without rows.
     let structure = structure::structure(file, &cells);
     let free_outside_cells = walks::walks(scene, &cells, &tracer, options.rays, options.seed);
     let segments: Vec<Example> = tally.examples.iter().filter(|e| e.violation == Violation::Segment).cloned().collect();
     let leaks = options.leaks.then(|| leaks::find(file, scene, &cells, &tracer, &segments));
-    // 6. What it comes to.
+    // 6. The report.
     let is_whole = structure.count == 0;
     let rows_kept = tally.pairs.is_empty() && tally.cell_pairs.is_empty();
     Ok(CheckReport {
@@ -273,7 +269,7 @@ pub fn check(file: &PvsFile, scene: &Scene, options: &CheckOptions) -> Result<Ch
     })
 }
 
-/// Triangles and cells, laid out for rays, and how far from a piece's boundary points may be taken for inside, metres.
+/// Structures for rays, and the distance from a piece's boundary within which points count as inside, metres.
 fn scales(scene: &Scene, file: &PvsFile) -> (Tracer, Cells, f64) {
     // Planes and windings are rounded to f32 in the file.
     let rounding = scene.bounds().diagonal() * 1e-6;
@@ -282,7 +278,7 @@ fn scales(scene: &Scene, file: &PvsFile) -> (Tracer, Cells, f64) {
     (tracer, Cells::new(file, scene.bounds(), tolerance, rounding), tolerance)
 }
 
-/// Scores a file's cells and portals against the rooms and doors that somebody wrote down.
+/// Scores a file's cells and portals against annotated rooms and doors.
 pub fn score_rooms(file: &PvsFile, scene: &Scene, written: &rooms::RoomsFile) -> Result<rooms::RoomScore, CheckError> {
     consistent(file, scene)?;
     let rounding = scene.bounds().diagonal() * 1e-6;
@@ -326,22 +322,22 @@ fn consistent(file: &PvsFile, scene: &Scene) -> Result<(), CheckError> {
     });
     if let Some(object) = damaged {
         return bad(format!(
-            "object {object} has another number of triangles than the model's, or a box that doesn't hold them"
+            "object {object} has a different number of triangles in the model, or its box does not hold them"
         ));
     }
     match file.portals.iter().position(|p| p.winding.len() < 3 || p.cells.iter().any(|c| c.index() >= cells)) {
-        Some(portal) => bad(format!("portal {portal} joins cells that don't exist, or has fewer than three corners")),
+        Some(portal) => bad(format!("portal {portal} joins cells that do not exist, or has fewer than three corners")),
         None => Ok(()),
     }
 }
 
-/// Pairs in order, none of them twice.
+/// Sorts pairs and removes duplicates.
 fn each_once<T: Ord>(pairs: &mut Vec<T>) {
     pairs.sort_unstable();
     pairs.dedup();
 }
 
-/// What a chunk of rays found.
+/// Results of a chunk of rays.
 #[derive(Default)]
 struct Tally {
     rays: u64,
@@ -393,7 +389,7 @@ struct Test<'t> {
     tracer: &'t Tracer,
     cells: &'t Cells,
     sampler: Sampler<'t>,
-    /// Where each cell's objects begin in the list of all of them.
+    /// Where each cell's objects begin in the list of all.
     starts: Vec<usize>,
 }
 
@@ -418,7 +414,7 @@ impl Test<'_> {
         Example { violation, from: from + origin, at: at + origin, cells, object }
     }
 
-    /// Casts a ray from a point in a cell. True where it meets an object which isn't in the row.
+    /// Casts a ray from a point in a cell. Returns true if it meets an object outside the row.
     fn ray(&self, cell: CellId, eye: DVec3, direction: DVec3, follow: bool, tally: &mut Tally) -> bool {
         let Met { objects, length, opaque } = Met::new(self.tracer, self.cells, eye, direction);
         objects.iter().for_each(|&(t, object)| self.placed(eye, direction, t, object, tally));
@@ -443,8 +439,8 @@ impl Test<'_> {
         is_missed
     }
 
-    /// An object must be placed in the cell that holds the point just before it, and its box there must hold the point. How near that point
-    /// is to the object is less than the margin with which objects are placed.
+    /// An object must be placed in the cell of the point just before it, and its box there must hold that point. The distance of
+    /// that point is less than the margin of placement.
     fn placed(&self, eye: DVec3, direction: DVec3, t: f64, object: ObjectId, tally: &mut Tally) {
         let at = eye + direction * (t - 0.25 * self.file.smallest_hole).max(0.0);
         let Some(cell) = self.cells.locate(at) else { return };
@@ -471,11 +467,11 @@ impl Test<'_> {
         tally.segments += 1;
         let Walk { reached, stuck } = self.cells.walk(cell, eye, direction, length);
         if let Some((t, from, to)) = stuck {
-            // A little beyond, so that what is left there is part of what is measured.
+            // A little further, so that the wall at the end is part of the test.
             let beyond = (t + 4.0 * self.cells.tolerance()).min(length);
             let target = if beyond == length { object } else { None };
-            // Nothing is promised within the clearance of a wall, be it the one that the segment ends on: a grazing one is near that long
-            // before its end. So up to where it is stuck no object is left out, and the end that goes uncounted lies beyond.
+            // The guarantee excludes the clearance of every wall, also of the one at the segment's end: a grazing segment is near
+            // that wall long before its end. So no object is exempt up to the exit, and the exempt end lies beyond it.
             let there = (t + self.file.smallest_hole / 2.0).min(length);
             let is_clear = |end: f64, target| self.tracer.is_clear(eye, eye + direction * end, target);
             if is_clear(there, None) && is_clear(beyond, target) {

@@ -1,9 +1,9 @@
-//! Cells and portals scored against the rooms and doors that a model's author wrote down (`check --rooms`).
+//! Scores cells and portals against rooms and doors that a model's author annotated (`check --rooms`).
 //!
-//! A cell finds a room where their volumes have an intersection over union (Jaccard 1901) of a half or more. Rooms that only a
-//! virtual boundary parts may rightly be one cell or several, so a cell is compared with the union of those rooms of one such
-//! group of which it holds the larger half. Volumes that a cell shares with rooms are counted on a regular grid in each room;
-//! cells' own volumes are exact. Rooms under the open sky are the outside's, and aren't scored.
+//! A cell finds a room if their volumes have an intersection over union (Jaccard 1901) of at least a half. Rooms separated only
+//! by virtual boundaries may be one cell or several, so a cell is also compared with the union of those rooms of such a group of
+//! which it holds the larger half. Shared volumes are counted on a regular grid in each room; volumes of cells are exact. Rooms
+//! under the open sky belong to the outside and are not scored.
 
 use super::cells::Cells;
 use enfilade::CellId;
@@ -14,13 +14,13 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The same for rooms that a cell joins.
+/// The same share for the rooms listed of a wrong cell.
 const SMALL_PART: f64 = 0.05;
 
-/// A cell and a room have something to do with each other from this share of the volume of the one that is asked about.
+/// A cell and a room overlap from this share of the volume of either.
 const PART: f64 = 0.1;
 
-/// Rooms and doors as somebody wrote them down: metres, +Y up, in the model's own coordinates.
+/// Annotated rooms and doors: metres, +Y up, in the model's own coordinates.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 pub struct RoomsFile {
     /// Rooms.
@@ -28,17 +28,17 @@ pub struct RoomsFile {
     /// Doors, windows, passages.
     #[serde(default)]
     pub doors: Vec<Door>,
-    /// Openings in slabs, and where rooms lie above each other without one.
+    /// Openings in slabs, and horizontal boundaries without a slab.
     #[serde(default)]
     pub voids: Vec<Void>,
 }
 
-/// A room: an upright prism, or a closed mesh where it is none.
+/// A room: an upright prism or a closed mesh.
 #[derive(Clone, PartialEq, Debug, Deserialize)]
 pub struct Room {
     /// Its id.
     pub id: String,
-    /// What people call it.
+    /// Its name.
     #[serde(default)]
     pub name: String,
     /// Height of its floor.
@@ -47,10 +47,10 @@ pub struct Room {
     pub ceiling_y: f64,
     /// Polygons of rings of `[x, z]`; the first ring of each is its outline, the others are holes.
     pub footprint: Vec<Vec<Vec<[f64; 2]>>>,
-    /// Share of it that has something above: under 0.5 it is open air.
+    /// Share of it that has a ceiling: below 0.5 it is open air.
     #[serde(default = "one")]
     pub covered: f64,
-    /// Its surface, where it is no prism.
+    /// Its surface, unless it is a prism.
     #[serde(default)]
     pub solid: Option<Solid>,
 }
@@ -73,7 +73,7 @@ pub struct Door {
     pub kind: String,
     /// The middle of the opening.
     pub centre: [f64; 3],
-    /// Its rooms: on the side that the normal points to, and on the other; none for the outside or what isn't a room.
+    /// Its rooms: on the side of the normal, and on the other side; none for the outside or an unlisted space.
     pub rooms: [Option<String>; 2],
 }
 
@@ -95,48 +95,48 @@ fn one() -> f64 {
 pub struct RoomScore {
     /// Rooms that have a roof.
     pub rooms: usize,
-    /// Those that a cell finds.
+    /// Rooms that a cell finds.
     pub rooms_found: usize,
     /// `rooms_found / rooms`.
     pub recall: f64,
-    /// Closed cells that hold part of a room: at least a tenth of them lies in rooms.
+    /// Closed cells of which at least a tenth lies in rooms.
     pub cells: usize,
-    /// Those that find a room.
+    /// Cells that find a room.
     pub cells_right: usize,
-    /// `cells_right / cells`; 0 where there are rooms and no cell lies in any.
+    /// `cells_right / cells`; 0 if there are rooms and no cell lies in any.
     pub precision: f64,
-    /// Closed cells in no room that was written down: shafts, attics, plenums, rooms that the author left out.
+    /// Closed cells in no annotated room: shafts, attics, plenums, rooms that the author left out.
     pub unlisted: usize,
     /// Mean over the rooms of the best intersection over union, found or not.
     pub mean_iou: f64,
-    /// Rooms that no cell finds, and that several cells share.
+    /// Rooms that no cell finds and several cells share.
     pub over_segmented: usize,
-    /// Cells that hold the larger half of several rooms that walls part.
+    /// Cells that hold the larger half of several rooms separated by walls.
     pub under_segmented: usize,
-    /// Doors between two cells, or that should be.
+    /// Doors, apart from those within one cell.
     pub doors: OpeningScore,
     /// Windows.
     pub windows: OpeningScore,
-    /// Rooms that weren't found: id, name, best intersection over union, and the cell that has it.
+    /// Rooms that no cell finds.
     pub lost: Vec<Lost>,
-    /// Cells in rooms that find none: id, name, the share of each room that they hold most of.
+    /// Cells in rooms that find none.
     pub wrong: Vec<Wrong>,
 }
 
 /// Doors or windows.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct OpeningScore {
-    /// How many were written down.
+    /// Number of annotated openings.
     pub count: usize,
-    /// Those with the middle of a portal at most 0.6 m from their own.
+    /// Openings with the middle of a portal within 0.6 m of their own.
     pub located: usize,
-    /// Those where such a portal joins the cells of their rooms.
+    /// Openings for which such a portal joins the cells of their rooms.
     pub joining: usize,
-    /// `located / count`; 1 where there are none.
+    /// `located / count`; 1 if there are none.
     pub located_share: f64,
-    /// `joining / count`; 1 where there are none.
+    /// `joining / count`; 1 if there are none.
     pub joining_share: f64,
-    /// Ids that aren't joining, with what is there instead.
+    /// Ids of openings that are not joined, with the portals found there.
     pub lost: Vec<String>,
 }
 
@@ -147,9 +147,9 @@ pub struct Lost {
     pub id: String,
     /// Its name.
     pub name: String,
-    /// The best intersection over union that a cell has with it.
+    /// Its best intersection over union with a cell.
     pub iou: f64,
-    /// That cell.
+    /// The cell of that intersection.
     pub cell: Option<CellId>,
 }
 
@@ -160,15 +160,15 @@ pub struct Wrong {
     pub cell: CellId,
     /// Its volume, cubic metres.
     pub volume: f64,
-    /// Rooms that it holds part of: name, share of the room.
+    /// Rooms that it overlaps: name, share of the room.
     pub rooms: Vec<(String, f64)>,
 }
 
-/// A cell finds a room from this intersection over union.
+/// Least intersection over union with which a cell finds a room.
 const FOUND: f64 = 0.5;
-/// A door is located by a portal whose middle is this near, metres.
+/// Greatest distance between the middles of a door and its portal, metres.
 const LOCATED: f64 = 0.6;
-/// About how many points a room is measured with.
+/// Approximate number of points per room.
 const POINTS: f64 = 20_000.0;
 
 /// Scores a file's cells and portals against rooms and doors.
@@ -198,22 +198,22 @@ pub(super) fn score(file: &PvsFile, cells: &Cells, written: &RoomsFile) -> RoomS
     score
 }
 
-/// Whether a room is scored: most of it isn't under the open sky.
+/// Whether a room is scored: most of it has a ceiling.
 fn has_roof(room: &Room) -> bool {
     room.covered >= 0.5
 }
 
-/// What rooms and cells share.
+/// Shared volumes of rooms and cells.
 struct Comparison<'c> {
     written: &'c RoomsFile,
     cells: &'c Cells,
-    /// By room: its volume, and what each cell has of it, cubic metres.
+    /// By room: its volume, and the volume shared with each cell, cubic metres.
     measured: Vec<(f64, BTreeMap<CellId, f64>)>,
-    /// By cell: the rooms that it has part of.
+    /// By cell: the rooms that it overlaps.
     of_cell: BTreeMap<CellId, Vec<usize>>,
-    /// By room: the number of its group of rooms that only virtual boundaries part.
+    /// By room: the number of its group, joined by virtual boundaries.
     group: Vec<usize>,
-    /// By room: the best intersection over union so far, and the cell that has it.
+    /// By room: the best intersection over union so far, and its cell.
     best: Vec<(f64, Option<CellId>)>,
 }
 
@@ -239,7 +239,7 @@ impl<'c> Comparison<'c> {
         self.measured[room].1.get(&cell).copied().unwrap_or_default()
     }
 
-    /// The volume that a cell has of some rooms, cubic metres.
+    /// The volume that a cell shares with some rooms, cubic metres.
     fn inside(&self, cell: CellId, rooms: &[usize]) -> f64 {
         rooms.iter().map(|&r| self.shared(r, cell)).sum()
     }
@@ -251,7 +251,7 @@ impl<'c> Comparison<'c> {
         inside / union.max(f64::MIN_POSITIVE)
     }
 
-    /// Holds a closed cell against its rooms, one by one and group by group.
+    /// Compares a closed cell with its rooms, one by one and group by group.
     fn score_cell(&mut self, id: CellId, has_pieces: bool, score: &mut RoomScore) {
         let rooms = self.of_cell.get(&id).cloned().unwrap_or_default();
         let mut finds = false;
@@ -282,7 +282,7 @@ impl<'c> Comparison<'c> {
         score.under_segmented += usize::from(held.len() > 1);
     }
 
-    /// Whether a cell with this intersection over union finds some rooms; remembers it where no other cell's is as good.
+    /// Whether a cell with this intersection over union finds some rooms; records it if it is the best.
     fn finds(&mut self, cell: CellId, iou: f64, rooms: &[usize]) -> bool {
         for &room in rooms {
             if iou > self.best[room].0 {
@@ -292,7 +292,7 @@ impl<'c> Comparison<'c> {
         iou >= FOUND
     }
 
-    /// Counts the rooms that cells found, and what that makes of recall and precision.
+    /// Counts found rooms and computes recall and precision.
     fn score_rooms(&self, score: &mut RoomScore) {
         let rooms = self.written.rooms.iter().zip(&self.best).enumerate();
         for (room, (Room { id, name, .. }, &(found, cell))) in rooms.filter(|(_, (r, _))| has_roof(r)) {
@@ -306,7 +306,7 @@ impl<'c> Comparison<'c> {
             score.lost.push(Lost { id: id.clone(), name: name.clone(), iou: rounded(found), cell });
         }
         score.recall = share(score.rooms_found, score.rooms);
-        // Where no cell lies in a room, none is right.
+        // If no cell lies in a room, none is right.
         score.precision = if score.cells == 0 && score.rooms > 0 { 0.0 } else { share(score.cells_right, score.cells) };
     }
 
@@ -323,7 +323,7 @@ impl<'c> Comparison<'c> {
             let of_group = rooms.map(|r| r.map(|r| self.group[r]));
             let one = cells[0].is_some() && cells[0] == cells[1] && of_group[0] == of_group[1];
             match door.kind.as_str() {
-                // What lies in the middle of one cell that stands for both rooms needs no portal.
+                // A door in the middle of one cell that stands for both rooms needs no portal.
                 "door" | "opening" if !one => score.doors.add(file, door, cells),
                 "window" if !one && rooms != [None, None] => score.windows.add(file, door, cells),
                 _ => {}
@@ -334,7 +334,7 @@ impl<'c> Comparison<'c> {
     }
 }
 
-/// For each room the number of its group.
+/// The number of each room's group.
 fn groups(written: &RoomsFile, shapes: &[Shape], origin: DVec3) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..shapes.len()).collect();
     fn find(parent: &[usize], mut i: usize) -> usize {
@@ -353,7 +353,7 @@ fn groups(written: &RoomsFile, shapes: &[Shape], origin: DVec3) -> Vec<usize> {
             join(a, b);
         }
     }
-    // A horizontal boundary joins the rooms that lie right over and under it.
+    // A horizontal boundary joins the rooms directly above and below it.
     for void in written.voids.iter().filter(|v| v.kind == "virtual_boundary") {
         let [x0, y0, z0, x1, y1, z1] = void.bbox;
         let slab = Aabb { min: DVec3::new(x0, y0, z0) - origin, max: DVec3::new(x1, y1, z1) - origin };
@@ -380,7 +380,7 @@ impl OpeningScore {
         let near: Vec<[CellId; 2]> =
             file.portals.iter().filter(|p| middle(&p.winding).distance(centre) <= LOCATED).map(|p| p.cells).collect();
         self.located += usize::from(!near.is_empty());
-        // A side without a room is anything but the other side's cell.
+        // A side without a room may be any cell but the other side's.
         let joins = |&[p, q]: &[CellId; 2]| match cells {
             [Some(a), Some(b)] => (p, q) == (a, b) || (p, q) == (b, a),
             [Some(a), None] | [None, Some(a)] => p == a || q == a,
@@ -431,7 +431,7 @@ impl Shape {
         Self { rings, solid, bounds }
     }
 
-    /// True where the footprint covers a point of the plan (even-odd).
+    /// Whether the footprint covers a point of the plan (even-odd).
     fn covers(&self, p: DVec2) -> bool {
         let crosses = |ring: &Vec<DVec2>| {
             let edges = ring.iter().zip(ring.iter().cycle().skip(1));
@@ -453,7 +453,7 @@ impl Shape {
         self.solid.iter().filter(above).count() % 2 == 1
     }
 
-    /// Its volume, and what each cell has of it, cubic metres, counted on a grid whose points keep off round coordinates.
+    /// Its volume and the part shared with each cell, cubic metres, counted on a grid that avoids round coordinates.
     fn measure(&self, cells: &Cells) -> (f64, BTreeMap<CellId, f64>) {
         let size = self.bounds.size();
         if !size.is_finite() || size.min_element() <= 0.0 {

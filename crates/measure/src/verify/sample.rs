@@ -1,4 +1,4 @@
-//! Where the check's rays start and where they go.
+//! Origins and directions of the check's rays.
 
 use super::cells::Cells;
 use super::trace::Tracer;
@@ -11,21 +11,21 @@ use glam::DVec3;
 /// See [`AT_PORTAL`].
 const AT_OBJECT: f64 = 0.5;
 
-/// Of the rays, this share is aimed at a portal, and up to [`AT_OBJECT`] at an object; the rest go anywhere.
+/// Share of rays aimed at a portal; up to [`AT_OBJECT`] at an object; the rest in any direction.
 const AT_PORTAL: f64 = 0.3;
 
 /// See [`NEAR_PORTAL`].
 const NEAR_WALL: f64 = 0.45;
 
-/// Of the eyes, this share stands near a portal, and up to [`NEAR_WALL`] near a wall: where faults are likelier.
+/// Share of eyes near a portal; up to [`NEAR_WALL`] near a wall: faults are more likely there.
 const NEAR_PORTAL: f64 = 0.2;
 
-/// How far from a portal or a wall rays may start, metres.
+/// Greatest distance of such eyes from the portal or wall, metres.
 const NEAR: f64 = 0.5;
-/// A view's eye keeps this distance from what is around it, metres.
+/// Least distance of a view's eye from surfaces, metres.
 const ROOM: f64 = 0.15;
 
-/// Uniform over the sphere (rejection from the cube: basic operations only).
+/// A random direction, uniform over the sphere (rejection from the cube: basic operations only).
 pub(super) fn direction(rng: &mut Prng) -> DVec3 {
     loop {
         let p = DVec3::new(rng.range(-1.0, 1.0), rng.range(-1.0, 1.0), rng.range(-1.0, 1.0));
@@ -48,7 +48,7 @@ impl<'t> Sampler<'t> {
         Self { scene, tracer, cells, tolerance }
     }
 
-    /// A cell, an eye in it, a direction. `None` where a few tries find no point safely inside a cell.
+    /// A cell, an eye in it, a direction. `None` if a few tries find no point safely inside a cell.
     pub(super) fn ray(&self, rng: &mut Prng) -> Option<(CellId, DVec3, DVec3)> {
         let kind = rng.unit();
         let (cell, eye) = if kind < NEAR_PORTAL {
@@ -71,7 +71,7 @@ impl<'t> Sampler<'t> {
         Some((cell, eye, towards.unwrap_or_else(|| direction(rng))))
     }
 
-    /// An eye for a view: standing on something if it can, with some room around it.
+    /// An eye for a view: above a floor if possible, with some room around it.
     pub(super) fn viewpoint(&self, rng: &mut Prng) -> Option<(CellId, DVec3)> {
         let mut any = None;
         for _ in 0..32 {
@@ -90,7 +90,7 @@ impl<'t> Sampler<'t> {
         any
     }
 
-    /// Cells have equal shares, but for open ones, which get a tenth on top; then uniform over the cell's volume.
+    /// Cells have equal shares, and open ones a tenth on top; uniform over the cell's volume.
     fn anywhere(&self, rng: &mut Prng) -> Option<(CellId, DVec3)> {
         let open = self.cells.open();
         if self.cells.count() == 0 {
@@ -125,7 +125,7 @@ impl<'t> Sampler<'t> {
         self.cells.locate(p).map(|cell| (cell, p))
     }
 
-    /// Between twice the tolerance and [`NEAR`], each order of magnitude as often as the next.
+    /// Between twice the tolerance and [`NEAR`], logarithmically uniform.
     fn offset(&self, rng: &mut Prng) -> f64 {
         let least = (2.0 * self.tolerance).min(NEAR);
         least * (NEAR / least).powf(rng.unit())
@@ -137,7 +137,7 @@ impl<'t> Sampler<'t> {
         Some(polygon_point(&self.cells.portals()[*portal].winding, rng))
     }
 
-    /// A point of any object: objects have equal shares, however large.
+    /// A point of a random object; objects have equal shares at any size.
     fn object_point(&self, rng: &mut Prng) -> DVec3 {
         let object = &self.scene.objects[rng.below(self.scene.objects.len())];
         let count = object.triangles.len();

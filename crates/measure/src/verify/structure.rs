@@ -1,7 +1,7 @@
-//! What can be told of a file's cells and portals without its triangles.
+//! Faults of a file's cells and portals that need no triangles.
 //!
-//! Based on: S. Gottschalk, M. C. Lin, D. Manocha, *OBBTree*, 1996, for the separating planes that most pairs of pieces have
-//! among their own faces; what has none there is clipped to what the two share.
+//! Based on: S. Gottschalk, M. C. Lin, D. Manocha, *OBBTree*, 1996: most pairs of pieces have a separating plane among their own
+//! faces; the others are clipped to their intersection.
 
 use super::cells::{Cells, Piece, faces};
 use super::tight::rim;
@@ -12,10 +12,10 @@ use enfilade::{CellId, PortalId};
 use glam::DVec3;
 use serde::Serialize;
 
-/// Most faults that are listed.
+/// Maximum listed faults.
 const LISTED: usize = 20;
 
-/// What is wrong.
+/// Kind of a fault.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FaultKind {
@@ -25,18 +25,18 @@ pub enum FaultKind {
     NotConvex,
     /// A portal's winding runs clockwise about its normal.
     Clockwise,
-    /// No point of the portal has its two cells on its two sides, each where the normal says.
+    /// No point of the portal has its two cells on the sides that the normal gives.
     NotBetween,
-    /// Two pieces hold one point.
+    /// Two pieces overlap.
     Overlap,
 }
 
 /// A fault.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Fault {
-    /// What.
+    /// Its kind.
     pub fault: FaultKind,
-    /// The portal, where it is one's.
+    /// The portal, if it concerns one.
     pub portal: Option<PortalId>,
     /// The cells that it concerns.
     pub cells: [CellId; 2],
@@ -47,13 +47,13 @@ pub struct Fault {
 /// Every fault.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct Structure {
-    /// Up to 20 of them: portals first, in the order of their ids.
+    /// Up to 20 faults: portals first, in the order of their ids.
     pub faults: Vec<Fault>,
-    /// How many there are.
+    /// Number of faults.
     pub count: usize,
 }
 
-/// Looks at every portal, and at every two pieces that come near each other.
+/// Tests every portal, and every two pieces that are near each other.
 pub(super) fn structure(file: &PvsFile, cells: &Cells) -> Structure {
     let mut faults: Vec<Fault> = parallel::flat_map_range(0..file.portals.len(), |i| portal(file, cells, i));
     let pieces = parallel::flat_map_range(0..cells.pieces().len(), |i| {
@@ -82,7 +82,7 @@ fn portal(file: &PvsFile, cells: &Cells, i: usize) -> Vec<Fault> {
     if area < -rounding {
         fault(FaultKind::Clockwise, w[0]);
     } else if area > rounding {
-        // Below that, `f32` holds no width to tell a way round by; the run time takes such a portal for wider, and so do segments.
+        // Below that, `f32` gives no reliable orientation; run time and segments treat such a portal as wider.
         let edges = rim(w, &portal.plane);
         if let Some(&corner) = w.iter().find(|&&p| edges.iter().any(|e| e.distance(p) > tolerance)) {
             fault(FaultKind::NotConvex, corner);
@@ -99,9 +99,9 @@ fn portal(file: &PvsFile, cells: &Cells, i: usize) -> Vec<Fault> {
     found
 }
 
-/// True where faces of the two cells lie on a portal, their normals away from each other, and come within the tolerance of each other
-/// there: told without going off its plane, beyond which pieces thinner than the tolerance already end. How much they share is not
-/// asked: where an opening is a sliver, its portal is larger, and segments take portals to be larger by the tolerance anyway.
+/// Whether faces of the two cells lie on a portal, face away from each other and come within the tolerance of each other there.
+/// The test stays in the portal's plane, since pieces thinner than the tolerance end close beyond it. The overlap may be of any
+/// size: a portal may be larger than its opening, and segments grow portals by the tolerance anyway.
 fn meets(cells: &Cells, plane: &Plane, winding: &[DVec3], own: [CellId; 2]) -> bool {
     let tolerance = 2.0 * cells.tolerance();
     let cut = |polygon: &[DVec3], by: &[DVec3]| {
@@ -121,7 +121,7 @@ fn meets(cells: &Cells, plane: &Plane, winding: &[DVec3], own: [CellId; 2]) -> b
     behind.iter().any(|a| before.iter().any(|b| cut(a, b).len() > 2))
 }
 
-/// A point that two pieces share, deeper in both than rounding goes.
+/// A point inside two pieces, deeper in both than rounding.
 fn overlap(cells: &Cells, i: usize, j: usize) -> Option<Fault> {
     let (a, b, depth) = (&cells.pieces()[i], &cells.pieces()[j], 2.0 * cells.tolerance());
     if apart(a, b, depth) || apart(b, a, depth) {
@@ -134,7 +134,7 @@ fn overlap(cells: &Cells, i: usize, j: usize) -> Option<Fault> {
     shared.then_some(Fault { fault: FaultKind::Overlap, portal: None, cells: [a.cell, b.cell], at })
 }
 
-/// True where a plane of `a` has all of `b` beyond it, or no deeper behind it than `depth`.
+/// Whether a plane of `a` has all of `b` beyond it, or at most `depth` behind it.
 fn apart(a: &Piece, b: &Piece, depth: f64) -> bool {
     a.planes.iter().any(|plane| b.faces.iter().flatten().all(|&p| plane.distance(p) >= -depth))
 }

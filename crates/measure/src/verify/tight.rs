@@ -1,22 +1,21 @@
-//! A line through a sequence of convex polygons, pulled tight.
+//! Shortest lines through a sequence of convex polygons.
 //!
-//! The length of such a line is a convex function of its corners, one corner a polygon, so moving one corner after the other to
-//! where the way through it is shortest gets to the shortest line (coordinate descent; for two dimensions it is the funnel of
-//! D. T. Lee, F. P. Preparata, *Euclidean shortest paths in the presence of rectilinear barriers*, 1984). Where two polygons
-//! share an edge that the line turns about, the descent can stop short; what it gives is then a line through all of them all the
-//! same.
+//! The length of such a line is a convex function of its corners, one a polygon. So moving one corner after the other to its best
+//! place leads to the shortest line (coordinate descent; in two dimensions it is the funnel of D. T. Lee, F. P. Preparata,
+//! *Euclidean shortest paths in the presence of rectilinear barriers*, 1984). If the line turns about an edge that two polygons
+//! share, the descent may stop early; the result still passes through all of them.
 
 use enfilade::geom::Plane;
 use glam::DVec3;
 
-/// A string is tight when no point moves by more than this share of its length (metres, for one shorter than a metre).
+/// The line is tight if no point moves by more than this share of its length (metres, if that is shorter than a metre).
 const STILL: f64 = 1e-9;
 
-/// Most rounds.
+/// Maximum rounds.
 const ROUNDS: usize = 2000;
 
-/// Moves `points[1..]`, each within its polygon of `through`, until the line is as short as it gets. `points[0]` stays; there is
-/// one point more than polygons. The last one is free within its polygon.
+/// Moves `points[1..]`, each within its polygon of `through`, until the line is shortest. `points[0]` stays fixed; there is one
+/// point more than polygons. The last one is free within its polygon.
 pub(super) fn tighten(points: &mut [DVec3], through: &[(&[DVec3], Plane)]) {
     for _ in 0..ROUNDS {
         let mut moved: f64 = 0.0;
@@ -35,8 +34,8 @@ pub(super) fn tighten(points: &mut [DVec3], through: &[(&[DVec3], Plane)]) {
     }
 }
 
-/// As [`tighten`], where walls stand in some of the polygons: each corner steps about within its polygon as long as that makes
-/// the line shorter and both parts of it stay open (compass search: R. Hooke, T. A. Jeeves, *Direct search*, 1961).
+/// As [`tighten`], for polygons partly covered by walls: each corner moves within its polygon as long as that shortens the line
+/// and both parts of it stay unobstructed (compass search: R. Hooke, T. A. Jeeves, *Direct search*, 1961).
 pub(super) fn polish(points: &mut [DVec3], through: &[(&[DVec3], Plane)], is_open: &impl Fn(DVec3, DVec3) -> bool) {
     let mut step = 0.25 * points.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
     let least = 1e-4 * step;
@@ -62,7 +61,7 @@ pub(super) fn polish(points: &mut [DVec3], through: &[(&[DVec3], Plane)], is_ope
     }
 }
 
-/// The half-spaces that a polygon's edges bound within its plane, normals pointing out.
+/// The half-spaces of a polygon's edges within its plane, normals pointing out.
 pub(super) fn rim(polygon: &[DVec3], plane: &Plane) -> Vec<Plane> {
     let middle = enfilade::geom::middle(polygon);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
@@ -70,7 +69,7 @@ pub(super) fn rim(polygon: &[DVec3], plane: &Plane) -> Vec<Plane> {
         .filter_map(|(&a, &b)| {
             let out = (b - a).cross(plane.n).try_normalize()?;
             let edge = Plane::through(a, out);
-            // Whichever way the polygon runs.
+            // For either orientation of the polygon.
             Some(if edge.distance(middle) <= 0.0 { edge } else { edge.flipped() })
         })
         .collect()
@@ -91,10 +90,10 @@ pub(super) fn closest(polygon: &[DVec3], plane: &Plane, p: DVec3) -> DVec3 {
     nearest.unwrap_or(foot)
 }
 
-/// The point of a convex polygon with the shortest way from `a` over it to `b`.
+/// The point of a convex polygon with the shortest path from `a` over it to `b`.
 fn best(polygon: &[DVec3], plane: &Plane, a: DVec3, b: DVec3) -> DVec3 {
     let (da, db) = (plane.distance(a), plane.distance(b));
-    // On one side of it: the way there and back again is that to the mirror image.
+    // If both are on one side, the path is as long as that to the mirror image.
     let b = if da * db > 0.0 { b - plane.n * (2.0 * db) } else { b };
     let (da, db) = (da.abs(), db.abs());
     let edges = rim(polygon, plane);
@@ -102,7 +101,7 @@ fn best(polygon: &[DVec3], plane: &Plane, a: DVec3, b: DVec3) -> DVec3 {
     if edges.iter().all(|e| e.distance(crossing) <= 0.0) {
         return crossing;
     }
-    // Else it is on an edge: unfolded about that, a straight line.
+    // Otherwise the point is on an edge: a straight line after unfolding about it.
     let pairs = polygon.iter().zip(polygon.iter().cycle().skip(1));
     let on_edge = |(&p, &q): (&DVec3, &DVec3)| {
         let (length, along) = (p.distance(q), (q - p).normalize_or_zero());
@@ -115,7 +114,7 @@ fn best(polygon: &[DVec3], plane: &Plane, a: DVec3, b: DVec3) -> DVec3 {
         p + along * t.clamp(0.0, length)
     };
     let way = |x: &DVec3| x.distance(a) + x.distance(b);
-    // Where both lie in its plane, the line may run within it.
+    // If both lie in the polygon's plane, the line may run within it.
     let inside = [closest(polygon, plane, a), closest(polygon, plane, b)];
     pairs.map(on_edge).chain(inside).min_by(|x, y| way(x).total_cmp(&way(y))).unwrap_or(crossing)
 }

@@ -1,8 +1,8 @@
-//! Rays against triangles, for the check alone.
+//! Rays against triangles, for `check` alone.
 //!
 //! Based on: T. Möller, B. Trumbore, *Fast, minimum storage ray-triangle intersection*, 1997, in `f64`, over two obvhs
-//! hierarchies whose boxes are padded by the clearance and by what `f32` may round off, so that the hierarchy never loses a
-//! triangle that the `f64` test would find.
+//! hierarchies. Boxes are padded by the clearance and the rounding of `f32`, so that the hierarchy never loses a triangle that
+//! the `f64` test would find.
 
 use enfilade::ObjectId;
 use enfilade::bvh;
@@ -13,25 +13,25 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::{Ray, RayHit};
 
-/// A hierarchy over boxes; items are numbered as they were given.
+/// A hierarchy over boxes; items keep their numbers.
 pub(super) struct Tree(Bvh2);
 
 impl Tree {
-    /// `None` for no boxes.
+    /// `None` without boxes.
     pub(super) fn new(boxes: impl Iterator<Item = enfilade::geom::Aabb>, pad: f64) -> Option<Self> {
         let boxes: Vec<Aabb> = boxes.map(|b| Aabb::new((b.min - pad).as_vec3a(), (b.max + pad).as_vec3a())).collect();
         (!boxes.is_empty()).then(|| Self(bvh::over(boxes, None)))
     }
 
-    /// Calls `visit` with items whose box a ray may enter before `limit`, in no order; it returns the new limit.
+    /// Calls `visit` with items whose box a ray may enter before `limit`, in any order; it returns the new limit.
     pub(super) fn along(&self, origin: DVec3, direction: DVec3, limit: f64, mut visit: impl FnMut(usize) -> f64) {
-        // Upwards, whatever the rounding.
+        // Rounds up.
         let up = |t: f64| t as f32 * (1.0 + 1e-6);
         let ray = Ray::new(origin.as_vec3a(), direction.as_vec3a(), 0.0, up(limit));
         self.0.ray_traverse(ray, &mut RayHit::none(), |_, i| up(visit(self.0.primitive_indices[i] as usize)));
     }
 
-    /// Calls `visit` with items whose box meets another, in no order.
+    /// Calls `visit` with items whose box meets another, in any order.
     pub(super) fn in_box(&self, bounds: &enfilade::geom::Aabb, mut visit: impl FnMut(usize)) {
         self.0.aabb_traverse(Aabb::new(bounds.min.as_vec3a(), bounds.max.as_vec3a()), |bvh, node| {
             let node = &bvh.nodes[node as usize];
@@ -73,7 +73,7 @@ impl Layer {
     }
 }
 
-/// A scene made ready for the check's rays.
+/// A scene prepared for the check's rays.
 pub(super) struct Tracer {
     opaque: Layer,
     see_through: Layer,
@@ -83,7 +83,7 @@ pub(super) struct Tracer {
 }
 
 impl Tracer {
-    /// `clearance`: see [`Tracer::is_clear`]; `rounding`: what `f32` may lose of a position; both in metres.
+    /// `clearance`: see [`Tracer::is_clear`]; `rounding`: error of a position in `f32`; both in metres.
     pub(super) fn new(file: &PvsFile, scene: &Scene, clearance: f64, rounding: f64) -> Self {
         let pad = clearance + rounding;
         let corner = |p: Vec3| p.as_dvec3();
@@ -98,13 +98,13 @@ impl Tracer {
         }
     }
 
-    /// The distance and object of the first opaque triangle on a ray (`direction` of length 1) before `limit`, from either
-    /// side. Of two at one distance, the one with the lesser number.
+    /// The distance and object of the first opaque triangle on a ray (`direction` of length 1) before `limit`, from either side.
+    /// At equal distance, the lower number wins.
     pub(super) fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, ObjectId)> {
         self.nearest(origin, direction, limit).map(|(t, i)| (t, self.opaque.objects[i]))
     }
 
-    /// As [`Tracer::first_opaque`], by the triangle's number.
+    /// As [`Tracer::first_opaque`], with the triangle's number.
     fn nearest(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, usize)> {
         let mut best: Option<(f64, usize)> = None;
         let layer = &self.opaque;
@@ -118,13 +118,13 @@ impl Tracer {
         best
     }
 
-    /// True where no opaque triangle and no closed hole is between two points.
+    /// Whether neither an opaque triangle nor a closed hole lies between two points.
     pub(super) fn is_open(&self, a: DVec3, b: DVec3) -> bool {
         let length = a.distance(b);
         length == 0.0 || (self.nearest(a, (b - a) / length, length).is_none() && !self.passes_closed_hole(a, b, 0.0))
     }
 
-    /// True where a segment comes within `limit` metres of a closed hole.
+    /// Whether a segment comes within `limit` metres of a closed hole.
     fn passes_closed_hole(&self, a: DVec3, b: DVec3, limit: f64) -> bool {
         let (Some(tree), triangles) = &self.holes else { return false };
         let length = a.distance(b);
@@ -136,8 +136,8 @@ impl Tracer {
         passes
     }
 
-    /// True where most of what is seen from a point shows its back: the inside of a column or a wall. Means little in models
-    /// that are wound both ways.
+    /// Whether most surfaces around a point show their backs: it is inside a column or a wall. Unreliable for models with mixed
+    /// winding.
     pub(super) fn in_solid(&self, p: DVec3) -> bool {
         let directions = (0..27).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9)) - 1.0);
         let (mut fronts, mut backs) = (0, 0);
@@ -150,7 +150,7 @@ impl Tracer {
         backs > fronts
     }
 
-    /// Every see-through object on a ray before `limit`, once, the nearest first.
+    /// Every see-through object on a ray before `limit`, once, nearest first.
     pub(super) fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64) -> Vec<(f64, ObjectId)> {
         let mut met = Vec::new();
         let layer = &self.see_through;
@@ -168,8 +168,8 @@ impl Tracer {
         met
     }
 
-    /// True where a segment, from its very start at `a`, keeps the clearance from every closed hole and every opaque triangle, not
-    /// counting triangles of `target` and not counting its end at `b` up to the clearance.
+    /// Whether a segment keeps the clearance from every closed hole and every opaque triangle, from its start at `a`. Triangles
+    /// of `target` and the end at `b`, up to the clearance, are exempt.
     pub(super) fn is_clear(&self, a: DVec3, b: DVec3, target: Option<ObjectId>) -> bool {
         let length = a.distance(b);
         if length == 0.0 {
@@ -186,7 +186,7 @@ impl Tracer {
             tree.along(p, direction, p.distance(q), |i| {
                 let near = Some(layer.objects[i]) != target && distance_at_most(p, q, &layer.corners[i], self.clearance);
                 clear &= !near;
-                // Nothing is before the start: ends the search.
+                // Ends the search: the limit is the start.
                 if near { 0.0 } else { f64::INFINITY }
             });
         }
@@ -194,7 +194,7 @@ impl Tracer {
     }
 }
 
-/// True where a ray crosses a triangle.
+/// Whether a ray crosses a triangle.
 pub(super) fn crosses(origin: DVec3, direction: DVec3, triangle: &[DVec3; 3]) -> bool {
     intersect(origin, direction, triangle).is_some()
 }
@@ -207,7 +207,7 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<
     if det == 0.0 {
         return None;
     }
-    // A ray through a shared edge meets both triangles rather than neither.
+    // A ray through a shared edge meets both triangles instead of none.
     const EDGE: f64 = -1e-12;
     let s = origin - *a;
     let u = s.dot(p) / det;
@@ -217,7 +217,7 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<
     (u >= EDGE && v >= EDGE && u + v <= 1.0 - EDGE && t > 0.0).then_some(t)
 }
 
-/// True where some point of a segment is within `limit` of some point of a triangle.
+/// Whether a segment and a triangle come within `limit` of each other.
 fn distance_at_most(p: DVec3, q: DVec3, triangle: &[DVec3; 3], limit: f64) -> bool {
     let [a, b, c] = *triangle;
     let near = |d: DVec3| d.length_squared() <= limit * limit;
@@ -228,7 +228,7 @@ fn distance_at_most(p: DVec3, q: DVec3, triangle: &[DVec3; 3], limit: f64) -> bo
         || [(a, b), (b, c), (c, a)].into_iter().any(|(s, e)| near(between_segments(p, q, s, e)))
 }
 
-/// The height of a point over a triangle, where it is over it.
+/// The height of a point over a triangle, if it projects into it.
 fn above(p: DVec3, [a, b, c]: &[DVec3; 3]) -> Option<f64> {
     let n = (*b - *a).cross(*c - *a).try_normalize()?;
     let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(s, e)| n.dot((*e - *s).cross(p - *s)) >= 0.0);

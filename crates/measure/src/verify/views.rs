@@ -1,4 +1,4 @@
-//! Views: what a reader would look at. `check` counts their false pixels, and so does whoever draws them once and asks many rows.
+//! Views for tests: `check` counts their false pixels, and [`held_out`] draws them once to compare many rows.
 
 use super::cells::Cells;
 use super::sample::{Sampler, direction};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Rays of a view, across and up.
 const VIEW: [u32; 2] = [96, 54];
 
-/// An eye and where it looks.
+/// An eye and its direction.
 pub(super) struct View {
     pub(super) cell: CellId,
     pub(super) eye: DVec3,
@@ -23,7 +23,7 @@ pub(super) struct View {
 }
 
 impl View {
-    /// The `number`-th view of a seed; `None` where no cell has room for an eye.
+    /// The `number`-th view of a seed; `None` if no cell has room for an eye.
     pub(super) fn new(sampler: &Sampler<'_>, seed: u64, number: u64) -> Option<Self> {
         let rng = &mut Prng::new(seed, 2 * number + 1);
         let (cell, eye) = sampler.viewpoint(rng)?;
@@ -50,11 +50,11 @@ impl View {
     }
 }
 
-/// What a ray meets: the see-through objects before the first opaque one, and that.
+/// Objects on a ray: the see-through ones before the first opaque one, and that one.
 pub(super) struct Met {
     /// Objects, by metres from the eye.
     pub(super) objects: Vec<(f64, ObjectId)>,
-    /// Where the ray ends: on the first opaque object, or where it leaves the space that is looked at.
+    /// Length of the ray: to the first opaque object or to the end of the tested space.
     pub(super) length: f64,
     /// The first opaque object.
     pub(super) opaque: Option<ObjectId>,
@@ -71,11 +71,11 @@ impl Met {
     }
 }
 
-/// Views of a scene, drawn once: of each the cell that its eye is in, and what its pixels show.
+/// Views of a scene, drawn once: the cell of each eye, and the objects of its pixels.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Views(Vec<(CellId, Vec<Pixels>)>);
 
-/// Pixels of a view that show the same.
+/// Pixels of a view with the same objects.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Pixels {
     /// The first opaque object and the see-through ones before it, ascending.
@@ -83,8 +83,8 @@ struct Pixels {
     count: u32,
 }
 
-/// Draws views from eyes in the cells of `file`, which was baked for `scene`: those of [`super`] with that seed and number
-/// of views, 96 x 54 pixels each. Fewer where no cell has room for an eye.
+/// Draws views from eyes in the cells of `file`, which was baked for `scene`: those of [`super`] for this seed, 96 x 54 pixels
+/// each. There are fewer than `count` if no cell has room for an eye.
 pub fn held_out(scene: &Scene, file: &PvsFile, seed: u64, count: u32) -> Views {
     let (tracer, cells, tolerance) = scales(scene, file);
     let sampler = Sampler::new(scene, &tracer, &cells, tolerance);
@@ -109,7 +109,7 @@ impl Views {
         self.0.len()
     }
 
-    /// The share of each view's pixels that show an object which isn't in the row (cells x objects) of the eye's cell: mean, 95th
+    /// The share of each view's pixels with an object that is not in the row (cells x objects) of the eye's cell: mean, 95th
     /// percentile, maximum.
     pub fn false_pixels(&self, rows: &BitMatrix) -> [f64; 3] {
         let wrong = |view: &(CellId, Vec<Pixels>)| f64::from(missed(view, rows)) / View::pixels();
@@ -117,13 +117,13 @@ impl Views {
         [mean, p95, max]
     }
 
-    /// The pixels of all views that show an object which isn't in the row (cells x objects) of the eye's cell.
+    /// The pixels of all views with an object that is not in the row (cells x objects) of the eye's cell.
     pub fn missed_pixels(&self, rows: &BitMatrix) -> u64 {
         self.0.iter().map(|view| u64::from(missed(view, rows))).sum()
     }
 }
 
-/// Pixels of a view that show an object which isn't in the row of the eye's cell.
+/// Pixels of a view with an object that is not in the row of the eye's cell.
 fn missed((cell, shown): &(CellId, Vec<Pixels>), rows: &BitMatrix) -> u32 {
     let is_missed = |p: &&Pixels| p.objects.iter().any(|o| !rows.get(cell.index(), o.index()));
     shown.iter().filter(is_missed).map(|p| p.count).sum()

@@ -1,9 +1,8 @@
-//! How much of the free space inside is in no cell.
+//! Finds free space inside a building that is in no cell.
 //!
-//! Random walks: from a point in a closed cell, or in a room as its author drew it, in a random direction to the first opaque
-//! surface, from there on in another, and so on; each straight stretch gives one random point of it. A walk ends where it leaves
-//! the building. The share of the points that lie in no cell is what walks can tell of the space that the split forgot: a room
-//! that is reached from a cell, or that its author named, and that has no cell.
+//! Random walks start in a closed cell or in a room of the author. They go in a random direction to the first opaque surface,
+//! then in another, and so on; each straight stretch gives one random point. A walk ends when it leaves the building. The share
+//! of points in no cell estimates the space that the partition missed, such as a room without a cell.
 
 use super::cells::Cells;
 use super::sample::direction;
@@ -17,41 +16,41 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Stretches of a walk.
+/// Stretches per walk.
 const BOUNCES: usize = 8;
-/// Walks that one task takes.
+/// Walks per task.
 const CHUNK: u64 = 512;
-/// Places that are listed.
+/// Maximum listed places.
 const PLACES: usize = 10;
 
 /// Free space inside that is in no cell.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct FreeSpace {
-    /// Points looked at, all of them inside: in a closed cell or in none.
+    /// Tested points, all inside: in a closed cell or in none.
     pub points: u64,
-    /// Those in no cell.
+    /// Points in no cell.
     pub outside: u64,
-    /// `outside / points`; 0 where there are no points.
+    /// `outside / points`; 0 without points.
     pub share: f64,
-    /// Where most of them are.
+    /// Places with most of them.
     pub places: Vec<Place>,
 }
 
-/// Space that is in no cell.
+/// A place in no cell.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Place {
     /// One of the points, in the model's own coordinates, metres.
     pub at: DVec3,
-    /// Points in no cell within about a metre (a hundredth of the model's diagonal, where that is more).
+    /// Points in no cell within about a metre (or a hundredth of the model's diagonal, if that is more).
     pub points: u64,
-    /// The cell from which the walk came; `None`: from a room that its author drew.
+    /// The cell in which the walk started; `None`: in a room of the author.
     pub from_cell: Option<CellId>,
 }
 
-/// A point in no cell, and where its walk began.
+/// A point in no cell, and the cell in which its walk started.
 type Lost = (DVec3, Option<CellId>);
 
-/// Takes about `points` points.
+/// Tests about `points` points.
 pub(super) fn walks(scene: &Scene, cells: &Cells, tracer: &Tracer, points: u64, seed: u64) -> FreeSpace {
     let rooms: Vec<Room> = scene.hints.rooms.iter().filter(|r| !r.outside).map(|r| Room::new(&r.surface)).collect();
     let closed = cells.closed();
@@ -76,7 +75,7 @@ pub(super) fn walks(scene: &Scene, cells: &Cells, tracer: &Tracer, points: u64, 
             match cells.near(q) {
                 Some(cell) if cells.is_open(cell) => return,
                 Some(_) => *inside += 1,
-                // Through a crack, or along a surface: not unobstructed.
+                // Passed through a crack or along a surface.
                 None if !tracer.is_clear(p, q, None) => return,
                 None => {
                     *inside += 1;
@@ -101,7 +100,7 @@ pub(super) fn walks(scene: &Scene, cells: &Cells, tracer: &Tracer, points: u64, 
     FreeSpace { points: inside, outside: lost.len() as u64, share, places: places(scene, &lost) }
 }
 
-/// The fullest cubes of a grid.
+/// The grid cubes with most points.
 fn places(scene: &Scene, lost: &[Lost]) -> Vec<Place> {
     let size = (0.01 * scene.bounds().diagonal()).max(f64::MIN_POSITIVE);
     let mut cubes: BTreeMap<[i64; 3], (u64, Lost)> = BTreeMap::new();
@@ -116,7 +115,7 @@ fn places(scene: &Scene, lost: &[Lost]) -> Vec<Place> {
     places
 }
 
-/// A room as its author drew it.
+/// A room of the author.
 struct Room<'r> {
     surface: &'r [[DVec3; 3]],
     bounds: Aabb,
@@ -127,7 +126,7 @@ impl<'r> Room<'r> {
         Self { surface, bounds: Aabb::of(surface.iter().flatten().copied()) }
     }
 
-    /// A point inside, uniform; `None` where a few tries find none.
+    /// A random point inside, uniform; `None` if a few tries fail.
     fn point(&self, rng: &mut Prng) -> Option<DVec3> {
         (0..16).find_map(|_| {
             let size = self.bounds.size();

@@ -1,4 +1,4 @@
-//! A walk's frames as the exact judge has them.
+//! Frames of a walk by the exact judge.
 
 use super::raster::View;
 use super::timed_culler::{Times, draw_rest};
@@ -10,14 +10,14 @@ use enfilade::types::scene::Scene;
 use glam::Vec3;
 use std::time::Instant;
 
-/// Triangles that are visible, and those of which it isn't known.
+/// Numbers of visible and of undecided triangles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Judged {
     pub visible: u64,
     pub undecided: u64,
 }
 
-/// Culls frames by what is visible.
+/// Culls frames with the exact judge.
 pub(super) struct ExactCuller<'s> {
     scene: &'s Scene,
     judge: Judge<'s>,
@@ -29,7 +29,7 @@ impl<'s> ExactCuller<'s> {
         Self { scene, judge: Judge::new(ready), objects: Vec::new() }
     }
 
-    /// Culls a frame, and draws what is left into the oracle, if there is one.
+    /// Culls a frame and draws the remaining objects into the oracle, if there is one.
     pub fn cull(&mut self, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> (VisibleSet<'_>, Judged, Times) {
         let start = Instant::now();
         let us = || start.elapsed().as_nanos() as f64 / 1e3;

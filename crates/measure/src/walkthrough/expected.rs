@@ -1,4 +1,4 @@
-//! How much each mode is expected to draw, from a baked file alone: a tour through every cell is culled, and nothing is drawn.
+//! The triangles that each mode is expected to draw, from a baked file alone: culls a tour through every cell without drawing.
 
 use super::tour::tour;
 use enfilade::file::PvsFile;
@@ -8,7 +8,7 @@ pub use enfilade::types::expected::ExpectedDraw;
 /// Width over height of the screen.
 const ASPECT: f64 = 16.0 / 9.0;
 
-/// Of a file; the same on every machine. `None` where a file has no objects or no place to stand.
+/// The expected draw of a file; the same on every machine. `None` without objects or a place to stand.
 pub fn expected_draw(file: &PvsFile) -> Option<ExpectedDraw> {
     if file.objects.is_empty() {
         return None;

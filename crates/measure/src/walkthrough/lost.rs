@@ -1,7 +1,7 @@
-//! What the exact judge sees and a mode leaves out, without a pixel drawn.
+//! Objects that the exact judge sees and a mode leaves out, found without drawing.
 //!
-//! An object is lost if the judge has a witness of it which keeps the clearance that rows promise: a ray that meets the object and comes no
-//! nearer to anything else. Who stands on a surface looks through it or not, as rounding has it, so nothing is lost from there.
+//! An object is lost if the judge has a witness of it that keeps the clearance of the rows: a ray that meets the object and stays
+//! away from everything else. An eye on a surface may see through it, depending on rounding, so nothing is lost from there.
 
 use super::missed::stands_on_a_surface;
 use super::raster::View;
@@ -15,12 +15,12 @@ pub(super) struct Witnesses<'s> {
     judge: Judge<'s>,
     rays: RayScene<'s>,
     clearance: f64,
-    /// Of a frame: objects of which there is such a witness, ascending.
+    /// For a frame: objects with such a witness, ascending.
     objects: Vec<ObjectId>,
 }
 
 impl<'s> Witnesses<'s> {
-    /// `clearance`: what rows promise, metres.
+    /// `clearance`: that of the rows, metres.
     pub fn new(ready: &'s ExactScene, rays: RayScene<'s>, clearance: f64) -> Self {
         Self { judge: Judge::new(ready), rays, clearance, objects: Vec::new() }
     }
@@ -39,7 +39,7 @@ impl<'s> Witnesses<'s> {
         }
     }
 
-    /// How many objects of the frame a mode leaves out that kept `kept`.
+    /// How many objects of the frame are not in `kept`, the set of a mode.
     pub fn lost(&self, kept: &[ObjectId]) -> u64 {
         let mut kept = kept.to_vec();
         kept.sort_unstable();

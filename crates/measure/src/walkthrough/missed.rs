@@ -1,17 +1,17 @@
-//! Missed pixels: where a full picture shows something that the visible set leaves out.
+//! Missed pixels: a full picture shows an object there that the visible set leaves out.
 //!
-//! A pixel is missed if its frontmost opaque object, or the frontmost see-through object before it, isn't in the set. (A
-//! second pane of glass behind a first isn't looked at.)
+//! A pixel is missed if its frontmost opaque object, or the frontmost see-through object before it, is not in the set. (A second
+//! pane of glass behind the first does not count.)
 //!
-//! Meshes leak: where a corner of one triangle lies on the edge of another, rounding opens cracks of no width through which a
-//! pixel's middle can see. So each such pixel is looked at again with rays in `f64` around its middle, [`SPREAD`] pixels off
-//! it: only if every one of them, too, meets something first that the set leaves out, the pixel is missed. Otherwise it counts
-//! as a crack. What this can't tell from a crack is a sight line that is open over less than `2 * SPREAD` of a pixel. Where every one of them
-//! first meets a hole that counts as opaque, the file promises nothing, and the pixel is counted apart.
+//! Meshes leak: where a corner of one triangle lies on the edge of another, rounding opens cracks of no width that a pixel's
+//! centre can see through. So each such pixel is tested again with rays in `f64` around its centre, [`SPREAD`] pixels away. It is
+//! missed only if each of them first meets an object outside the set; otherwise it counts as a crack. The test cannot distinguish
+//! a crack from an opening narrower than `2 * SPREAD` of a pixel. If each ray first meets a hole that counts as opaque, the
+//! guarantee does not apply, and the pixel is counted separately.
 //!
-//! Models have surfaces in one place, as where a wall's end lies in another wall's face. Whichever of the two an item buffer
-//! names is rounding's choice, so a surface isn't missed where the set keeps another within the scene's clearance of it. And an eye that
-//! stands on a surface, to rounding, looks through it or not: what is behind such a surface isn't missed.
+//! Models have coincident surfaces, such as a wall's end in another wall's face. Rounding decides which of the two an item buffer
+//! names. So a surface is not missed if the set keeps another within the scene's clearance of it. An eye on a surface may see
+//! through it, depending on rounding, so objects behind such a surface are not missed.
 
 use super::raster::{IdBuffer, View};
 use enfilade::ObjectId;
@@ -22,11 +22,11 @@ use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::tolerance::single_precision;
 use glam::{DVec2, DVec3};
 
-/// How far from the middle of a pixel the rays that settle it are, in pixels.
-/// Larger: narrow real openings count as cracks. Smaller: cracks that rounding widens count as misses.
+/// Distance of the test rays from a pixel's centre, in pixels. Larger: narrow real openings count as cracks. Smaller: cracks
+/// widened by rounding count as misses.
 pub const SPREAD: f64 = 0.02;
 
-/// The rays that settle a pixel, around its middle.
+/// Offsets of the test rays around a pixel's centre.
 const AROUND: [DVec2; 8] = [
     DVec2::new(1.0, 0.0),
     DVec2::new(1.0, 1.0),
@@ -38,26 +38,26 @@ const AROUND: [DVec2; 8] = [
     DVec2::new(1.0, -1.0),
 ];
 
-/// What a set leaves out of a picture.
+/// Objects that a set leaves out of a picture.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Missed {
-    /// Pixels that show an object that isn't in the set, ascending.
+    /// Pixels with an object outside the set, ascending.
     pub pixels: Vec<u32>,
-    /// Pixels that do so only through a crack.
+    /// Pixels where this happens only through a crack.
     pub cracks: u64,
-    /// Pixels that do so only through a hole that counts as opaque ([`RayScene::with_closed_holes`]).
+    /// Pixels where this happens only through a hole that counts as opaque ([`RayScene::with_closed_holes`]).
     pub closed: u64,
-    /// How many of [`pixels`](Self::pixels) show one object, at most.
+    /// The most of [`pixels`](Self::pixels) that show one object.
     pub most_of_one: u64,
 }
 
-/// The scene with the holes that a file takes for opaque ([`PvsFile::closed_holes`]).
+/// The scene with the file's closed holes as opaque ([`PvsFile::closed_holes`]).
 pub(super) fn with_holes<'s>(scene: &'s Scene, file: &PvsFile) -> RayScene<'s> {
     let holes = file.closed_holes.iter().map(|hole| hole.iter().map(|p| p.as_dvec3()).collect());
     RayScene::with_closed_holes(scene, &holes.collect::<Vec<_>>())
 }
 
-/// Compares a picture of everything, which shows `shown` ([`objects_shown`]), with a set.
+/// Compares a picture of everything, which shows the objects `shown` ([`objects_shown`]), with a set.
 pub fn missed_pixels(
     rays: &RayScene<'_>,
     view: &View,
@@ -77,7 +77,7 @@ pub fn missed_pixels(
     let settled = parallel::map(&doubtful, |&pixel| settle(rays, view, pixel as usize, kept));
     let is = |what: Doubt| settled.iter().zip(&doubtful).filter(move |(doubt, _)| **doubt == what).map(|(_, pixel)| *pixel);
     let pixels: Vec<u32> = is(Doubt::Missed).collect();
-    // What is in front of a pixel that is missed: glass, if that is left out.
+    // The front of a missed pixel: glass, if that is left out.
     let front = |&pixel: &u32| {
         let glass = full.glass(pixel as usize).filter(|&triangle| leaves_out(triangle));
         glass.or(full.opaque(pixel as usize)).map(|triangle| scene.object_of(triangle))
@@ -89,18 +89,18 @@ pub fn missed_pixels(
     Missed { cracks: count(Doubt::Crack), closed: count(Doubt::Closed), pixels, most_of_one }
 }
 
-/// What a pixel is that shows what a set leaves out.
+/// Class of a pixel that shows an object outside the set.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Doubt {
     /// All rays around its middle agree.
     Missed,
-    /// They don't.
+    /// They do not agree.
     Crack,
-    /// All of them end at a closed hole.
+    /// All of them first meet a closed hole.
     Closed,
 }
 
-/// Whether all rays around a pixel's middle agree that the set leaves out what is in front.
+/// Tests whether all rays around a pixel's centre first meet an object outside the set.
 fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> Doubt {
     let middle = DVec2::new((pixel % view.width) as f64 + 0.5, (pixel / view.width) as f64 + 0.5);
     let limit = 10.0 * (rays.bounds().diagonal() + view.camera.eye.as_dvec3().length());
@@ -108,7 +108,7 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
     let mut glass: Vec<Hit> = Vec::new();
     for offset in AROUND {
         let along = view.camera.ray(view.ndc(middle + offset * SPREAD));
-        // From the eye itself: what is nearer than the near plane hides what is behind it, too.
+        // From the eye itself: objects before the near plane also hide those behind them.
         let from = view.camera.eye.as_dvec3();
         if stands_on_a_surface(rays, from, along) {
             return Doubt::Crack;
@@ -128,21 +128,21 @@ fn settle(rays: &RayScene<'_>, view: &View, pixel: usize, kept: &(dyn Fn(ObjectI
     if opaque_missed || glass_missed { Doubt::Missed } else { Doubt::Closed }
 }
 
-/// True where a ray begins on something opaque, as far as `f32` tells.
+/// Whether a ray starts on an opaque surface, within the precision of `f32`.
 pub(super) fn stands_on_a_surface(rays: &RayScene<'_>, eye: DVec3, along: DVec3) -> bool {
     let rounding = along.normalize_or_zero() * single_precision(eye.abs().max_element());
     rays.first_opaque(eye - rounding, 2.0 * rounding, 1.0).is_some()
 }
 
-/// True where an opaque object of the set is within the scene's clearance of a point.
+/// Whether an opaque object of the set is within the scene's clearance of a point.
 fn is_doubled(rays: &RayScene<'_>, p: DVec3, kept: &(dyn Fn(ObjectId) -> bool + Sync)) -> bool {
     rays.is_near_opaque(p, rays.tolerance().clearance, kept)
 }
 
-/// The objects that a picture of everything shows, ascending: what a perfect culler would keep.
+/// The objects in a picture of everything, ascending: the set of a perfect culler.
 pub fn objects_shown(scene: &Scene, full: &IdBuffer) -> Vec<ObjectId> {
     let mut shown = vec![false; scene.objects.len()];
-    // Neighbouring pixels mostly show one triangle.
+    // Neighbouring pixels mostly show the same triangle.
     let mut last = [None; 2];
     for pixel in 0..full.width * full.height {
         for (layer, triangle) in [full.opaque(pixel), full.glass(pixel)].into_iter().enumerate() {
@@ -180,7 +180,7 @@ mod tests {
             let view = View { camera, near: 0.05, width: 16, height: 16 };
             let full = draw(&scene, &view, &|_| true);
             let shown = objects_shown(&scene, &full);
-            // The near plane is beyond the first.
+            // The near plane is beyond the first wall.
             assert_eq!(shown.len(), 1, "{off}");
             let behind = shown[0];
             let missed = missed_pixels(&RayScene::new(&scene), &view, &full, &shown, &|o| o != behind);
@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn of_two_surfaces_in_one_place_one_is_enough() {
-        // How far the second wall stands before the first, and whether leaving it out shows.
+        // Distance of the second wall before the first, and whether leaving it out shows.
         for (before, shows) in [(0.0, false), (0.01, true)] {
             let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
             builder.add(square(0.0)).unwrap();
@@ -219,7 +219,7 @@ mod tests {
             let camera = Camera::look_at(eye, eye - DVec3::Z, 1.0, 1.0);
             let view = View { camera, near: 0.05, width: 16, height: 16 };
             let full = draw(&scene, &view, &|_| true);
-            // Either wall may be the one that shows where both do.
+            // Either wall may be the one that shows.
             let shown = objects_shown(&scene, &full);
             let missed = |left_out: u32| {
                 let kept = move |o: ObjectId| o != ObjectId(left_out);

@@ -18,7 +18,7 @@ mod timed_culler;
 pub mod tour;
 pub mod walk;
 
-/// The `i`-th of many parts of a turn, 0 to 1: multiples of the golden section never come near each other, however many there are.
+/// The `i`-th part of a turn, 0 to 1: multiples of the golden section are never close to each other.
 fn golden_turn(i: usize) -> f64 {
     (i as f64 * 0.618_033_988_749_895).fract()
 }

@@ -1,4 +1,4 @@
-//! How a walk's frames are culled.
+//! How frames of a walk are culled.
 
 use enfilade::runtime::{FrameMode, Mode};
 use std::fmt;
@@ -7,10 +7,10 @@ use std::str::FromStr;
 /// See [`self`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum WalkMode {
-    /// As a renderer does it.
+    /// As in a renderer.
     Culled(FrameMode),
-    /// By the exact judge ([`crate::exact`]): objects of which a triangle is visible from the eye within the picture, or undecided. What the
-    /// others are held against; it takes milliseconds a frame.
+    /// By the exact judge ([`crate::exact`]): objects with a triangle that is visible from the eye within the picture, or
+    /// undecided. This is the reference for the other modes; it takes milliseconds a frame.
     Exact,
 }
 

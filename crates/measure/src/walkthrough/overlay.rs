@@ -1,4 +1,4 @@
-//! A frame of a walk as a picture: what the set draws, the portals that it saw through, what it missed, a plan, the counters.
+//! A frame of a walk as a picture: visible objects, crossed portals, missed pixels, a plan and counters.
 
 use super::missed::Missed;
 use super::picture::{CHARACTER, Picture};
@@ -11,7 +11,7 @@ use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::DVec2;
 
-/// Everything that a frame's picture shows.
+/// The contents of the picture.
 pub struct Overlay<'a> {
     /// The model.
     pub scene: &'a Scene,
@@ -21,9 +21,9 @@ pub struct Overlay<'a> {
     pub view: View,
     /// How it was culled.
     pub mode: FrameMode,
-    /// What was kept.
+    /// The visible set.
     pub visible: VisibleSet<'a>,
-    /// What was missed.
+    /// Missed pixels.
     pub missed: &'a Missed,
     /// The line at the bottom.
     pub text: String,
@@ -60,7 +60,7 @@ impl Overlay<'_> {
         }
     }
 
-    /// The plan in the upper right corner: cells of the set strong, the others pale.
+    /// The plan in the upper right corner: visible cells are strong, others pale.
     fn draw_plan(&self, picture: &mut Picture, scale: usize) {
         let (width, height) = (picture.width() as f64 * 0.30, picture.height() as f64 * 0.40);
         let (left, top) = (picture.width() as f64 - width - 6.0 * scale as f64, 6.0 * scale as f64);

@@ -1,4 +1,4 @@
-//! Camera paths: where a walk goes, as JSON in the model's own coordinates.
+//! Camera paths of walks, as JSON in the model's own coordinates.
 //!
 //! ```json
 //! {"name": "through the hall", "fov_y_degrees": 60, "near": 0.05,
@@ -10,23 +10,23 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// No field of view has so many degrees.
+/// The field of view is below this, degrees.
 const HALF_TURN: f64 = 180.0;
 
-/// A target nearer than this, metres, gives no direction.
+/// Least distance of eye and target, metres.
 const NEAREST: f64 = 1e-9;
 
-/// A camera may be so far from the origin, metres.
+/// Greatest coordinate of a camera, metres.
 const FARTHEST: f64 = 1e12;
 
-/// Most frames that a path may have.
+/// Maximum frames of a path.
 pub const MOST_FRAMES: usize = 100_000;
 
 /// A camera path.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraPath {
-    /// What people call it.
+    /// Its name.
     pub name: String,
     /// Vertical opening angle, degrees, in (0, 180).
     pub fov_y_degrees: f64,
@@ -42,32 +42,32 @@ pub struct CameraPath {
 pub struct PathFrame {
     /// Where the camera is.
     pub eye: DVec3,
-    /// What it looks at; not the eye.
+    /// The point that it looks at; not the eye.
     pub target: DVec3,
 }
 
-/// Why a camera path can't be used. The command line puts the path of the file before it.
+/// Why a camera path is invalid. The command line prefixes the file's path.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PathError {
-    /// The file can't be read.
+    /// The file cannot be read.
     #[error("{0}")]
     Io(#[from] std::io::Error),
-    /// It isn't the JSON of a camera path.
+    /// The file is not the JSON of a camera path.
     #[error("not a camera path: {0}")]
     Json(#[from] serde_json::Error),
     /// A number is out of its range.
     #[error("{what}")]
     Range {
-        /// Which, and what it should be.
+        /// The key and its range.
         what: &'static str,
     },
-    /// A frame can't be looked at.
+    /// A frame is invalid.
     #[error("frame {frame}: {what}")]
     Frame {
         /// From 0.
         frame: usize,
-        /// What is wrong with it.
+        /// The reason.
         what: &'static str,
     },
 }
@@ -88,7 +88,7 @@ impl CameraPath {
     /// Checks every number.
     pub fn validate(&self) -> Result<(), PathError> {
         let range = |what| Err(PathError::Range { what });
-        // Written so that what isn't a number fails.
+        // Written so that NaN fails.
         if !(self.fov_y_degrees > 0.0 && self.fov_y_degrees < HALF_TURN) {
             return range("fov_y_degrees must be above 0 and below 180");
         }

@@ -45,7 +45,7 @@ impl Picture {
         &mut self.pixels
     }
 
-    /// Lays `colour` over a pixel, `opacity` of it (0 to 1); does nothing outside the picture.
+    /// Blends `colour` over a pixel with `opacity` (0 to 1); ignores pixels outside the picture.
     pub fn blend(&mut self, x: i64, y: i64, colour: Colour, opacity: f32) {
         if (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y) {
             let pixel = &mut self.pixels[y as usize * self.width + x as usize];
@@ -80,14 +80,14 @@ impl Picture {
             for x in low.x as i64..high.x as i64 {
                 let p = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - a;
                 let nearest = along * p.dot(along).clamp(0.0, (b - a).length());
-                // A pixel's worth of ramp at the edge makes the line smooth.
+                // A ramp of one pixel at the edge makes the line smooth.
                 let cover = (half + 0.5 - (p - nearest).length()).clamp(0.0, 1.0);
                 self.blend(x, y, colour, cover as f32);
             }
         }
     }
 
-    /// Fills a polygon: the pixels whose middles are inside by the even-odd rule.
+    /// Fills the pixels whose centres are inside a polygon by the even-odd rule.
     pub fn polygon(&mut self, corners: &[DVec2], colour: Colour, opacity: f32) {
         let low = corners.iter().fold(f64::INFINITY, |v, p| v.min(p.y)).max(0.0);
         let high = corners.iter().fold(f64::NEG_INFINITY, |v, p| v.max(p.y)).min(self.height as f64);
@@ -111,7 +111,7 @@ impl Picture {
         }
     }
 
-    /// Text in an 8 x 8 font, `scale` pixels a dot; characters that it hasn't are left blank.
+    /// Text in an 8 x 8 font, `scale` pixels a dot; unknown characters stay blank.
     pub fn text(&mut self, x: i64, y: i64, scale: usize, text: &str, colour: Colour) {
         let size = scale as i64;
         for (i, c) in text.chars().enumerate() {
@@ -160,7 +160,7 @@ pub fn hsv(hue: f32, saturation: f32, value: f32) -> Colour {
     })
 }
 
-/// A hue for the `i`-th of many things: neighbours in number are far apart in colour.
+/// A hue for the `i`-th of many things: consecutive numbers get distant hues.
 pub fn hue(i: usize) -> f32 {
     super::golden_turn(i) as f32
 }

@@ -1,4 +1,4 @@
-//! Plans: the cells of a file cut at a height, seen from above, with the portals between them.
+//! Plans: horizontal sections of a file's cells, with the portals between them.
 
 use super::picture::{CHARACTER, Colour, Picture, hsv, hue};
 use enfilade::file::PvsFile;
@@ -18,14 +18,14 @@ pub fn portal_colour(kind: PortalKind) -> Colour {
     }
 }
 
-/// Where a plan lies on a picture.
+/// Position of a plan on a picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PlanView {
     /// The height of the cut, metres, relative to the file's origin.
     pub y: f64,
-    /// The least x and z that are shown, metres.
+    /// The least x and z shown, metres.
     min: DVec2,
-    /// The greatest.
+    /// The greatest x and z.
     max: DVec2,
     /// The picture's pixels at `min`.
     corner: DVec2,
@@ -34,8 +34,8 @@ pub struct PlanView {
 }
 
 impl PlanView {
-    /// Fits the closed cells at height `y`, and some more points (x, z), into a rectangle of pixels; where there is no such
-    /// cell, all objects.
+    /// Fits the closed cells at height `y`, and further points (x, z), into a rectangle of pixels. Without such a cell it fits
+    /// all objects.
     pub fn fit(file: &PvsFile, y: f64, more: &[DVec2], left: f64, top: f64, width: f64, height: f64) -> Self {
         let around = |points: &mut dyn Iterator<Item = DVec2>| {
             points.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
@@ -60,7 +60,7 @@ impl PlanView {
         self.corner + (p - self.min) * self.scale
     }
 
-    /// Draws cells, and the portals between them on top: those for which `shown` is true in colours, the others in grey below.
+    /// Draws cells and then portals: coloured if `shown` is true, otherwise grey and below.
     pub fn draw(&self, picture: &mut Picture, file: &PvsFile, shown: &dyn Fn(CellId) -> bool) {
         for pass in [false, true] {
             for (c, cell) in file.cells.iter().enumerate().filter(|&(c, _)| shown(CellId(c as u32)) == pass) {
@@ -71,7 +71,7 @@ impl PlanView {
                 }
             }
         }
-        // As wide as a wall, where that can be seen.
+        // As wide as a wall, but always visible.
         let thickness = (0.15 * self.scale).clamp(0.8, 3.0);
         for pass in [false, true] {
             for portal in file.portals.iter().filter(|portal| portal.cells.iter().any(|&c| shown(c)) == pass) {
@@ -83,7 +83,7 @@ impl PlanView {
         }
     }
 
-    /// The part of a convex piece at the height of the cut, (x, z), within what is shown.
+    /// The section of a convex piece at the height of the cut, (x, z), within the plan.
     fn slice(&self, planes: &[Vec4]) -> Vec<DVec2> {
         let (min, max) = (self.min, self.max);
         let corners = [min, DVec2::new(max.x, min.y), max, DVec2::new(min.x, max.y)];
@@ -95,7 +95,7 @@ impl PlanView {
         polygon.into_iter().map(|p| DVec2::new(p.x, p.z)).collect()
     }
 
-    /// Where a winding crosses the height of the cut, (x, z).
+    /// The section of a winding at the height of the cut, (x, z).
     fn cut(&self, winding: &[DVec3]) -> Option<(DVec2, DVec2)> {
         let mut ends =
             winding.iter().zip(winding.iter().cycle().skip(1)).filter(|(a, b)| (a.y <= self.y) != (b.y <= self.y)).map(
@@ -107,7 +107,7 @@ impl PlanView {
         Some((ends.next()?, ends.next()?))
     }
 
-    /// Draws the eye and what it looks at: `left` and `right` are the view's sides as directions (x, z).
+    /// Draws the eye and its view: `left` and `right` are the sides of the view as directions (x, z).
     pub fn draw_eye(&self, picture: &mut Picture, eye: DVec2, left: DVec2, right: DVec2) {
         let at = self.pixel(eye);
         let reach = (self.max - self.min).length() * self.scale * 0.14;

@@ -1,4 +1,4 @@
-//! What each portal costs: how much less is drawn if it is shut.
+//! The cost of each portal: the triangles saved if it is shut.
 
 use super::tour::tour;
 use enfilade::PortalId;
@@ -9,8 +9,8 @@ pub use enfilade::types::portal::PortalCost;
 /// Width over height of the screen.
 const ASPECT: f64 = 16.0 / 9.0;
 
-/// Of the portals that a walk through every cell sees through: the triangles that a frame draws less in the mean where the portal is shut and
-/// all others are open. The dearest come first; those that cost nothing are left out.
+/// Mean triangles that a frame saves if a portal is shut and all others are open, on a walk through every cell. Only portals that
+/// the walk sees through; the most expensive first, without those that cost nothing.
 pub fn portal_costs(file: &PvsFile, seed: u64) -> Vec<PortalCost> {
     let path = tour(file, seed);
     let mut culler = Culler::new(file);

@@ -1,14 +1,14 @@
-//! A software rasteriser for triangle ids: which triangle is in front at each pixel's middle.
+//! A software rasteriser for triangle ids: the front triangle at each pixel's centre.
 //!
-//! Based on: J. Pineda, *A parallel algorithm for polygon rasterization*, 1988 (edge functions). Deviations: edge functions
-//! and depth are `f64` on positions that are not snapped to a grid, so a pixel is right to within rounding; an edge function is
-//! always taken from the lesser end of its edge, so two triangles that share an edge see values of opposite sign and equal
-//! size, and with the top-left rule each pixel on it belongs to exactly one of them. Clipping (the near plane, and a guard
-//! band so that no coordinate gets large) cuts a shared edge at the same point from both sides.
+//! Based on: J. Pineda, *A parallel algorithm for polygon rasterization*, 1988 (edge functions). Deviations: edge functions and
+//! depth are `f64` on positions that are not snapped to a grid, so pixels are right within rounding. An edge function always
+//! starts at the lesser end of its edge, so two triangles with a common edge get values of opposite sign and equal size; with the
+//! top-left rule each pixel on it belongs to exactly one of them. Clipping (the near plane, and a guard band that limits
+//! coordinates) cuts a shared edge at the same point from both sides.
 //!
-//! See-through objects hide nothing. They are a second layer: the frontmost of them before the opaque surface.
+//! See-through objects hide nothing. They form a second layer: the frontmost of them before the opaque surface.
 //!
-//! Bands of rows are drawn independently, each in triangle order: the same ids on any number of threads.
+//! Bands of rows are drawn independently, each in triangle order: ids do not depend on the number of threads.
 
 use enfilade::ObjectId;
 use enfilade::geom::Aabb;
@@ -17,14 +17,14 @@ use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
 use glam::{DVec2, DVec3};
 
-/// Rows of pixels that one task draws.
+/// Rows of pixels per task.
 const BAND: usize = 16;
-/// Objects whose triangles one task projects.
+/// Objects projected per task.
 const CHUNK: usize = 64;
-/// Triangles are cut where they leave the screen by this many times its half-size.
+/// Triangles are clipped at this many half-sizes of the screen.
 const GUARD: f64 = 8.0;
 
-/// A camera and the picture that it takes.
+/// A camera and the size of its picture.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct View {
     /// The camera.
@@ -38,7 +38,7 @@ pub struct View {
 }
 
 impl View {
-    /// Normalised device coordinates of a point of the picture: pixels from the upper left corner, middles at halves.
+    /// Normalised device coordinates of a point of the picture: pixels from the upper left corner, pixel centres at halves.
     pub fn ndc(&self, pixel: DVec2) -> DVec2 {
         DVec2::new(2.0 * pixel.x / self.width as f64 - 1.0, 1.0 - 2.0 * pixel.y / self.height as f64)
     }
@@ -56,7 +56,7 @@ type Id = u32;
 #[derive(Clone, PartialEq, Debug)]
 struct Layer {
     ids: Vec<Id>,
-    /// 1 / w; 0 where nothing is.
+    /// 1 / w; 0 if empty.
     depths: Vec<f32>,
 }
 
@@ -66,7 +66,7 @@ impl Layer {
     }
 }
 
-/// What is in front at each pixel, row by row from the top.
+/// The front triangles of each pixel, row by row from the top.
 #[derive(Clone, PartialEq, Debug)]
 pub struct IdBuffer {
     /// Width, pixels.
@@ -83,12 +83,12 @@ impl IdBuffer {
         (self.opaque.ids[pixel] as usize).checked_sub(1)
     }
 
-    /// The frontmost see-through triangle at a pixel, where it is before the opaque surface.
+    /// The frontmost see-through triangle at a pixel, if it is before the opaque surface.
     pub fn glass(&self, pixel: usize) -> Option<usize> {
         (self.glass.ids[pixel] as usize).checked_sub(1)
     }
 
-    /// Distance of the opaque surface along the view direction, metres; infinite where there is none.
+    /// Distance of the opaque surface along the view direction, metres; infinite if there is none.
     pub fn depth(&self, pixel: usize) -> f32 {
         1.0 / self.opaque.depths[pixel]
     }
@@ -101,7 +101,7 @@ struct Projected {
     id: Id,
 }
 
-/// The triangles of some objects, and the first and last row that each touches: what a band reads to skip most of them.
+/// Projected triangles of some objects, with their first and last rows, so that a band can skip most of them.
 #[derive(Default)]
 struct Batch {
     rows: Vec<[u16; 2]>,
@@ -132,7 +132,7 @@ pub fn draw(scene: &Scene, view: &View, shown: &(dyn Fn(ObjectId) -> bool + Sync
     parallel::for_each_mut(&mut bands, |b, ((ids, depths), (glass_ids, glass_depths))| {
         let mut rows = Rows { width: view.width, first: b * BAND, ids, depths };
         batches.iter().for_each(|batch| rows.draw(&batch[0]));
-        // Glass is hidden by what is opaque, so it starts from those depths.
+        // Opaque surfaces hide glass, so its layer starts with their depths.
         glass_depths.copy_from_slice(rows.depths);
         let mut rows = Rows { width: view.width, first: b * BAND, ids: glass_ids, depths: glass_depths };
         batches.iter().for_each(|batch| rows.draw(&batch[1]));
@@ -145,22 +145,22 @@ fn clip_coordinates(camera: &Camera, p: DVec3) -> DVec3 {
     DVec3::new(camera.x.as_dvec3().dot(v), camera.y.as_dvec3().dot(v), camera.w.as_dvec3().dot(v))
 }
 
-/// What is kept by each clip plane, as a form that is at least 0 inside: near, then the four sides of `guard` screens.
+/// The clip planes as forms that are at least 0 inside: near, then the four sides of `guard` screens.
 fn inside(near: f64, guard: f64, p: DVec3) -> [f64; 5] {
     [p.z - near, guard * p.z - p.x, guard * p.z + p.x, guard * p.z - p.y, guard * p.z + p.y]
 }
 
-/// False only where a box is certainly off the screen.
+/// Whether a box may be on the screen; conservative.
 fn may_be_on_screen(view: &View, bounds: &Aabb) -> bool {
     let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-        // A hair wider than the screen, so that rounding here never matters.
+        // Slightly wider than the screen, so that rounding does not matter.
         inside(view.near, 1.0 + 1e-9, clip_coordinates(&view.camera, DVec3::new(pick(0), pick(1), pick(2))))
     });
     (0..5).all(|plane| corners.iter().any(|c| c[plane] >= 0.0))
 }
 
-/// Projects a triangle, clipped where it has to be, onto the screen.
+/// Projects a triangle onto the screen, clipped if necessary.
 fn project(scene: &Scene, view: &View, triangle: u32, out: &mut Batch) {
     let clip = scene.corners(triangle as usize).map(|p| clip_coordinates(&view.camera, p));
     let on_screen = clip.map(|p| inside(view.near, 1.0, p));
@@ -186,7 +186,7 @@ fn project(scene: &Scene, view: &View, triangle: u32, out: &mut Batch) {
                 kept += 1;
             }
             if (da >= 0.0) != (db >= 0.0) {
-                // From the inner end to the outer, whichever way round the triangle is.
+                // From the inner end to the outer, for either winding.
                 let (inner, outer, di, d_o) = if da >= 0.0 { (a, b, da, db) } else { (b, a, db, da) };
                 next[kept] = inner + (outer - inner) * (di / (di - d_o));
                 kept += 1;
@@ -208,7 +208,7 @@ fn emit(view: &View, clip: [DVec3; 3], triangle: u32, out: &mut Batch) {
     }
     let least = corners[0].min(corners[1]).min(corners[2]);
     let most = corners[0].max(corners[1]).max(corners[2]);
-    // The pixels whose middles are within the box around it.
+    // The pixels whose centres are within its box.
     let (first, last) = ((least - 0.5).ceil().max(DVec3::ZERO), (most - 0.5).floor());
     let last = last.min(DVec3::new(view.width as f64 - 1.0, view.height as f64 - 1.0, f64::INFINITY));
     if area != 0.0 && first.x <= last.x && first.y <= last.y {
@@ -222,7 +222,7 @@ struct Edge {
     from: DVec2,
     a: f64,
     b: f64,
-    /// A pixel exactly on the edge belongs to this triangle.
+    /// Whether a pixel exactly on the edge belongs to this triangle.
     owns: bool,
 }
 
@@ -230,7 +230,7 @@ impl Edge {
     fn new(p: DVec2, q: DVec2) -> Self {
         let d = q - p;
         let forward = (p.x, p.y) <= (q.x, q.y);
-        // The same numbers whichever way the edge is walked; only the sign of both differs.
+        // The same numbers for both directions of the edge; only the signs differ.
         let (from, to) = if forward { (p, q) } else { (q, p) };
         let (a, b) = (from.y - to.y, to.x - from.x);
         let (a, b) = if forward { (a, b) } else { (-a, -b) };
@@ -265,13 +265,13 @@ impl Rows<'_> {
     fn draw_triangle(&mut self, triangle: &Projected, from: usize, to: usize) {
         let c = triangle.corners;
         let [p, q, r] = c.map(DVec3::truncate);
-        // Each edge faces the corner whose depth it weighs.
+        // Each edge weighs the depth of the opposite corner.
         let edges = [Edge::new(q, r), Edge::new(r, p), Edge::new(p, q)];
         let left = p.x.min(q.x).min(r.x);
         let right = p.x.max(q.x).max(r.x);
         for y in from..=to {
             let middle = y as f64 + 0.5;
-            // Where the row meets each edge, a pixel wider: the edge functions decide what is within.
+            // The row's range, one pixel wider: the edge functions decide.
             let (mut low, mut high) = (left, right);
             for edge in &edges {
                 let x = edge.from.x - edge.b * (middle - edge.from.y) / edge.a;
@@ -331,7 +331,7 @@ mod tests {
         View { camera, near, width, height }
     }
 
-    /// Moeller, Trumbore: t of the hit, and how near (in barycentric coordinates) it is to an edge.
+    /// Möller, Trumbore: t of the hit, and its barycentric distance from an edge.
     fn hit(corners: [DVec3; 3], from: DVec3, along: DVec3) -> Option<(f64, f64)> {
         let (e1, e2) = (corners[1] - corners[0], corners[2] - corners[0]);
         let p = along.cross(e2);
@@ -384,8 +384,8 @@ mod tests {
         assert!(compared > 20 * 53 * 41 * 9 / 10, "only {compared} pixels were compared");
     }
 
-    /// A fan whose edges go through pixel middles, and one that surrounds the eye so that every triangle is clipped: no pixel
-    /// is left out. Nothing lies behind, so a gap would show.
+    /// A fan whose edges pass through pixel centres, and one around the eye whose triangles are all clipped: every pixel is
+    /// covered. There is nothing behind, so a gap would show.
     #[test]
     fn closed_surfaces_have_no_gaps() {
         let ring: Vec<DVec3> = (0..64)

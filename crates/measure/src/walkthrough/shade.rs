@@ -1,4 +1,4 @@
-//! From triangle ids to a shaded view: two lights, flat faces, thin lines where surfaces meet, tinted glass.
+//! A shaded picture from triangle ids: two lights, flat faces, thin lines between surfaces, tinted glass.
 
 use super::picture::{Colour, Picture, hsv, hue, mix};
 use super::raster::{IdBuffer, View};
@@ -6,19 +6,19 @@ use enfilade::parallel;
 use enfilade::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 
-/// So have normals with a smaller cosine than this (32 degrees).
+/// Normals with a smaller cosine (32 degrees) have an edge between them.
 const BEND: f64 = 0.85;
 
 /// Depths that differ by more than this share of the nearer one have an edge between them.
 const STEP: f32 = 0.08;
 
-/// What is missed.
+/// Missed pixels.
 pub const MAGENTA: Colour = [255, 0, 200];
 
 const SKY_HIGH: Colour = [198, 218, 238];
 const SKY_LOW: Colour = [244, 243, 238];
 
-/// Shades what is in front at each pixel.
+/// Shades the front triangle of each pixel.
 pub fn shade(scene: &Scene, view: &View, ids: &IdBuffer) -> Picture {
     let mut picture = Picture::new(view.width, view.height, SKY_LOW);
     let width = view.width;
@@ -29,9 +29,9 @@ pub fn shade(scene: &Scene, view: &View, ids: &IdBuffer) -> Picture {
             let ray = view.camera.ray(view.ndc(DVec2::new(x as f64 + 0.5, y as f64 + 0.5))).normalize();
             *colour = match ids.opaque(pixel) {
                 Some(triangle) => {
-                    let lit = light(scene, triangle, ray, base(scene, triangle));
-                    let line = if is_edge(scene, ids, pixel, x, y) { mix(lit, [40, 44, 52], 0.35) } else { lit };
-                    // Far walls fade a little: depth without shadows.
+                    let shaded = light(scene, triangle, ray, base(scene, triangle));
+                    let line = if is_edge(scene, ids, pixel, x, y) { mix(shaded, [40, 44, 52], 0.35) } else { shaded };
+                    // Distant walls fade a little, to show depth without shadows.
                     mix(line, SKY_LOW, (f64::from(ids.depth(pixel)) / far).min(1.0) as f32 * 0.35)
                 }
                 None => mix(SKY_LOW, SKY_HIGH, (ray.y * 1.5).clamp(0.0, 1.0) as f32),
@@ -40,7 +40,7 @@ pub fn shade(scene: &Scene, view: &View, ids: &IdBuffer) -> Picture {
                 let role = scene.objects[scene.object_of(triangle).index()].role;
                 let (tint, opacity) =
                     if role == Role::Door { (base(scene, triangle), 0.45) } else { ([150, 205, 220], 0.28) };
-                // Glass is clearer face on than at a slant.
+                // Glass is clearer at a right angle.
                 let slant = 1.0 - normal(scene, triangle).dot(ray).abs() as f32;
                 *colour = mix(*colour, light(scene, triangle, ray, tint), opacity + 0.25 * slant);
             }
@@ -54,7 +54,7 @@ fn normal(scene: &Scene, triangle: usize) -> DVec3 {
     (b - a).cross(c - a).normalize_or(DVec3::Y)
 }
 
-/// Lambert's law with a key light, a fill light and light from above, on the side that is seen.
+/// Lambert's law with a key light, a fill light and light from above, on the visible side.
 fn light(scene: &Scene, triangle: usize, ray: DVec3, colour: Colour) -> Colour {
     let n = normal(scene, triangle);
     let n = if n.dot(ray) > 0.0 { -n } else { n };
@@ -76,8 +76,8 @@ fn base(scene: &Scene, triangle: usize) -> Colour {
     }
 }
 
-/// True where the surface at a pixel ends before the pixel below it or to its right: another object at another depth, or a
-/// face that turns away.
+/// Whether a surface ends between a pixel and the one below it or to its right: a different triangle at another depth or with a
+/// different normal.
 fn is_edge(scene: &Scene, ids: &IdBuffer, pixel: usize, x: usize, y: usize) -> bool {
     let Some(here) = ids.opaque(pixel) else { return false };
     let beside = [(x + 1 < ids.width).then_some(pixel + 1), (y + 1 < ids.height).then_some(pixel + ids.width)];

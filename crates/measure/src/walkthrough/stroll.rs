@@ -1,4 +1,4 @@
-//! A path gone along at a speed, frame by frame.
+//! A path at a constant speed, frame by frame.
 
 use super::path::{CameraPath, PathFrame};
 use super::tour::even_tour;
@@ -6,10 +6,10 @@ use enfilade::file::PvsFile;
 use enfilade::runtime::Camera;
 use glam::DVec3;
 
-/// Two frames of a path that are farther apart than this, metres, are a jump: nobody walks from one to the other. More: a straight way from one
-/// room to another, through walls, counts as a walk. Less: a path whose frames are a second apart falls into pieces.
+/// Two frames of a path farther apart than this, metres, are a jump. More: a straight line between rooms, through walls, counts
+/// as a walk. Less: a path with a frame a second falls apart.
 const JUMP: f64 = 3.0;
-/// Vertical opening angle of the walk through every cell, degrees; the same as [`super::tour::tour`] has.
+/// Vertical opening angle of the walk through every cell, degrees; as in [`super::tour::tour`].
 const FOV_Y: f64 = 65.0;
 
 /// See the [module](self).
@@ -17,23 +17,23 @@ const FOV_Y: f64 = 65.0;
 pub struct Stroll {
     /// Vertical opening angle, degrees.
     pub fov_y_degrees: f64,
-    /// Frames, each a step farther than the one before, in legs that begin with a jump.
+    /// Frames a step apart, in legs that begin with a jump.
     pub legs: Vec<Vec<PathFrame>>,
 }
 
 impl Stroll {
-    /// Along a path, straight from frame to frame; `step` metres a frame, above 0. A path of one place has one frame.
+    /// Follows a path in straight lines; `step` metres a frame, above 0. A path of one place has one frame.
     pub fn along(path: &CameraPath, step: f64) -> Self {
         let legs = path.frames.chunk_by(|a, b| a.eye.distance(b.eye) <= JUMP);
         Self { fov_y_degrees: path.fov_y_degrees, legs: legs.map(|leg| even(leg, step)).collect() }
     }
 
-    /// Through every cell of a file, by the way of [`super::tour::tour`]; `step` metres a frame, above 0.
+    /// Visits every cell of a file, as [`super::tour::tour`]; `step` metres a frame, above 0.
     pub fn through(file: &PvsFile, seed: u64, step: f64) -> Self {
         Self { fov_y_degrees: FOV_Y, legs: even_tour(file, seed, step) }
     }
 
-    /// Frames of all legs.
+    /// Number of frames in all legs.
     pub fn frames(&self) -> usize {
         self.legs.iter().map(Vec::len).sum()
     }
@@ -47,7 +47,7 @@ impl Stroll {
 /// Frames of one leg, a step apart.
 fn even(leg: &[PathFrame], step: f64) -> Vec<PathFrame> {
     let mut out = vec![leg[0]];
-    // Metres from the last frame to the place that is looked at.
+    // Metres from the last frame to the start of the current segment.
     let mut walked = 0.0;
     for pair in leg.windows(2) {
         let length = pair[0].eye.distance(pair[1].eye);
@@ -61,11 +61,11 @@ fn even(leg: &[PathFrame], step: f64) -> Vec<PathFrame> {
     out
 }
 
-/// A frame between two; it turns as it goes.
+/// Interpolates eye and direction of two frames.
 fn between(a: PathFrame, b: PathFrame, t: f64) -> PathFrame {
     let eye = a.eye.lerp(b.eye, t);
     let [from, to] = [a, b].map(|frame| (frame.target - frame.eye).normalize_or(DVec3::X));
-    // Opposite directions have no middle.
+    // The mean of opposite directions is zero.
     PathFrame { eye, target: eye + from.lerp(to, t).normalize_or(to) }
 }
 

@@ -1,4 +1,4 @@
-//! What culling a walk's frames takes.
+//! Measures the time of culling a walk's frames.
 
 use super::raster::View;
 use enfilade::ObjectId;
@@ -8,23 +8,23 @@ use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::runtime::{Culler, FrameCuller, FrameMode, VisibleSet};
 use std::time::Instant;
 
-/// What a frame took, microseconds.
+/// Times of a frame, microseconds.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Times {
-    /// Culling; where an oracle is asked, with what it draws.
+    /// Culling; in modes with queries, including the triangles that the oracle draws.
     pub cull: f64,
-    /// With all that is left drawn into the oracle, where there is one.
+    /// The same plus drawing all remaining objects into the oracle, if there is one.
     pub frame: Option<f64>,
 }
 
-/// Times the culling of a walk's frames in a mode, one after the other.
+/// Times the culling of a walk's frames in one mode.
 pub(super) struct TimedCuller {
     mode: FrameMode,
     frames: FrameCuller,
 }
 
 impl TimedCuller {
-    /// `tree`: of the culler's objects, for modes with queries.
+    /// `tree`: the hierarchy of the culler's objects, for modes with queries.
     pub fn new(mode: FrameMode, culler: &Culler, tree: impl FnOnce() -> Hierarchy) -> Self {
         let mut frames = FrameCuller::new(culler);
         if mode.has_queries() {
@@ -33,8 +33,8 @@ impl TimedCuller {
         Self { mode, frames }
     }
 
-    /// Culls a frame, and draws what is left into the oracle, if there is one; modes with queries need it. Says how the frame was culled,
-    /// and what it took.
+    /// Culls a frame and draws the remaining objects into the oracle, if there is one; modes with queries need it. Returns the
+    /// set, the mode that was used and the times.
     pub fn cull(
         &mut self,
         culler: &Culler,
@@ -56,15 +56,15 @@ impl TimedCuller {
     }
 }
 
-/// Draws what is left of a frame that no query was asked in.
+/// Draws the remaining objects of a frame without queries.
 pub(super) fn draw_rest(oracle: &mut DepthBuffer<'_>, view: &View, objects: &[ObjectId]) {
     let view = nearer(view);
     oracle.begin(&view.camera.view(view.near));
     objects.iter().for_each(|&object| OcclusionOracle::draw(oracle, object));
 }
 
-/// The view that pictures are compared in: from the eye itself. A camera that stands nearer to a wall than its near plane looks through
-/// the wall, which no culler by visibility foresees.
+/// The view used to compare pictures, from the eye itself. A camera nearer to a wall than its near plane sees through the wall,
+/// which a visibility culler does not model.
 pub(super) fn nearer(view: &View) -> View {
     View { near: view.near * 1e-3, ..*view }
 }

@@ -1,10 +1,10 @@
-//! A camera path through every cell of a file, for a walk without one.
+//! A camera path through every cell of a file, for walks without a path.
 //!
-//! Cells are visited in the depth-first order of a spanning tree over portals that goes through windows only where nothing
-//! else leads. Within a cell the way goes from piece to piece where they touch. Cells may reach into walls: thin pieces are left
-//! by the shortest step into a thick one, and in thick ones the way keeps off the sides. The eye is 1.6 m above the floor of
-//! the piece that it is in, lower where the piece is low; all lengths are a person's, whatever unit the model is in. Cells no wider than twice
-//! the clearance are chinks, and left out. A file of one open cell has no way: there the eye jumps from object to object.
+//! Cells are visited in the depth-first order of a spanning tree over portals that uses windows only if nothing else leads to a
+//! cell. Within a cell the path goes from piece to piece where they touch. Cells may reach into walls: the path leaves thin
+//! pieces by the shortest step into a thick one, and keeps away from the sides of thick ones. The eye is 1.6 m above the floor of
+//! its piece, lower in low pieces; all lengths are a person's, in whatever unit the model is. Cells no wider than twice the
+//! clearance are left out. In a file of one open cell the eye jumps from object to object.
 
 use super::path::{CameraPath, PathFrame};
 use enfilade::file::{FileObject, PvsFile};
@@ -17,21 +17,21 @@ use std::cell::RefCell;
 use std::collections::{HashMap, VecDeque};
 use std::rc::Rc;
 
-/// A shorter way than this, metres, has no direction to look in.
+/// A path shorter than this, metres, has no direction.
 const LEAST_STEP: f64 = 1e-3;
 
-/// Points nearer than this, metres, are one.
+/// Points nearer than this, metres, coincide.
 const SAME_PLACE: f64 = 1e-6;
 
-/// A plane whose normal has no larger cosine with the vertical than this is a wall: nobody stands on it.
+/// A plane whose normal has at most this cosine with the vertical is a wall.
 const UPRIGHT: f64 = 1e-6;
 
-/// Frames of a tour, at most; a file with more cells than this has some of them left out, evenly.
+/// Maximum frames of a tour; a file with more cells has some of them left out, evenly.
 const MOST_FRAMES: usize = 240;
-/// Places in a file of one open cell, and looks around from the only places of a path, at most.
+/// Maximum places in a file of one open cell, and maximum views from the only places of a path.
 const PLACES: usize = 24;
 const LOOKS: usize = 96;
-/// Metres between frames, at least.
+/// Least distance between frames, metres.
 const STEP: f64 = 0.25;
 
 /// The same file and seed give the same path.
@@ -46,7 +46,7 @@ pub fn tour(file: &PvsFile, seed: u64) -> CameraPath {
     CameraPath { name: format!("tour {seed}"), fov_y_degrees: 65.0, near, frames: frames.collect() }
 }
 
-/// The same way gone along evenly, with nothing left out: a frame every `step` metres of a person, above 0, in legs that don't join.
+/// The same path in even steps, with nothing left out: a frame every `step` metres of a person, above 0, in separate legs.
 pub fn even_tour(file: &PvsFile, seed: u64, step: f64) -> Vec<Vec<PathFrame>> {
     let rooms = Rooms::of(file);
     let mut way = rooms.way(file, seed);
@@ -64,20 +64,20 @@ pub fn even_tour(file: &PvsFile, seed: u64, step: f64) -> Vec<Vec<PathFrame>> {
     way.legs.iter().map(even).filter(|leg| !leg.is_empty()).collect()
 }
 
-/// A convex piece within the model's surroundings.
+/// A convex piece within the surroundings of the model.
 struct Room {
     planes: Vec<Plane>,
     bounds: Aabb,
-    /// A point at eye height inside.
+    /// A point inside at eye height.
     stand: DVec3,
     /// Distance from there to the nearest side, metres.
     breadth: f64,
-    /// By plane: how far off it a walk keeps, metres. Less than a third of the way across, so that three sides leave room.
+    /// By plane: distance that a walk keeps from it, metres. Less than a third of the width, so that three sides leave room.
     off: Vec<f64>,
 }
 
 impl Room {
-    /// `None` where nothing is inside the planes.
+    /// `None` if the planes enclose nothing.
     fn new(planes: Vec<Plane>) -> Option<Self> {
         let corners = corners(&planes);
         let bounds = Aabb::of(corners.iter().copied());
@@ -99,10 +99,10 @@ impl Room {
         Some(Self { planes, bounds, stand, breadth, off })
     }
 
-    /// A point inside, near to `p`, at eye height, off the sides as far as there is room for.
+    /// A point inside near `p`, at eye height, away from the sides if there is room.
     fn step_from(&self, p: DVec3) -> DVec3 {
         let mut q = p.with_y(self.stand.y);
-        // Projections onto convex sets in turn (Bregman 1965): near enough to the nearest point.
+        // Alternating projections onto convex sets (Bregman 1965), which end near the nearest point.
         for _ in 0..64 {
             for (plane, off) in self.planes.iter().zip(&self.off) {
                 q -= plane.n * (plane.distance(q) + off).max(0.0);
@@ -111,12 +111,12 @@ impl Room {
         q
     }
 
-    /// Inside a wall, most likely.
+    /// Probably inside a wall.
     fn is_thin(&self) -> bool {
         self.breadth < 0.2
     }
 
-    /// How far outside `p` is, metres; negative inside.
+    /// Distance of `p` outside, metres; negative inside.
     fn outside(&self, p: DVec3) -> f64 {
         self.planes.iter().map(|plane| plane.distance(p)).fold(f64::NEG_INFINITY, f64::max)
     }
@@ -141,9 +141,9 @@ fn corners(planes: &[Plane]) -> Vec<DVec3> {
     out
 }
 
-/// Pieces and where they touch, in a person's metres.
+/// Pieces and how they touch, in a person's metres.
 struct Rooms {
-    /// What a person's metre is in the model.
+    /// A person's metre in units of the model.
     metre: f64,
     bounds: Aabb,
     rooms: Vec<Room>,
@@ -151,11 +151,11 @@ struct Rooms {
     cells: Vec<Vec<usize>>,
     /// By room: the rooms of the same cell whose boxes its box touches, ascending.
     beside: Vec<Vec<usize>>,
-    /// Rooms are said to touch within this, metres.
+    /// Tolerance of touching, metres.
     touch: f64,
     /// The file's clearance.
     clearance: f64,
-    /// What is common to two rooms, the lower first, as far as a way has asked; `None` where they don't touch.
+    /// Intersections of two rooms, the lower number first, as far as computed; `None` if they do not touch.
     passages: RefCell<HashMap<[usize; 2], Option<Rc<Room>>>>,
 }
 
@@ -168,7 +168,7 @@ impl Rooms {
         }
     }
 
-    /// What a person's metre is, by the height of the median cubic metre in closed cells.
+    /// A person's metre, from the height of the median cubic metre in closed cells.
     fn person(&self, file: &PvsFile) -> f64 {
         let closed = self.cells.iter().zip(&file.cells).filter(|(_, cell)| !cell.open).flat_map(|(rooms, _)| rooms);
         let mut sizes: Vec<DVec3> = closed.map(|&room| self.rooms[room].bounds.size()).collect();
@@ -189,7 +189,7 @@ impl Rooms {
         let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3() / metre);
         let all = Aabb::of(objects.chain(corners));
         let all = if all.is_empty() { Aabb { min: DVec3::NEG_ONE, max: DVec3::ONE } } else { all };
-        // Around the model, where a walk outside has it in view; not below it.
+        // Extends around the model, so that a walk outside sees it; not below it.
         let around = (all.size().max_element() * 0.25).max(1e-3);
         let bounds = Aabb { min: all.min - DVec3::new(around, 0.0, around), max: all.max + around };
         let edge = (0..3).flat_map(|axis| {
@@ -213,14 +213,14 @@ impl Rooms {
         Self { metre, bounds, rooms, cells, beside, touch, clearance, passages: RefCell::default() }
     }
 
-    /// What is common to two rooms that touch.
+    /// The intersection of two rooms that touch.
     fn passage(&self, a: usize, b: usize) -> Option<Rc<Room>> {
         let key = [a.min(b), a.max(b)];
         let find = || between(&self.rooms[key[0]], &self.rooms[key[1]], self.touch).map(Rc::new);
         self.passages.borrow_mut().entry(key).or_insert_with(find).clone()
     }
 
-    /// The piece of a cell that a walk stands in: the largest. `None` in a chink: who has a surface within the clearance is promised nothing.
+    /// The largest piece of a cell, where a walk stands. `None` if the clearance does not fit: the guarantee excludes such cells.
     fn main(&self, cell: usize) -> Option<usize> {
         let size = |&r: &usize| self.rooms[r].bounds.size().element_product();
         let wide = self.cells[cell].iter().copied().filter(|&r| self.rooms[r].breadth > self.clearance);
@@ -233,9 +233,9 @@ impl Rooms {
         self.cells[cell].iter().copied().min_by(|a, b| far(a).total_cmp(&far(b)).then(a.cmp(b)))
     }
 
-    /// Points on the way from `start` in piece `from` to `end` in piece `to` of the same cell, these two included.
+    /// The path from `start` in piece `from` to `end` in piece `to` of the same cell, with both ends.
     fn within(&self, (start, from): (DVec3, usize), (end, to): (DVec3, usize)) -> Vec<DVec3> {
-        // Out of thin pieces at both ends, each by its own shortest step.
+        // Leaves thin pieces at both ends by the shortest step.
         let (mut first, mut last) = (vec![start], vec![end]);
         let (from, to) = (self.leave_thin(from, &mut first), self.leave_thin(to, &mut last));
         let mut before: HashMap<usize, (usize, Rc<Room>)> = HashMap::new();
@@ -259,7 +259,7 @@ impl Rooms {
         first
     }
 
-    /// Goes from a thin piece to the largest that it touches, if that isn't thin: the piece where the way is then.
+    /// Steps from a thin piece into the largest thick one that it touches. Returns the piece reached.
     fn leave_thin(&self, room: usize, points: &mut Vec<DVec3>) -> usize {
         let size = |r: usize| self.rooms[r].bounds.size().element_product();
         if !self.rooms[room].is_thin() {
@@ -276,13 +276,13 @@ impl Rooms {
         }
     }
 
-    /// Goes through a passage into a piece.
+    /// Steps through a passage into a piece.
     fn step(&self, room: usize, passage: &Room, points: &mut Vec<DVec3>) {
         let between = passage.step_from(points[points.len() - 1]);
         points.extend([between, self.rooms[room].step_from(between)]);
     }
 
-    /// The whole way: every cell that has a piece, in the order of the tree.
+    /// The whole path: every cell with a piece, in the order of the tree.
     fn way(&self, file: &PvsFile, seed: u64) -> Way {
         let tree = spanning_tree(file, seed);
         let mut visited = vec![false; self.cells.len()];
@@ -300,7 +300,7 @@ impl Rooms {
             let Some(main) = self.main(first).filter(|_| !visited[first]) else { continue };
             visited[first] = true;
             way.jump(self.rooms[main].stand);
-            // The cell, the next of its tree edges to take, and the portal back to where it was entered from.
+            // The cell, its next tree edge, and the portal through which it was entered.
             let mut stack = vec![(first, 0, None)];
             let mut at = main;
             while let Some((cell, next, back)) = stack.last_mut() {
@@ -324,7 +324,7 @@ impl Rooms {
                 let (portal, target) = through;
                 let door = stand_in(&file.portals[portal].winding, self.metre);
                 let (Some(leave), Some(enter)) = (self.nearest(cell, door), self.nearest(target, door)) else { continue };
-                // From where the way has come to, towards the portal.
+                // From the end of the path so far to the portal.
                 let start = way.last().unwrap_or(door);
                 way.points(&self.within((start, from), (door, leave)));
                 at = enter;
@@ -343,7 +343,7 @@ impl Rooms {
     }
 }
 
-/// Eyes at objects, evenly by triangles: over what is flat, in the middle of what is high.
+/// Eyes at objects, spread evenly by triangles: above flat objects, in the middle of high ones.
 fn places(objects: &[FileObject], metre: f64) -> Vec<DVec3> {
     let mut all = 0;
     let ends: Vec<u128> = objects.iter().map(|o| (all += u128::from(o.triangles), all).1).collect();
@@ -358,7 +358,7 @@ fn places(objects: &[FileObject], metre: f64) -> Vec<DVec3> {
     (0..count).map(place).collect()
 }
 
-/// By room: the rooms of the same cell whose boxes touch its own, ascending; found by a sweep along x.
+/// By room: the rooms of the same cell whose boxes touch its own, ascending; by a sweep along x.
 fn beside(cells: &[Vec<usize>], boxes: &[Aabb]) -> Vec<Vec<usize>> {
     let mut beside = vec![Vec::new(); boxes.len()];
     for cell in cells {
@@ -377,7 +377,7 @@ fn beside(cells: &[Vec<usize>], boxes: &[Aabb]) -> Vec<Vec<usize>> {
     beside
 }
 
-/// What is common to two pieces that touch within `touch` metres.
+/// The intersection of two pieces that touch within `touch` metres.
 fn between(a: &Room, b: &Room, touch: f64) -> Option<Room> {
     let both = a.planes.iter().chain(&b.planes).map(|plane| Plane { d: plane.d + touch, ..*plane }).collect();
     Room::new(both)
@@ -391,7 +391,7 @@ fn stand_in(winding: &[glam::Vec3], metre: f64) -> DVec3 {
     enfilade::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
 }
 
-/// By cell: portals of a spanning tree and the cells that they lead to. Kruskal's algorithm, windows last.
+/// By cell: portals of a spanning tree and their other cells. Kruskal's algorithm, windows last.
 fn spanning_tree(file: &PvsFile, seed: u64) -> Vec<Vec<(usize, usize)>> {
     let mut order: Vec<usize> = (0..file.portals.len()).collect();
     order.sort_by_key(|&p| (file.portals[p].kind == PortalKind::Window, mixed(seed ^ mixed(p as u64)), p));
@@ -416,11 +416,11 @@ fn spanning_tree(file: &PvsFile, seed: u64) -> Vec<Vec<(usize, usize)>> {
     tree
 }
 
-/// A line through points, in legs that don't join.
+/// A polyline in separate legs.
 #[derive(Default)]
 struct Way {
     legs: Vec<Vec<DVec3>>,
-    /// Points that a frame must be at: leg, and index in it.
+    /// Points that must have a frame: leg and index.
     kept: Vec<(usize, usize)>,
 }
 
@@ -449,7 +449,7 @@ impl Way {
         self.kept.push((leg, self.legs[leg].len() - 1));
     }
 
-    /// Not back from the last cell of a leg.
+    /// Drops the way back from the last cell of each leg.
     fn end_in_last_cells(&mut self) {
         for (leg, points) in self.legs.iter_mut().enumerate() {
             let last = self.kept.iter().filter(|k| k.0 == leg).map(|k| k.1).max().unwrap_or(0);
@@ -457,7 +457,7 @@ impl Way {
         }
     }
 
-    /// Eyes, and directions of length 1.
+    /// Eyes and directions of length 1.
     fn frames(mut self) -> Vec<(DVec3, DVec3)> {
         self.end_in_last_cells();
         let along: Vec<Vec<f64>> = self.legs.iter().map(|leg| lengths(leg)).collect();
@@ -472,7 +472,7 @@ impl Way {
             let stops: Vec<f64> = kept.iter().filter(|k| k.0 == i).map(|k| along[i][k.1]).collect();
             let end = along[i].last().copied().unwrap_or(0.0);
             if end == 0.0 {
-                // One point: look around from it, each time from another direction on, so that each fourth frame looks everywhere, too.
+                // One point: look around, starting in different directions, so that every fourth frame still covers all of them.
                 let around = if stands { LOOKS / self.legs.len() } else { 0 }.max(stops.len());
                 let first = super::golden_turn(i);
                 frames.extend((0..around).map(|turn| {
@@ -481,7 +481,7 @@ impl Way {
                 }));
                 continue;
             }
-            // Between stops, evenly, and not at the stops themselves.
+            // Evenly between stops.
             for (s, &from) in stops.iter().enumerate() {
                 let to = stops.get(s + 1).copied().unwrap_or(end);
                 let between = ((to - from) / step).floor() as usize;
@@ -495,7 +495,7 @@ impl Way {
     }
 }
 
-/// How far along each point of a leg is, metres.
+/// Distance of each point along a leg, metres.
 fn lengths(leg: &[DVec3]) -> Vec<f64> {
     let mut sum = 0.0;
     let steps = leg.windows(2).map(|w| w[0].distance(w[1]));
@@ -507,20 +507,20 @@ fn lengths(leg: &[DVec3]) -> Vec<f64> {
         .collect()
 }
 
-/// The point of a leg at a length.
+/// The point of a leg at a distance.
 fn at(leg: &[DVec3], along: &[f64], s: f64) -> DVec3 {
     let i = along.partition_point(|&l| l <= s).clamp(1, leg.len() - 1);
     let t = ((s - along[i - 1]) / (along[i] - along[i - 1])).clamp(0.0, 1.0);
     leg[i - 1].lerp(leg[i], t)
 }
 
-/// Where to look: a little ahead, so that turns begin before corners, and not far up or down.
+/// Looks a little ahead, so that turns begin before corners, and not far up or down.
 fn direction(leg: &[DVec3], along: &[f64], s: f64) -> DVec3 {
     let end = along.last().copied().unwrap_or(0.0);
     let ahead = [0.5, 1.0, 2.0, 3.0].map(|d| at(leg, along, (s + d).min(end))).iter().sum::<DVec3>() / 4.0;
     let mut v = ahead - at(leg, along, s);
     if v.length() < LEAST_STEP {
-        // At the end: as it came.
+        // At the end: the direction of arrival.
         v = at(leg, along, end) - at(leg, along, (end - 1.0).max(0.0));
     }
     let flat = DVec2::new(v.x, v.z).length();

@@ -1,5 +1,5 @@
-//! What a platform is made of, each of a size that a placement scales. Pipes and what sits on them are for a radius of 1,
-//! and lead along +x from the origin; other parts stand on the origin, +y up, with edges of 1 m unless said otherwise.
+//! Parts of a platform, in sizes that a placement scales. Pipes and fittings are for a radius of 1 and run along +x from the
+//! origin; other parts stand on the origin, +y up, with edges of 1 m unless noted.
 
 use super::super::model::Material;
 use super::super::solid::{Solid, cuboid, extrude, lathe, loft, perforated, pipe, turn};
@@ -7,7 +7,7 @@ use enfilade::geom::Aabb;
 use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 
-/// From the middle of an elbow's bend to the middle of its pipe, in radii of the pipe: a long-radius elbow's (ASME B16.9).
+/// Bend radius of an elbow, in radii of the pipe: a long-radius elbow (ASME B16.9).
 pub(super) const BEND: f64 = 3.0;
 /// Edge of a panel of gratings, metres.
 pub(super) const PANEL: f64 = 4.0;
@@ -16,9 +16,9 @@ pub(super) const RAIL: f64 = 2.0;
 /// Length of a boom of lattice, metres.
 pub(super) const BOOM: f64 = 60.0;
 
-/// Something that many nodes share the mesh of.
+/// A part whose mesh many nodes share.
 pub(super) struct Part {
-    /// Names the mesh, and with a number its nodes.
+    /// Name of the mesh; nodes add a number.
     pub(super) key: &'static str,
     pub(super) role: Role,
     pub(super) material: Material,
@@ -32,7 +32,7 @@ const fn part(key: &'static str, role: Role, material: Material, make: fn() -> S
 use Material::{Bronze, Concrete, Fabric, Lamp, Metal, Plaster, Roof, Stone};
 use Role::{Furnishing, Stair, Structure};
 
-/// Straight pipes and elbows: thin, middle and thick ones, of more and more sides.
+/// Straight pipes and elbows: thin, middle and thick, with more sides the thicker they are.
 pub(super) const PIPES: [Part; 3] = [
     part("thin pipe", Furnishing, Metal, || pipe(1.0, 1.0, 8)),
     part("middle pipe", Furnishing, Plaster, || pipe(1.0, 1.0, 12)),
@@ -55,13 +55,13 @@ pub(super) const LAMP: Part =
 /// A channel along +x, 1 m long, 0.3 m wide.
 pub(super) const TRAY: Part = part("tray", Furnishing, Metal, tray);
 pub(super) const MACHINE: Part = part("machine", Furnishing, Fabric, machine);
-/// A lying vessel along +x, of a radius of 1 and 6 long, on saddles; and the tubes inside.
+/// A horizontal vessel along +x on saddles, radius 1, length 6; and the tubes inside.
 pub(super) const VESSEL: Part = part("vessel", Furnishing, Plaster, vessel);
 pub(super) const BUNDLE: Part = part("bundle of tubes", Furnishing, Bronze, bundle);
-/// An upright tank, 1 m high, of a radius of 1.
+/// An upright tank, 1 m high, radius 1.
 pub(super) const TANK: Part =
     part("tank", Furnishing, Plaster, || lathe(&[(0.0, 0.0), (1.0, 0.0), (1.0, 0.9), (0.6, 1.0), (0.0, 1.02)], 32));
-/// An I along +x, 1 m long, 0.4 m high.
+/// An I-beam along +x, 1 m long, 0.4 m high.
 pub(super) const BEAM: Part = part("beam", Structure, Metal, beam);
 /// A plate of 1 x 1 m, its top at the origin, 0.02 m thick.
 pub(super) const PLATE: Part = part("plate", Structure, Metal, || cuboid(v(0.0, -0.02, 0.0), v(1.0, 0.0, 1.0)));
@@ -73,7 +73,7 @@ pub(super) const WALL: Part = part("wall", Structure, Plaster, wall);
 /// A wall of 1 x 1 m with a doorway, 0.1 m thick.
 pub(super) const GATE: Part = part("gate", Structure, Plaster, gate);
 pub(super) const RAILING: Part = part("railing", Furnishing, Roof, railing);
-/// Along +x and up, to the next deck.
+/// Stairs along +x, up to the next deck.
 pub(super) const STAIRS: Part = part("stairs", Stair, Metal, stairs);
 pub(super) const HELIDECK: Part =
     part("helideck", Structure, Concrete, || lathe(&[(0.0, -0.6), (11.0, -0.6), (13.0, 0.0), (0.0, 0.0)], 8));
@@ -84,7 +84,7 @@ fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// From the origin along +x round to +y.
+/// A bend from the origin along +x to +y.
 fn elbow(sides: u32, pieces: u32) -> Solid {
     let ring = |i: u32| -> Vec<DVec3> {
         let (cos, sin) = turn(0.25 * f64::from(i) / f64::from(pieces));
@@ -101,8 +101,8 @@ fn elbow(sides: u32, pieces: u32) -> Solid {
     loft(&rings)
 }
 
-/// What stands along +y, along +x.
-fn lying(mut solid: Solid) -> Solid {
+/// Turns a solid from +y to +x.
+fn along_x(mut solid: Solid) -> Solid {
     for p in &mut solid.positions {
         *p = v(p.y, -p.x, p.z);
     }
@@ -114,10 +114,10 @@ fn flange() -> Solid {
     let half = [(0.0, -0.6), (1.08, -0.6), (1.3, -0.3), (1.9, -0.3), (1.9, -0.03), (1.4, -0.03)];
     let mut profile = half.to_vec();
     profile.extend(half.iter().rev().map(|&(r, y)| (r, -y)));
-    lying(lathe(&profile, 20))
+    along_x(lathe(&profile, 20))
 }
 
-/// Eight around a flange.
+/// Eight bolts around a flange.
 fn bolts() -> Solid {
     let bolt = |k: u32| {
         let (c, s) = turn(f64::from(k) / 8.0);
@@ -133,10 +133,10 @@ fn valve() -> Solid {
     let stem = lathe(&[(0.0, 1.4), (0.5, 1.4), (0.5, 2.6), (0.15, 2.8), (0.15, 4.6), (0.0, 4.6)], 12);
     let wheel = lathe(&[(1.5, 4.2), (1.7, 4.2), (1.7, 4.4), (1.5, 4.4)], 20);
     let spokes = [v(1.55, 0.08, 0.08), v(0.08, 0.08, 1.55)].map(|half| cuboid(-half, half).at(v(0.0, 4.3, 0.0)));
-    Solid::of(&[&[lying(lathe(&body, 16)), stem, wheel][..], &spokes].concat())
+    Solid::of(&[&[along_x(lathe(&body, 16)), stem, wheel][..], &spokes].concat())
 }
 
-/// 0.6 x 2 x 0.4 m, with a door and a plinth.
+/// A cabinet of 0.6 x 2 x 0.4 m, with a door and a plinth.
 fn cabinet() -> Solid {
     let parts = [
         (v(-0.3, 0.1, -0.2), v(0.3, 2.0, 0.2)),
@@ -146,10 +146,10 @@ fn cabinet() -> Solid {
     Solid::of(&parts.map(|(low, high)| cuboid(low, high)))
 }
 
-/// A dial of 0.5 m on a stem.
+/// A gauge: a dial of 0.5 m on a stem.
 fn gauge() -> Solid {
     let stem = lathe(&[(0.0, 0.0), (0.06, 0.0), (0.06, 0.5), (0.0, 0.5)], 8);
-    let dial = lying(lathe(&[(0.0, -0.1), (0.25, -0.1), (0.25, 0.06), (0.2, 0.1), (0.0, 0.1)], 16)).at(v(0.0, 0.75, 0.0));
+    let dial = along_x(lathe(&[(0.0, -0.1), (0.25, -0.1), (0.25, 0.06), (0.2, 0.1), (0.0, 0.1)], 16)).at(v(0.0, 0.75, 0.0));
     Solid::of(&[stem, dial])
 }
 
@@ -169,7 +169,7 @@ fn machine() -> Solid {
     fins.push((0.0, -0.1));
     let axle = lathe(&[(0.0, -0.2), (0.08, -0.2), (0.08, 0.6), (0.0, 0.6)], 12);
     let pump = lathe(&[(0.0, 0.4), (0.3, 0.4), (0.6, 0.6), (0.6, 0.9), (0.3, 1.1), (0.25, 1.4), (0.0, 1.4)], 24);
-    let turned = [lathe(&fins, 32), axle, pump].map(|solid| lying(solid).at(v(0.0, 0.9, 0.0)));
+    let turned = [lathe(&fins, 32), axle, pump].map(|solid| along_x(solid).at(v(0.0, 0.9, 0.0)));
     let skid = cuboid(v(-1.5, 0.0, -0.6), v(1.5, 0.2, 0.6));
     let feet = [-0.9, 0.7].map(|x| cuboid(v(x - 0.2, 0.2, -0.4), v(x + 0.2, 0.5, 0.4)));
     Solid::of(&[&turned[..], &[skid], &feet].concat())
@@ -186,7 +186,7 @@ fn vessel() -> Solid {
     profile.push((0.0, 3.5));
     let saddles = [-2.0, 2.0].map(|x| cuboid(v(x - 0.15, -1.3, -0.7), v(x + 0.15, -0.75, 0.7)));
     let nozzle = lathe(&[(0.0, 0.9), (0.15, 0.9), (0.15, 1.2), (0.25, 1.2), (0.25, 1.25), (0.0, 1.25)], 12);
-    Solid::of(&[&[lying(lathe(&profile, 32)), nozzle][..], &saddles].concat())
+    Solid::of(&[&[along_x(lathe(&profile, 32)), nozzle][..], &saddles].concat())
 }
 
 /// 12 by 12 tubes within a vessel.
@@ -205,7 +205,7 @@ fn beam() -> Solid {
     extrude(&outline, DVec3::ZERO, DVec3::NEG_Z, DVec3::Y, 1.0)
 }
 
-/// Bars on edge, and two across: [`PANEL`] metres square.
+/// A panel, [`PANEL`] metres square: bars on edge, and two across.
 fn grating() -> Solid {
     let bar = |i: u32| {
         let x = PANEL * f64::from(i) / 40.0;
@@ -249,7 +249,7 @@ fn stairs() -> Solid {
     Solid::of(&(0..32).map(step).chain(strings).collect::<Vec<_>>())
 }
 
-/// Three chords, with struts between.
+/// A lattice: three chords with struts between.
 fn lattice() -> Solid {
     const BAYS: u32 = 60;
     let chord = |k: u32| {
@@ -300,7 +300,7 @@ mod tests {
     #[test]
     fn an_elbow_leads_from_x_to_y_and_has_the_volume_of_its_bend() {
         let solid = elbow(64, 64);
-        // Pappus: area of the section times the way of its middle.
+        // Pappus: area of the section times the path of its centre.
         let volume = std::f64::consts::PI * (std::f64::consts::FRAC_PI_2 * BEND);
         assert!((solid.volume() / volume - 1.0).abs() < 5e-3, "{}", solid.volume() / volume);
         assert_eq!(solid.positions[solid.positions.len() - 1], v(BEND, BEND, 0.0));

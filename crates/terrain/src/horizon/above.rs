@@ -1,4 +1,4 @@
-//! Whether the eye is above the ground.
+//! Tests whether the eye is above the ground.
 
 use super::holes::height;
 use super::order::{ends, tiles_from_corner};
@@ -6,13 +6,13 @@ use super::picture::{CORNERS, Footprint};
 use crate::{Ground, GroundView, Key, Patch, Sample, drawn};
 use glam::{DVec2, DVec3};
 
-/// True where the eye is over the raster, and what is drawn is below it by more than the near plane can cut.
+/// Whether the eye is over the raster, and the drawn surface is below it by more than the near plane can cut.
 pub(super) fn is_above(ground: &Ground, view: &GroundView<'_>, near: f64, patches: &[Patch]) -> bool {
     let (header, eye) = (ground.header(), view.camera.eye.as_dvec3());
     let grid = &header.grid;
     let at = tiles_from_corner(header, eye);
     let ends = ends(header);
-    // At most so far from the eye is what the near plane cuts off.
+    // Greatest distance that the near plane cuts off.
     let slant = CORNERS.map(|at| (view.camera.unproject() * at.extend(1.0)).length()).into_iter().fold(1.0, f64::max);
     let cut = near * slant;
     let is_over = at.cmpge(DVec2::ZERO).all() && at.cmplt(ends).all();
@@ -35,7 +35,7 @@ pub(super) fn is_above(ground: &Ground, view: &GroundView<'_>, near: f64, patche
     covers || f64::from(tile.high) - eye.y < below
 }
 
-/// True where a patch is lower than `below` (metres above the eye) wherever it is not farther than `cut` from the eye, both ways in the plan.
+/// Whether a patch is lower than `below` (metres above the eye) within a square of `cut` to each side of the eye.
 fn is_below(ground: &Ground, patch: &Patch, eye: DVec3, cut: f64, below: f64) -> bool {
     let header = ground.header();
     let Some(words) = ground.slot(patch.tile).map(|slot| ground.words(slot)) else { return false };
@@ -44,7 +44,7 @@ fn is_below(ground: &Ground, patch: &Patch, eye: DVec3, cut: f64, below: f64) ->
         let [x, z] = header.plan(header.grid.column(patch.key, i), header.grid.row(patch.key, j));
         DVec3::new(x, height(header, words, (j * side + i) as usize).unwrap_or(f64::NAN), z) - eye
     };
-    // Cells that the square is in, and those beside them, which stitching draws into these.
+    // Cells in the square, and their neighbours, which stitching draws into these.
     let range = |axis: usize| {
         let until = |far: f64| (0..side - 1).take_while(|&k| place([k, k]).to_array()[axis] <= far).count() as u32;
         until(-cut).saturating_sub(2)..(until(cut) + 1).min(side - 1)
@@ -54,16 +54,16 @@ fn is_below(ground: &Ground, patch: &Patch, eye: DVec3, cut: f64, below: f64) ->
     triangles.map(|triangle| triangle.map(place)).all(|triangle| is_lower(triangle, cut, below))
 }
 
-/// True where a triangle, relative to the eye, is lower than `below` over the square of `cut` to each side of it.
+/// Whether a triangle, relative to the eye, is lower than `below` in the square of `cut` to each side of it.
 fn is_lower([a, b, c]: [DVec3; 3], cut: f64, below: f64) -> bool {
     let normal = (b - a).cross(c - a);
-    // From above it is counter-clockwise: inside is to the left of an edge.
+    // Seen from above it is counter-clockwise: inside is to the left of an edge.
     let is_beside = |p: DVec3, q: DVec3| {
         let along = q - p;
         along.z * p.x - along.x * p.z > cut * (along.x.abs() + along.z.abs())
     };
     let greatest = if normal.y.is_nan() {
-        // What closes a void beside it may rise to the corners that are there.
+        // A triangle that closes a void may rise to its existing corners.
         [a, b, c].iter().map(|p| p.y).fold(f64::NEG_INFINITY, f64::max)
     } else {
         (normal.dot(a) + cut * (normal.x.abs() + normal.z.abs())) / normal.y

@@ -1,4 +1,4 @@
-//! What of the pictures around the eye is known to be behind ground: by column, a slope that lines of samples raise.
+//! The horizon in the pictures around the eye: for each column, a slope that lines of samples raise.
 
 use super::holes::{BLOCK, MOST, MOST_BLOCKS, NOWHERE, has_voids, height, tops_of_holes};
 use super::line::{Line, Seam};
@@ -6,32 +6,32 @@ use super::picture::{COLUMNS, FACES, Face, Footprint, Part, ROUNDING, direction,
 use crate::{Ground, GroundView, Patch};
 use glam::DVec3;
 
-/// The line of a row of blocks: not on the tile's border, where samples move, and even, since odd samples beside a border do, too.
+/// The line of a row of blocks: even, and not on the tile's border, since stitching moves samples on it and odd ones beside it.
 const LINE: usize = 4;
 
 /// By picture and column.
 pub(super) struct Columns {
-    /// Rays below this slope have met ground. Infinite where the view has none.
+    /// Rays below this slope have met ground. Infinite outside the view.
     slopes: Vec<f32>,
-    /// What is known of a part of a column only.
+    /// Known slopes of parts of columns.
     seams: Vec<Seam>,
-    /// There, rays may be below the ground.
+    /// Whether rays there may be below the ground.
     is_closed: Vec<bool>,
 }
 
-/// What is known of a footprint; of several, the last of these.
+/// Result for a footprint; of several, the greatest counts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Found {
-    /// It is beside the view, or nobody asked.
+    /// Outside the view, or not tested.
     Beside,
-    /// Nearer ground hides what of it is in view.
+    /// Nearer ground hides all of it that is in view.
     Hidden,
     /// It may show.
     Shows,
 }
 
 impl Columns {
-    /// None has risen.
+    /// Without any horizon.
     pub(super) fn new() -> Self {
         Self {
             slopes: vec![f32::NEG_INFINITY; FACES.len() * COLUMNS],
@@ -52,12 +52,12 @@ impl Columns {
         self.is_closed.fill(false);
     }
 
-    /// Holds a tile's footprint against the horizon.
+    /// Tests a tile's footprint against the horizon.
     pub(super) fn judge(&self, of: &Footprint) -> Found {
         judge(of, |part| least(&self.slopes[part.first..=part.last]))
     }
 
-    /// The same of a piece of a thing: beside it, the horizon may not have risen yet, so columns count as far as the piece is in them.
+    /// The same for a piece of an object: the horizon beside it may be incomplete, so columns count only where it covers them.
     pub(super) fn judge_piece(&self, of: &Footprint) -> Found {
         judge(of, |part| {
             let begin = |column: usize| (column % COLUMNS) as f64;
@@ -66,13 +66,13 @@ impl Columns {
                 let within = [from.max(begin(column)), to.min(begin(column) + 1.0)];
                 self.slopes[column].max(self.seams[column].between(within))
             };
-            // Those between its first and its last one it covers.
+            // It covers the columns between its first and its last one.
             let inner = self.slopes.get(part.first + 1..part.last).map_or(f32::INFINITY, least);
             inner.min(at(part.first)).min(at(part.last))
         })
     }
 
-    /// Rays of a picture through a footprint may be below the ground behind it.
+    /// Marks columns behind a footprint, where rays may be below the ground.
     pub(super) fn close(&mut self, of: &Footprint, face: usize) {
         let Some(part) = of.seen_from(face) else { return };
         for column in part.first..=part.last {
@@ -80,11 +80,11 @@ impl Columns {
         }
     }
 
-    /// Raises the horizon by lines of a patch's samples, and closes it behind voids: a row of blocks after another, near ones first.
+    /// Raises the horizon by lines of a patch's samples, and closes it behind voids: by rows of blocks, near ones first.
     pub(super) fn raise(&mut self, ground: &Ground, patch: &Patch, eye: DVec3) {
         let header = ground.header();
         let Some(words) = ground.slot(patch.tile).map(|slot| ground.words(slot)) else {
-            // It isn't drawn.
+            // It is not drawn.
             self.is_closed.fill(true);
             return;
         };
@@ -100,7 +100,7 @@ impl Columns {
         for (face, &Face { axis, sign }) in FACES.iter().enumerate() {
             let (depths, along) = (&from_eye[axis], &from_eye[1 - axis][..side]);
             let farthest = (sign * depths[0]).max(sign * depths[side - 1]);
-            // What is farther to the side than away is on another picture.
+            // A point farther to the side than away is on another picture.
             let aside = along[0].max(-along[side - 1]).max(0.0);
             if aside >= farthest {
                 continue;
@@ -151,7 +151,7 @@ impl Columns {
     }
 }
 
-/// Holds a footprint against the least slope of each of its parts.
+/// Compares a footprint with the least slope of each of its parts.
 fn judge(of: &Footprint, least: impl Fn(&Part) -> f32) -> Found {
     let mut found = Found::Beside;
     for part in (0..FACES.len()).filter_map(|face| of.seen_from(face)) {
@@ -176,7 +176,7 @@ mod tests {
     use crate::{SIDES, drawn};
     use std::collections::HashSet;
 
-    /// What raises the horizon is drawn, whatever neighbours are coarser, and what lies between voids and heights is within a block.
+    /// Lines that raise the horizon are drawn, with any coarser neighbours, and triangles beside voids stay within a block.
     #[test]
     fn lines_are_edges_of_what_is_drawn_and_triangles_stay_in_their_block() {
         for side in SIDES {

@@ -1,17 +1,17 @@
-//! Samples of a tile, in blocks, and where they have no height.
+//! Samples of a tile in blocks, and its voids.
 
 use crate::{Ground, Header, Key, Tile, Width};
 
-/// Tiles with voids that are looked at a frame, at most. Where there are more, coarser ones are.
+/// Maximum tiles with voids per frame. If there are more, coarser ones are used.
 const MOST_HOLES: usize = 256;
-/// Cells along the side of a block: each row of blocks has a line that raises the horizon, and voids are known by block. Fewer: higher
-/// horizons, and more time. Even, and a part of all tiles' sides.
+/// Cells along the side of a block. Each row of blocks has a line that raises the horizon, and voids are known by block. Fewer:
+/// higher horizons, and more time. Even, and a divisor of all tiles' sides.
 pub(super) const BLOCK: usize = 8;
-/// Samples of a tile along a side, at most; blocks.
+/// Maximum samples along a side of a tile; blocks.
 pub(super) const MOST: usize = 129;
 pub(super) const MOST_BLOCKS: usize = (MOST - 1) / BLOCK;
 
-/// Stands for the height of a void: a line ends there. Metres.
+/// Height of a void: a line ends there. Metres.
 pub(super) const NOWHERE: f64 = -1e30;
 
 /// The height of a sample, metres above the ground's origin; `None` for a void.
@@ -23,7 +23,7 @@ pub(super) fn height(header: &Header, words: &[u32], at: usize) -> Option<f64> {
     (number < header.width.void()).then(|| f64::from(number as f32 * header.step as f32))
 }
 
-/// True for a tile with samples that have a height and samples that have none.
+/// Whether a tile has samples with and without a height.
 pub(super) fn has_voids(header: &Header, key: Key, tile: &Tile) -> bool {
     let last = header.grid.side() - 1;
     let columns = header.grid.column(key, last) - header.grid.column(key, 0) + 1;
@@ -31,8 +31,8 @@ pub(super) fn has_voids(header: &Header, key: Key, tile: &Tile) -> bool {
     tile.samples > 0 && u64::from(tile.samples) < u64::from(columns) * u64::from(rows)
 }
 
-/// Tiles with voids, of the finest level that has few enough, and those of a ground of one level that can't be read. Tiles without any
-/// height are no holes: what is beside them is.
+/// Tiles with voids, of the finest level with few enough, and unreadable tiles of a ground of one level. Tiles without any height
+/// do not count: their neighbours do.
 pub(super) fn holes(ground: &Ground) -> Vec<u32> {
     let header = ground.header();
     let has_one_level = header.grid.top() == 0;
@@ -46,7 +46,7 @@ pub(super) fn holes(ground: &Ground) -> Vec<u32> {
     of(level.unwrap_or(header.grid.top())).collect()
 }
 
-/// By row and column of blocks, how high samples are in those that have voids and heights; [`NOWHERE`] for others.
+/// By row and column of blocks, the greatest height of blocks with both voids and heights; [`NOWHERE`] for others.
 pub(super) fn tops_of_holes(header: &Header, words: &[u32]) -> [[f64; MOST_BLOCKS]; MOST_BLOCKS] {
     let side = header.grid.side() as usize;
     let mut tops = [[NOWHERE; MOST_BLOCKS]; MOST_BLOCKS];

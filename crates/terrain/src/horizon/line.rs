@@ -1,24 +1,24 @@
-//! Lines of samples, by which a picture's columns rise.
+//! Lines of samples, which raise the columns of a picture.
 
 use super::picture::column;
 
-/// A line of samples across a picture, all at one depth.
+/// A line of samples across a picture, at one depth.
 pub(super) struct Line<'a> {
     /// Metres, above 0.
     pub(super) depth: f64,
-    /// Metres to the side, by sample, from less to more.
+    /// Metres to the side, by sample, ascending.
     pub(super) along: &'a [f64],
     /// Metres above the eye, by sample.
     pub(super) heights: &'a [f64],
 }
 
 impl Line<'_> {
-    /// Raises the columns that it crosses from side to side, to the lowest of it in each. Where it begins or ends within a column, another
-    /// one may go on, that of the patch beside this one.
+    /// Raises the columns that it crosses entirely to its lowest point in each. Where it begins or ends within a column, the line
+    /// of the neighbouring patch may continue it.
     pub(super) fn raise(&self, slopes: &mut [f32], seams: &mut [Seam], is_closed: &[bool]) {
         let over = 1.0 / self.depth;
         let at = |m: usize| [column(self.along[m] * over), self.heights[m] * over];
-        // 1. The first border of a column on the line, and the sample after it.
+        // 1. The first column border on the line, and the sample after it.
         let [begin, height] = at(0);
         let first = begin.ceil().max(0.0);
         let start = self.along.partition_point(|&a| column(a * over) < first).max(1);
@@ -51,14 +51,14 @@ impl Line<'_> {
             least = least.min(after[1]);
             before = after;
         }
-        // 3. What is left of the last column.
+        // 3. The rest in the last column.
         if let Some(done) = next.checked_sub(1).filter(|&done| !is_closed[done]) {
             slopes[done] = slopes[done].max(seams[done].until(before[0], least as f32));
         }
     }
 }
 
-/// Lines that end in a column, and that begin there: of each the highest, with the place, in columns.
+/// The highest line that ends in a column, and the highest that begins there, with their places in columns.
 #[derive(Clone, Copy)]
 pub(super) struct Seam {
     until: (f64, f32),
@@ -68,14 +68,14 @@ pub(super) struct Seam {
 impl Seam {
     pub(super) const NONE: Self = Self { until: (0.0, f32::NEG_INFINITY), from: (0.0, f32::NEG_INFINITY) };
 
-    /// The slope that is known of the column between two places.
+    /// The known slope of the column between two places.
     pub(super) fn between(&self, [from, to]: [f64; 2]) -> f32 {
         let left = if self.until.0 >= to { self.until.1 } else { f32::NEG_INFINITY };
         let right = if self.from.0 <= from { self.from.1 } else { f32::NEG_INFINITY };
         left.max(right)
     }
 
-    /// A line covers the column's left part, to a place. Gives what is known of the whole column.
+    /// Adds a line over the left part of the column, up to a place. Returns the slope known for the whole column.
     fn until(&mut self, at: f64, slope: f32) -> f32 {
         if slope > self.until.1 {
             self.until = (at, slope);
@@ -83,7 +83,7 @@ impl Seam {
         if self.from.0 <= at { slope.min(self.from.1) } else { f32::NEG_INFINITY }
     }
 
-    /// A line covers the column's right part, from a place.
+    /// Adds a line over the right part of the column, from a place on.
     fn from(&mut self, at: f64, slope: f32) -> f32 {
         if slope > self.from.1 {
             self.from = (at, slope);
@@ -98,13 +98,13 @@ mod tests {
     use crate::horizon::holes::NOWHERE;
     use crate::horizon::picture::COLUMNS;
 
-    /// Columns that a line covers get its lowest slope there, whichever way it leans and wherever it has a notch.
+    /// A covered column gets the line's lowest slope there, whichever way it leans and wherever it has a notch.
     #[test]
     fn a_line_raises_a_column_to_its_lowest_place_there() {
         let mut horizon = Raised::new();
         horizon.line(&[(10.0, 4.0), (14.0, 8.0), (16.0, 2.0), (16.5, 1.0), (18.0, 7.0)]);
         assert_eq!(horizon.slopes[9..19], [LOW, 4.0, 5.0, 6.0, 7.0, 5.0, 2.0, 1.0, 3.0, LOW]);
-        // A lower one changes nothing, and one with a void nothing beside it.
+        // A lower line changes nothing, and one with a void changes nothing beside it.
         horizon.line(&[(10.0, 1.0), (18.0, 1.0)]);
         assert_eq!(horizon.slopes[10], 4.0);
         horizon.line(&[(10.0, 9.0), (12.0, 9.0), (13.0, NOWHERE), (14.0, 9.0), (15.0, 9.0)]);
@@ -114,7 +114,7 @@ mod tests {
         assert_eq!(horizon.slopes[10..13], [20.0, 9.0, 20.0]);
     }
 
-    /// Two lines that meet within a column are one; those that don't leave a gap.
+    /// Two lines that meet within a column count as one; otherwise a gap remains.
     #[test]
     fn lines_go_on_where_others_end() {
         for (from, is_whole) in [(20.25, true), (20.125, true), (20.5, false)] {
@@ -130,7 +130,7 @@ mod tests {
         }
     }
 
-    /// A line that covers a part of a column tells of that part and of no more.
+    /// A line over a part of a column gives the slope of that part only.
     #[test]
     fn parts_of_columns_are_known_where_a_line_covers_them() {
         let mut horizon = Raised::new();

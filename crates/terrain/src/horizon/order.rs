@@ -3,17 +3,17 @@
 use crate::{Header, Key};
 use glam::{DVec2, DVec3};
 
-/// Where the eye is in the plan, in tiles of the finest level from the raster's first corner.
+/// The eye in the plan, in tiles of the finest level from the raster's first corner.
 pub(super) fn tiles_from_corner(header: &Header, eye: DVec3) -> DVec2 {
     let cells = f64::from(header.grid.side() - 1);
     (DVec2::new(eye.x, eye.z) - DVec2::from(header.plan(0, 0))) / DVec2::from(header.spacing) / cells
 }
 
-/// A tile's place in the order from near to far: at each level, whether it is in the eye's half or in the other one, both ways.
+/// Rank of a tile from near to far: at each level and axis, whether it is in the eye's half or in the other one.
 pub(super) fn rank(header: &Header, key: Key, eye: DVec2) -> u64 {
     let top = header.grid.top();
     let [across, down] = header.grid.across(top);
-    // Above the coarsest level, as if it were divided from one tile, too.
+    // Levels above the coarsest one, as if they led to one tile.
     let above = u32::BITS - (across.max(down) - 1).leading_zeros();
     let mut rank = 0;
     for level in (0..top + above).rev() {
@@ -27,7 +27,7 @@ pub(super) fn rank(header: &Header, key: Key, eye: DVec2) -> u64 {
     rank
 }
 
-/// True where a tile is another one or within it.
+/// Whether a tile is equal to another one or contains it.
 pub(super) fn contains(tile: Key, other: Key) -> bool {
     let up = tile.level.checked_sub(other.level);
     up.is_some_and(|up| [other.x >> up, other.y >> up] == [tile.x, tile.y])

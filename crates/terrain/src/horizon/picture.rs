@@ -1,14 +1,14 @@
-//! Four upright pictures around the eye, and where something in the plan is on them.
+//! Four upright pictures around the eye, and the projection of the plan to them.
 
 use crate::{GroundView, Header, Key, Tile};
 use glam::{DVec2, DVec3};
 
-/// Columns of a picture, of which four are around the eye. More: finer tops of hills, and more time.
+/// Columns of each of the four pictures. More: finer hilltops, and more time.
 pub(super) const COLUMNS: usize = 256;
-/// Of slopes (1 is 45 degrees), what roundings may amount to. More: tiles are kept that hardly are hidden.
+/// Allowance for rounding, as a slope (1 is 45 degrees). More: slightly hidden tiles are kept.
 pub(super) const ROUNDING: f64 = 1e-6;
 
-/// One of the pictures around the eye: what is nearer to this half axis than to the others.
+/// One of the pictures: the directions nearest to this half axis.
 pub(super) struct Face {
     /// 0: east and west, 1: south and north.
     pub(super) axis: usize,
@@ -18,27 +18,27 @@ pub(super) struct Face {
 pub(super) const FACES: [Face; 4] =
     [Face { axis: 0, sign: 1.0 }, Face { axis: 0, sign: -1.0 }, Face { axis: 1, sign: 1.0 }, Face { axis: 1, sign: -1.0 }];
 
-/// A rectangle in the plan, metres from the eye, and how high what is there reaches above the eye.
+/// A rectangle in the plan, metres from the eye, with the greatest height above the eye.
 pub(super) struct Footprint {
     pub(super) low: [f64; 2],
     pub(super) high: [f64; 2],
     pub(super) top: f64,
-    /// By axis, how far its low and its high side may be off, as slopes: 0 where it goes on in another footprint.
+    /// By axis, the error of its low and its high side, as slopes: 0 where another footprint continues it.
     pub(super) rounding: [[f64; 2]; 2],
 }
 
-/// What of a footprint is on a picture: the greatest slope at which something can be, and columns, the last included. Columns of all pictures
-/// are counted on, and places in them are those of their picture.
+/// The part of a footprint on a picture: its greatest slope, and its columns, including the last. Columns are numbered over all
+/// pictures; places are those in their picture.
 pub(super) struct Part {
     pub(super) slope: f32,
     pub(super) first: usize,
     pub(super) last: usize,
-    /// From place to place.
+    /// First and last place.
     pub(super) places: [f64; 2],
 }
 
 impl Footprint {
-    /// Of a tile.
+    /// For a tile.
     pub(super) fn new(header: &Header, key: Key, tile: &Tile, eye: DVec3) -> Self {
         let at = |k: u32| {
             let [x, z] = header.plan(header.grid.column(key, k), header.grid.row(key, k));
@@ -53,14 +53,14 @@ impl Footprint {
         let [from, to] = [self.low[axis] * sign, self.high[axis] * sign];
         let (nearest, farthest) = (from.min(to), from.max(to));
         let [left, right] = [self.low[1 - axis], self.high[1 - axis]];
-        // On this picture, depth is not less than what is to the side.
+        // On this picture, depth is at least the distance to the side.
         let nearest = nearest.max(left).max(-right).max(0.0);
         if farthest <= 0.0 || nearest > farthest {
             return None;
         }
         let whole = face * COLUMNS;
         if nearest == 0.0 {
-            // It reaches under the eye.
+            // It extends below the eye.
             let slope = if self.top > 0.0 { f64::INFINITY } else { self.top / farthest };
             return Some(Part {
                 slope: raised(slope),
@@ -78,24 +78,24 @@ impl Footprint {
     }
 }
 
-/// A slope with what roundings may add.
+/// A slope plus the allowance for rounding.
 fn raised(slope: f64) -> f32 {
     (slope + ROUNDING * (1.0 + slope.abs())) as f32
 }
 
-/// Where something is on a picture, in columns; -1 is its left border and 1 the right one.
+/// Place on a picture, in columns; -1 is its left border and 1 the right one.
 pub(super) fn column(at: f64) -> f64 {
     (at + 1.0) * (COLUMNS as f64 / 2.0)
 }
 
-/// The border of a column, in the plan.
+/// Direction of a column's border in the plan.
 pub(super) fn direction(face: usize, border: usize) -> DVec2 {
     let Face { axis, sign } = FACES[face];
     let aside = border as f64 * (2.0 / COLUMNS as f64) - 1.0;
     if axis == 0 { DVec2::new(sign, aside) } else { DVec2::new(aside, sign) }
 }
 
-/// Normals in the plan of what the view holds: all of it is on the side that they point to. None where it looks steeply up or down.
+/// Normals in the plan of the sides of the view, pointing inwards. Zero if it looks steeply up or down.
 pub(super) fn sides(view: &GroundView<'_>) -> [DVec2; 2] {
     let corners = CORNERS.map(|at| view.camera.unproject() * at.extend(1.0)).map(|ray| DVec2::new(ray.x, ray.z));
     let ahead = DVec2::new(f64::from(view.camera.w.x), f64::from(view.camera.w.z));
@@ -109,5 +109,5 @@ pub(super) fn sides(view: &GroundView<'_>) -> [DVec2; 2] {
     })
 }
 
-/// Of the screen.
+/// Corners of the screen.
 pub(super) const CORNERS: [DVec2; 4] = [DVec2::ONE, DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::new(-1.0, 1.0)];

@@ -1,4 +1,4 @@
-//! Boxes on a ground, cut along its finest tiles: each piece has a place in the order from near to far, as tiles have.
+//! Boxes on a ground, cut along its finest tiles: each piece has a rank from near to far, as tiles have.
 
 use super::order::{ends, tiles_from_corner};
 use super::picture::{Footprint, ROUNDING};
@@ -6,18 +6,18 @@ use crate::{Ground, Header, Key};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// Finest tiles of a box that is asked about, at most. More: a box as large as a town is asked about, and takes long each frame.
+/// Maximum finest tiles of a tested box. More: boxes as large as a town are tested, and take long each frame.
 const MOST_PIECES: u64 = 256;
 
-/// Boxes that stand on a ground, or in it: what [`Horizon::hide_with`](super::Horizon::hide_with) is asked about.
+/// Boxes on a ground, or in it, for [`Horizon::hide_with`](super::Horizon::hide_with).
 #[derive(Clone, Debug, Default)]
 pub struct Things {
     pieces: Vec<Piece>,
-    /// By box, its pieces; none where nothing is ever known of it.
+    /// By box, its pieces; empty if it is never tested.
     of: Vec<Range<usize>>,
 }
 
-/// What of a box is on a finest tile.
+/// The part of a box on a finest tile.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     /// The box's number.
@@ -30,8 +30,8 @@ pub(super) struct Piece {
 }
 
 impl Things {
-    /// Of boxes, each by its least and its greatest corner, metres from the ground's origin. A box that is not all over the raster, or that
-    /// is over more than 256 of its finest tiles, is never said to be hidden.
+    /// From boxes, each by its least and its greatest corner, metres from the ground's origin. A box that is not entirely over
+    /// the raster, or is over more than 256 of its finest tiles, never counts as hidden.
     pub fn new(ground: &Ground, boxes: impl IntoIterator<Item = [DVec3; 2]>) -> Self {
         let mut things = Self::default();
         for corners in boxes {
@@ -42,12 +42,12 @@ impl Things {
         things
     }
 
-    /// Boxes.
+    /// Number of boxes.
     pub fn len(&self) -> usize {
         self.of.len()
     }
 
-    /// True without any.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.of.is_empty()
     }
@@ -59,7 +59,7 @@ impl Things {
         if !is_on {
             return;
         }
-        // What ends on the raster's last column or row is on the last tile.
+        // A box that ends on the raster's last column or row is on the last tile.
         let [across, down] = grid.across(0).map(|tiles| tiles - 1);
         let tiles = [first, last].map(|p| [(p.x as u32).min(across), (p.y as u32).min(down)]);
         let [[west, north], [east, south]] = tiles;
@@ -80,7 +80,7 @@ impl Things {
         }
     }
 
-    /// Of all boxes.
+    /// The pieces of all boxes.
     pub(super) fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
@@ -92,7 +92,7 @@ impl Things {
 }
 
 impl Piece {
-    /// Seen from an eye.
+    /// Its footprint as seen from an eye.
     pub(super) fn footprint(&self, eye: DVec3) -> Footprint {
         let (low, high) = (self.low - eye, self.high - eye);
         let rounding = self.ends.map(|ends| ends.map(|ends| if ends { ROUNDING } else { 0.0 }));

@@ -1,14 +1,14 @@
-//! Some rows of a raster: its heights, and the heights that tiles will have for them.
+//! A band of rows of a raster: its heights, and the heights that tiles draw.
 
 use super::footprint::Keeper;
 use super::heights::Heights;
 use crate::error::GroundError;
 use crate::format::Width;
 
-/// Samples of a band, about: 4 million take 48 MiB. More: more memory. Fewer: voids that lie across bands count as farther from the ground.
+/// Approximate samples of a band: 4 million take 48 MiB. More: memory. Fewer: voids across bands seem farther from the ground.
 const SAMPLES: u64 = 4 << 20;
 
-/// How heights become the numbers of a file.
+/// Conversion of heights to the numbers of a file.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     /// The least height, metres.
@@ -20,7 +20,7 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The number that is nearest to a height above the base; the void's for no height.
+    /// The number nearest to a height above the base; the void's for no height.
     pub fn number(&self, height: f64) -> u32 {
         if height.is_nan() {
             return self.width.void();
@@ -29,7 +29,7 @@ impl Scale {
         (height / self.step).round().clamp(0.0, most) as u32
     }
 
-    /// The height that is drawn for a number: metres above the base, not a number for a void. As the run time computes it.
+    /// The drawn height of a number, as in the run time: metres above the base, NaN for a void.
     pub fn drawn(&self, number: u32) -> f32 {
         if number >= self.width.void() { f32::NAN } else { number as f32 * self.step as f32 }
     }
@@ -42,25 +42,25 @@ pub struct Band {
     /// The last row; also the first of the next band.
     pub last: u32,
     columns: usize,
-    /// Metres above the base, row after row; not a number for voids.
+    /// Metres above the base, row after row; NaN for voids.
     true_heights: Vec<f64>,
-    /// What is drawn for them.
+    /// The drawn heights.
     drawn: Vec<f32>,
 }
 
 impl Band {
-    /// Rows of a band whose coarsest tiles have a sample each `coarsest` rows: a multiple of that.
+    /// Rows of a band: a multiple of `coarsest`, the distance of the coarsest tiles' samples.
     pub fn rows(columns: u32, coarsest: u32) -> u32 {
         let at_once = SAMPLES / u64::from(columns) / u64::from(coarsest);
         coarsest.saturating_mul(at_once.clamp(1, 1 << 16) as u32)
     }
 
-    /// An empty one, to be read into.
+    /// An empty band, to read into.
     pub fn new() -> Self {
         Self { first: 0, last: 0, columns: 0, true_heights: Vec::new(), drawn: Vec::new() }
     }
 
-    /// Reads rows; samples that are kept out become voids.
+    /// Reads rows; samples under the keep-out triangles become voids.
     pub fn read(
         &mut self,
         from: &mut dyn Heights,
@@ -88,12 +88,12 @@ impl Band {
         Ok(())
     }
 
-    /// The raster's height, not a number for a void.
+    /// The raster's height, NaN for a void.
     pub fn true_height(&self, column: u32, row: u32) -> f64 {
         self.true_heights[self.at(column, row)]
     }
 
-    /// The drawn height, not a number for a void.
+    /// The drawn height, NaN for a void.
     pub fn drawn(&self, column: u32, row: u32) -> f64 {
         f64::from(self.drawn[self.at(column, row)])
     }

@@ -1,7 +1,7 @@
-//! How far the surface of a coarse tile is from the raster's samples, upright.
+//! The vertical distance of a coarse tile's surface from the raster's samples.
 //!
-//! A coarse triangle is a union of finest ones, so the greatest distance is at a sample of the raster: the error there is exact. Where a
-//! neighbour is coarser, the triangles along that side are others, and cross finest ones; there it is exact at the samples, too.
+//! A coarse triangle is a union of finest ones, so the greatest distance is at a sample of the raster: the error there is exact.
+//! Beside a coarser neighbour the triangles differ and cross finest ones; there it is exact at the samples, too.
 
 use super::band::Band;
 use crate::grid::{Grid, Key};
@@ -11,14 +11,14 @@ use std::ops::Range;
 /// All four neighbours are coarser.
 const ALL: u8 = 15;
 
-/// The greatest distance within the cells `rows` of a tile, whatever neighbours are coarser: metres. All of them lie in the band.
+/// The greatest distance within the cells `rows` of a tile, with any coarser neighbours: metres. All rows lie in the band.
 pub fn of_cells(band: &Band, grid: &Grid, key: Key, rows: Range<u32>) -> f64 {
     let cells = grid.side() - 1;
     let mut worst = 0f64;
     for j in rows {
         for i in 0..cells {
             worst = worst.max(of_cell(band, corners(grid, key, i, j)));
-            // At level 0 the coarse neighbour has what this would add, and above the top there is none.
+            // At level 0 the coarse neighbour includes this, and the top has no coarser neighbour.
             if key.level > 0 && key.level < grid.top() {
                 worst = worst.max(of_rim_cell(band, grid, key, [i, j]));
             }
@@ -31,7 +31,7 @@ pub fn of_cells(band: &Band, grid: &Grid, key: Key, rows: Range<u32>) -> f64 {
 fn of_rim_cell(band: &Band, grid: &Grid, key: Key, [i, j]: [u32; 2]) -> f64 {
     let side = grid.side();
     let ends = [0, side - 2];
-    // In a tile's corner two neighbours matter, elsewhere one.
+    // Two neighbours matter in a corner of the tile, one elsewhere.
     let masks = match (ends.contains(&i), ends.contains(&j)) {
         (true, true) => 1..=ALL,
         (true, false) | (false, true) => ALL..=ALL,
@@ -72,7 +72,7 @@ fn of_cell(band: &Band, [[c0, r0], [c1, r1]]: [[u32; 2]; 2]) -> f64 {
     worst
 }
 
-/// Heights against a straight line of a height and a slope; what is not a number counts for nothing.
+/// Greatest distance of heights from a straight line; NaN is ignored.
 fn line(heights: &[f64], from: f64, slope: f64, mut worst: f64) -> f64 {
     for (k, &h) in heights.iter().enumerate() {
         let distance = (h - (from + slope * k as f64)).abs();
@@ -83,7 +83,7 @@ fn line(heights: &[f64], from: f64, slope: f64, mut worst: f64) -> f64 {
     worst
 }
 
-/// Any triangle with its corners on samples.
+/// For any triangle with its corners on samples.
 fn of_triangle(band: &Band, corners: [[u32; 2]; 3]) -> f64 {
     let mut worst = 0f64;
     each_sample(corners, |column, row, weights| {

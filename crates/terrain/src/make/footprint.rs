@@ -1,4 +1,4 @@
-//! Samples under a building: no ground.
+//! Removes ground under a building.
 
 use glam::DVec2;
 
@@ -8,12 +8,12 @@ pub struct Keeper<'a> {
 }
 
 impl<'a> Keeper<'a> {
-    /// Keeps samples out of triangles (columns and rows, of any winding).
+    /// Removes samples in triangles (columns and rows, of any winding).
     pub fn new(triangles: &'a [[DVec2; 3]]) -> Self {
         Self { triangles }
     }
 
-    /// Takes the heights of all samples in or on the triangles. `rows` begins with row `first`; `columns` samples a row.
+    /// Removes the heights of all samples in or on the triangles. `rows` begins with row `first`; `columns` samples a row.
     pub fn keep_out(&self, first: u32, columns: usize, rows: &mut [f64]) {
         let count = rows.len() / columns;
         for triangle in self.triangles {

@@ -1,11 +1,11 @@
 //! From a raster to a `.ground` file, some rows at a time.
 //!
-//! Based on: the tiles of a thesis (PUC-Rio) on terrain larger than memory, and its nested errors, which are those of Lindstrom et al.,
-//! *Real-time, continuous level of detail rendering of height fields*, 1996. What differs: errors are exact, and count what stitching to a
-//! coarser neighbour, rounding of heights and samples without a height do.
+//! Based on: the tiles of a thesis (PUC-Rio) on terrain larger than memory, with the nested errors of Lindstrom et al.,
+//! *Real-time, continuous level of detail rendering of height fields*, 1996. Deviation: errors are exact, and include stitching
+//! to coarser neighbours, rounding of heights and samples without a height.
 //!
-//! The raster is read twice: for its least and greatest height, then for the tiles. Of the second time, a band of rows is in memory, as
-//! high as the coarsest tiles' samples are apart, and one row of tiles a level.
+//! The raster is read twice: for its least and greatest height, then for the tiles. The second time, memory holds a band of rows,
+//! as high as the distance of the coarsest tiles' samples, and one row of tiles per level.
 
 mod band;
 mod deviation;
@@ -28,13 +28,13 @@ use std::io::{Seek, SeekFrom, Write};
 use std::ops::Range;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// How a ground is made.
+/// Options for making a ground.
 #[derive(Clone, Debug)]
 pub struct MakeOptions {
-    /// Samples of a tile along a side: 33, 65 or 129.
+    /// Samples along a side of a tile: 33, 65 or 129.
     pub side: u32,
-    /// Triangles, seen from above, that no ground is made under: metres in the ground's own coordinates, to the east and to the south of
-    /// the raster's middle.
+    /// Triangles, seen from above, under which no ground is made: metres in the ground's own coordinates, to the east and to the
+    /// south of the raster's middle.
     pub keep_out: Vec<[DVec2; 3]>,
 }
 
@@ -44,36 +44,36 @@ impl Default for MakeOptions {
     }
 }
 
-/// Triangles of a raster's full mesh, below which a ground has one level: it is drawn whole.
+/// A ground with fewer triangles in the raster's full mesh has one level and is drawn whole.
 pub const LEAST_TRIANGLES: u64 = 100_000;
 
 /// The greatest relief, metres.
 const MOST_RELIEF: f64 = 1e7;
-/// Heights are rounded by half of this at most where they have two bytes: metres, and a share of the spacing. Larger: what is nearer to
-/// the eye than a few metres is off by a pixel. Smaller: files of plains, too, take four bytes a height.
+/// Maximum rounding of heights with two bytes, in half of this: metres, and a share of the spacing. Larger: ground within a few
+/// metres of the eye is off by a pixel. Smaller: even plains take four bytes a height.
 const FINE: f64 = 1e-3;
 
-/// Metres between two heights, at least: a micrometre. It's a power of two.
+/// Least step between two heights: a micrometre, as a power of two.
 const LEAST_STEP: f64 = 1.0 / (1 << 20) as f64;
 
-/// What was made.
+/// Result of making a ground.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Made {
-    /// What holds for the whole of it.
+    /// Properties of the whole ground.
     pub header: Header,
-    /// Samples under what was to be kept out; they count as voids, too.
+    /// Samples under the keep-out triangles; they also count as voids.
     pub kept_out: u64,
     /// Greatest height above the least, metres.
     pub relief: f64,
     /// Triangles of the full mesh.
     pub triangles: u64,
-    /// Tiles that have samples.
+    /// Tiles with samples.
     pub tiles: u32,
     /// Bytes written.
     pub bytes: u64,
 }
 
-/// Writes the `.ground` of a raster. The bytes depend on the heights and the options alone.
+/// Writes the `.ground` of a raster. The bytes depend only on the heights and the options.
 pub fn make(from: &mut dyn Heights, options: &MakeOptions, out: &mut (impl Write + Seek)) -> Result<Made, GroundError> {
     let [columns, rows] = from.size();
     let triangles = 2 * u64::from(columns.saturating_sub(1)) * u64::from(rows.saturating_sub(1));
@@ -100,7 +100,7 @@ pub fn make(from: &mut dyn Heights, options: &MakeOptions, out: &mut (impl Write
         voids: survey.voids,
     };
     header.check().map_err(|e| match e {
-        GroundError::Malformed { what, .. } => GroundError::Heights(format!("{what}: no ground can be made of it")),
+        GroundError::Malformed { what, .. } => GroundError::Heights(format!("{what}; no ground can be made")),
         other => other,
     })?;
     let mut maker =
@@ -112,7 +112,7 @@ pub fn make(from: &mut dyn Heights, options: &MakeOptions, out: &mut (impl Write
     Ok(Made { header: maker.header, kept_out: survey.kept_out, relief, triangles, tiles: made, bytes })
 }
 
-/// What the first reading finds.
+/// Results of the first reading.
 struct Survey {
     low: f64,
     high: f64,
@@ -143,11 +143,11 @@ impl Survey {
         Ok(Self { low, high, voids, kept_out })
     }
 
-    /// Two bytes a height where they are exact, or fine enough.
+    /// Two bytes a height if that is exact or fine enough.
     fn scale(&self, lattice: Option<f64>, spacing: [f64; 2]) -> Result<Scale, GroundError> {
         let (base, relief) = (self.low, self.high - self.low);
         if !relief.is_finite() {
-            let what = "no sample has a height; give another raster, or name its no-data value right";
+            let what = "no sample has a height; give another raster, or correct its no-data value";
             return Err(GroundError::Heights(what.to_owned()));
         }
         if relief > MOST_RELIEF {
@@ -169,16 +169,16 @@ impl Survey {
     }
 }
 
-/// The second reading.
+/// State of the second reading.
 struct Maker {
     header: Header,
     scale: Scale,
     tiles: Vec<Tile>,
-    /// Tiles of which a part has been read.
+    /// Tiles that are partly read.
     open: BTreeMap<u32, Vec<u8>>,
 }
 
-/// A part of a tile: what a band has of it.
+/// The part of a tile in a band.
 struct Piece {
     tile: u32,
     /// Rows of its cells.
@@ -223,7 +223,7 @@ impl Maker {
             let step = 1u32 << level;
             // Rows of cells of the whole level.
             let end = grid.across(level)[1] * cells;
-            // What lies beyond the last row stands on it.
+            // Samples beyond the last row are on it.
             let to = if band.last + 1 == grid.size()[1] { end } else { band.last / step };
             let from = band.first / step;
             for y in from / cells..to.div_ceil(cells) {
@@ -235,7 +235,7 @@ impl Maker {
         pieces
     }
 
-    /// Writes the tiles that the band ends.
+    /// Writes the tiles that end in the band.
     fn close(&mut self, band: &Band, out: &mut (impl Write + Seek)) -> Result<(), GroundError> {
         let (grid, header, tiles) = (&self.header.grid, &self.header, &mut self.tiles);
         let is_whole = |tile: u32| grid.row(grid.key(tile), grid.side() - 1) <= band.last;
@@ -252,7 +252,7 @@ impl Maker {
         Ok(())
     }
 
-    /// No tile is better than what it is divided into.
+    /// Propagates errors: no tile is better than its children.
     fn nest(&mut self) {
         let grid = &self.header.grid;
         for tile in (0..grid.tiles()).rev() {
@@ -276,7 +276,7 @@ impl Maker {
     }
 }
 
-/// The worse of both, with `more` samples.
+/// The worse values of both, with `more` samples.
 fn joined(a: Tile, b: Tile, more: u32) -> Tile {
     Tile {
         low: a.low.min(b.low),
@@ -289,7 +289,7 @@ fn joined(a: Tile, b: Tile, more: u32) -> Tile {
 }
 
 impl Piece {
-    /// Heights and errors.
+    /// Computes heights and errors.
     fn measure(&self, band: &Band, header: &Header) -> Tile {
         let grid = &header.grid;
         let key = grid.key(self.tile);
@@ -301,7 +301,7 @@ impl Piece {
             for (k, &h) in heights.iter().enumerate().filter(|(_, h)| !h.is_nan()) {
                 let drawn = band.drawn(left + k as u32, row);
                 (low, high) = (low.min(h).min(drawn), high.max(h).max(drawn));
-                // The first row was the last one of the piece before.
+                // The first row was the last one of the previous piece.
                 samples += u32::from(row > top || self.cells.start == 0);
             }
         }
@@ -320,7 +320,7 @@ impl Piece {
         }
     }
 
-    /// Puts the heights where they stand in the tile.
+    /// Stores the heights at their places in the tile.
     fn store(&self, band: &Band, header: &Header, scale: &Scale, bytes: &mut [u8]) {
         let (grid, width) = (&header.grid, scale.width);
         let key = grid.key(self.tile);
@@ -332,7 +332,7 @@ impl Piece {
     }
 }
 
-/// The next `f32` above, but for none of zero.
+/// The next greater `f32`; 0 stays 0.
 fn up(error: f64) -> f32 {
     if error == 0.0 { 0.0 } else { (error as f32).next_up() }
 }

@@ -1,9 +1,8 @@
-//! Where samples have no height: how far the rim of a coarse surface is from the raster's own.
+//! Error at voids: the distance of the rim of a coarse surface from the raster's rim.
 //!
-//! The raster's surface are its finest triangles, of which all three corners have a height; a tile's surface are its triangles with three
-//! such corners. Whatever sample is on one and not on the other counts with its distance, in all three directions, to a sample on the
-//! other. Distances are those that two sweeps find (Danielsson, *Euclidean distance mapping*, 1980): of samples that are there, so never too
-//! short.
+//! The raster's surface consists of its finest triangles with three heights; a tile's surface of its own such triangles. Each
+//! sample on only one of the surfaces counts with its distance, in three dimensions, to a sample on the other. Distances come
+//! from two sweeps (Danielsson, *Euclidean distance mapping*, 1980) over existing samples, so they are never too short.
 
 use super::band::Band;
 use super::deviation::each_sample;
@@ -11,7 +10,7 @@ use crate::grid::{Grid, Key};
 use crate::mesh;
 use std::ops::Range;
 
-/// A part of a tile, sample by sample.
+/// A part of a tile, by sample.
 struct Part<'a> {
     band: &'a Band,
     /// First column and row.
@@ -21,14 +20,14 @@ struct Part<'a> {
     spacing: [f64; 2],
 }
 
-/// A surface over a part: heights where it is, not a number elsewhere; and twice its area in cells.
+/// A surface over a part: heights, NaN outside; and twice its area in cells.
 struct Surface {
     heights: Vec<f64>,
     area: i64,
 }
 
-/// The greatest distance in the cells `rows` of a tile, metres: 0 where both surfaces are the same, infinite where one has nothing there.
-/// What lies in other bands counts as not there.
+/// The greatest distance in the cells `rows` of a tile, metres: 0 if the surfaces are equal, infinite if one is empty there.
+/// Other bands do not count.
 pub fn of_cells(band: &Band, grid: &Grid, spacing: [f64; 2], key: Key, rows: Range<u32>) -> f64 {
     let last = grid.side() - 1;
     let first = [grid.column(key, 0), grid.row(key, rows.start)];
@@ -36,7 +35,7 @@ pub fn of_cells(band: &Band, grid: &Grid, spacing: [f64; 2], key: Key, rows: Ran
     let size = [0, 1].map(|k| (end[k] - first[k]) as usize + 1);
     let part = Part { band, first, size, spacing };
     let has_voids = (first[1]..=end[1]).any(|r| band.true_row(r, first[0], end[0]).iter().any(|h| h.is_nan()));
-    // At level 0 both are the same.
+    // At level 0 they are equal.
     if !has_voids || key.level == 0 {
         return 0.0;
     }
@@ -49,7 +48,7 @@ pub fn of_cells(band: &Band, grid: &Grid, spacing: [f64; 2], key: Key, rows: Ran
     worst
 }
 
-/// Sets of coarser neighbours that all others are made of: none and all, and each where voids are in a corner of the tile.
+/// Sets of coarser neighbours that suffice: none and all; or every set, if there are voids in a corner of the tile.
 fn masks(band: &Band, grid: &Grid, key: Key, rows: &Range<u32>) -> Vec<u8> {
     if key.level == grid.top() {
         return vec![0];
@@ -109,18 +108,18 @@ impl Part<'_> {
         surface
     }
 
-    /// The greatest distance of what is on one surface only to the other.
+    /// The greatest distance of samples on one surface only from the other.
     fn distance(&self, (a, nearest): (&Surface, &[Option<u32>]), b: &Surface) -> f64 {
         let differ = a.heights.iter().zip(&b.heights).any(|(a, b)| a.is_nan() != b.is_nan());
         if !differ && a.area == b.area {
             return 0.0;
         }
         let apart = if differ { self.farthest(a, b, &self.nearest(b)).max(self.farthest(b, a, nearest)) } else { 0.0 };
-        // Within a triangle, less than its longest side is added.
+        // Inside a triangle, at most its longest side is added.
         apart + self.spacing[0].hypot(self.spacing[1])
     }
 
-    /// The greatest distance of samples of `from` that are not on `to`; `nearest` are samples of that.
+    /// The greatest distance of samples of `from` that are not on `to`; `nearest` are samples of `to`.
     fn farthest(&self, from: &Surface, to: &Surface, nearest: &[Option<u32>]) -> f64 {
         let mut worst = 0f64;
         for (at, &height) in from.heights.iter().enumerate() {
@@ -141,7 +140,7 @@ impl Part<'_> {
         (across as f64 * self.spacing[0]).hypot(down as f64 * self.spacing[1])
     }
 
-    /// By sample, one of a surface's that is near.
+    /// For each sample, a near sample of a surface.
     fn nearest(&self, surface: &Surface) -> Vec<Option<u32>> {
         let on = |(at, h): (usize, &f64)| (!h.is_nan()).then_some(at as u32);
         let mut nearest: Vec<Option<u32>> = surface.heights.iter().enumerate().map(on).collect();
@@ -153,7 +152,7 @@ impl Part<'_> {
                 nearest[at] = Some(offered);
             }
         };
-        // Down, then up; in each row from the row before, then east and west.
+        // Down, then up; in each row from the previous row, then east and west.
         for sweep in 0..2 {
             for k in 0..height {
                 let row = if sweep == 0 { k } else { height - 1 - k };

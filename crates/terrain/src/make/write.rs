@@ -4,7 +4,7 @@ use crate::format::{ENTRY, HEADER, Header, MAGIC, Tile, VERSION};
 use xxhash_rust::xxh3::xxh3_64;
 
 impl Header {
-    /// The first bytes of the file. `table` is the table's checksum.
+    /// The header's bytes. `table` is the table's checksum.
     pub(super) fn write(&self, table: u64) -> [u8; HEADER] {
         let mut out = Vec::with_capacity(HEADER);
         let [columns, rows] = self.grid.size();
@@ -22,7 +22,7 @@ impl Header {
         out.try_into().unwrap_or([0; HEADER])
     }
 
-    /// True where the file has levels above the raster's own.
+    /// Whether the file has levels above the raster's own.
     fn is_divided(&self) -> bool {
         self.grid.top() > 0
     }

@@ -1,4 +1,4 @@
-//! The first directory of a TIFF file: its tags, each checked against the file's length before its values are read. After *TIFF 6.0*
+//! The first directory of a TIFF file: tags are checked against the file's length before values are read. Based on *TIFF 6.0*
 //! (Adobe, 1992), section 2, and the BigTIFF of libtiff's documentation.
 
 use super::error::{Place, RasterError};
@@ -6,7 +6,7 @@ use super::grid::Source;
 use std::collections::BTreeMap;
 use std::io::SeekFrom;
 
-/// Most tags of a directory.
+/// Maximum tags of a directory.
 const MAX_TAGS: u64 = 4096;
 /// The type of texts.
 const ASCII: u16 = 2;
@@ -15,20 +15,20 @@ const ASCII: u16 = 2;
 pub(super) struct Directory {
     file: String,
     tags: BTreeMap<u16, Value>,
-    /// Whether the file's numbers have the lowest byte first.
+    /// Whether the file is little-endian.
     pub little: bool,
     /// Bytes of the file.
     pub length: u64,
 }
 
-/// Where the values of a tag are.
+/// The place of a tag's values.
 struct Value {
     kind: u16,
     count: u64,
     at: u64,
 }
 
-/// Bytes of a value of a type; `None`: an unknown type, which a reader passes over.
+/// Bytes of a value of a type; `None` for an unknown type, which readers skip.
 fn width(kind: u16) -> Option<u64> {
     Some(match kind {
         1 | 2 | 6 | 7 => 1,
@@ -53,19 +53,19 @@ impl Directory {
         directory.little = match &head[..2] {
             b"II" => true,
             b"MM" => false,
-            _ => return Err(directory.wrong(0, "no TIFF: it begins with neither II nor MM; give a GeoTIFF")),
+            _ => return Err(directory.wrong(0, "not a TIFF: it begins with neither II nor MM; give a GeoTIFF")),
         };
         let little = directory.little;
         let big = match whole(&head[2..4], little) {
             42 => false,
             43 => true,
-            version => return Err(directory.wrong(2, format!("version {version} of TIFF; 42 and 43 are known"))),
+            version => return Err(directory.wrong(2, format!("version {version} of TIFF; 42 and 43 are supported"))),
         };
         let at = if big { whole(&directory.bytes(source, 8, 8)?, little) } else { whole(&head[4..], little) };
         let (counter, entry, room) = if big { (8, 20, 8) } else { (2, 12, 4) };
         let count = whole(&directory.bytes(source, at, counter)?, little);
         if count == 0 || count > MAX_TAGS {
-            return Err(directory.wrong(at, format!("a directory of {count} tags; 1 to {MAX_TAGS} are read")));
+            return Err(directory.wrong(at, format!("a directory of {count} tags; 1 to {MAX_TAGS} are supported")));
         }
         let bytes = directory.bytes(source, at + counter, count * entry)?;
         for (place, bytes) in (at + counter..).step_by(entry as usize).zip(bytes.chunks_exact(entry as usize)) {
@@ -112,7 +112,7 @@ impl Directory {
         Ok(Some(bytes.chunks_exact(8).map(|b| f64::from_bits(whole(b, self.little))).collect()))
     }
 
-    /// The text of a tag, without the zeros at its end.
+    /// The text of a tag, without trailing zeros.
     pub fn text(&self, source: &mut dyn Source, tag: u16) -> Result<Option<String>, RasterError> {
         let Some((value, bytes)) = self.values(source, tag)? else { return Ok(None) };
         if value.kind != ASCII {
@@ -121,7 +121,7 @@ impl Directory {
         Ok(Some(String::from_utf8_lossy(&bytes).trim_matches(['\0', ' ']).to_owned()))
     }
 
-    /// Whether a tag is there.
+    /// Whether a tag exists.
     pub fn has(&self, tag: u16) -> bool {
         self.tags.contains_key(&tag)
     }

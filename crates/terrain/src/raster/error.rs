@@ -1,4 +1,4 @@
-//! Why a raster can't be read: one line, with the file, the place in it and what to do.
+//! Why a raster cannot be read: one line, with the file, the place in it and a remedy.
 
 use std::fmt;
 
@@ -31,19 +31,19 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why rasters can't be read.
+/// Why rasters cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RasterError {
     /// No file was given.
     #[error("no raster given; give .tif, .hgt or .asc")]
     NoFiles,
-    /// The file can't be opened or read.
+    /// The file cannot be opened or read.
     #[error("{file}: {source}")]
     Io {
         /// Its path.
         file: String,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// No reader for this extension.
@@ -51,47 +51,47 @@ pub enum RasterError {
     UnknownFormat {
         /// Its path.
         file: String,
-        /// As found, in lower case.
+        /// Its extension, in lower case.
         extension: String,
     },
-    /// The file isn't what it says, or is broken.
+    /// The file is damaged or of another format.
     #[error("{file}: {place}{what}")]
     Malformed {
         /// Its path.
         file: String,
         /// Where.
         place: Place,
-        /// What is wrong, and what to do.
+        /// The fault and the remedy.
         what: String,
     },
-    /// The file is in order but uses what isn't supported.
+    /// The file is valid but uses an unsupported feature.
     #[error("{file}: {what} is not supported; {hint}")]
     Unsupported {
         /// Its path.
         file: String,
-        /// The thing.
+        /// The feature.
         what: String,
-        /// What to do.
+        /// The remedy.
         hint: &'static str,
     },
     /// More samples than [`super::MAX_SAMPLES`], or more on a side than [`super::MAX_SIDE`].
-    #[error("{file}: {columns} x {rows} samples; 2^31 are read at most, and 2^20 on a side: cut it into parts")]
+    #[error("{file}: {columns} x {rows} samples; at most 2^31 are supported, and 2^20 on a side: cut it into parts")]
     TooLarge {
-        /// Its path, or those of a mosaic.
+        /// Its path, or that of a mosaic's first file.
         file: String,
         /// Samples from west to east.
         columns: u64,
         /// Samples from north to south.
         rows: u64,
     },
-    /// Two rasters that are not one ground.
+    /// Two rasters that do not form one ground.
     #[error("{second}: {what} of {first}; give rasters of one lattice that abut")]
     Apart {
         /// A raster.
         first: String,
-        /// The one that does not fit to it.
+        /// The one that does not fit.
         second: String,
-        /// How, up to the name of the first.
+        /// The mismatch, up to the name of the first.
         what: String,
     },
 }
@@ -107,7 +107,7 @@ impl RasterError {
         Self::Unsupported { file: file.to_owned(), what: what.into(), hint }
     }
 
-    /// What the system says of a file; one that ends too early was cut off.
+    /// The system's error for a file; one that ends too early was cut off.
     pub(super) fn io(file: &str, source: std::io::Error) -> Self {
         if source.kind() == std::io::ErrorKind::UnexpectedEof {
             return Self::malformed(file, Place::File, "the file is cut off; copy it again");

@@ -1,18 +1,18 @@
-//! Esri ASCII grids, `.asc`: a header of names and numbers, then heights as text, the northernmost row first. After Esri's description
-//! (*Esri ASCII raster format*, ArcGIS documentation). Names in any case; rows need not be lines.
+//! Esri ASCII grids, `.asc`: a header of names and numbers, then heights as text, the northernmost row first. Based on Esri's
+//! description (*Esri ASCII raster format*, ArcGIS documentation). Names in any case; rows need not be lines.
 //!
-//! Opening reads the text once for the places of its rows, 8 bytes each. The text itself is never kept.
+//! Opening scans the text once for the places of its rows, 8 bytes each. The text is never kept.
 
 use super::error::{Place, RasterError};
 use super::grid::{Grid, Heights, MAX_SIDE, Part, RasterOptions, Samples, Source, Unit};
 use std::io::{self, SeekFrom};
 use std::ops::Range;
 
-/// Bytes that are read at once.
+/// Bytes per read.
 const BLOCK: usize = 1 << 16;
-/// Most bytes of a word.
+/// Maximum bytes of a word.
 const MAX_WORD: usize = 64;
-/// A cell that is smaller, at a place that may be on Earth's degrees, is in degrees: 0.05 degrees are 5 km, and 0.05 m no ground has.
+/// Smaller cells at coordinates valid on Earth are in degrees: 0.05 degrees are 5 km, and no ground has cells of 0.05 m.
 const DEGREES_BELOW: f64 = 0.05;
 
 /// The words of a text.
@@ -38,7 +38,7 @@ impl Words {
         self.end - (self.block.len() - self.at) as u64
     }
 
-    /// Goes on at a byte of a line.
+    /// Continues at a byte of a line.
     fn seek(&mut self, byte: u64, line: u64) -> Result<(), RasterError> {
         self.line = line;
         if byte != self.place() {
@@ -49,7 +49,7 @@ impl Words {
         Ok(())
     }
 
-    /// The next byte, which stays; `None` at the end.
+    /// The next byte, not consumed; `None` at the end.
     fn peek(&mut self) -> Result<Option<u8>, RasterError> {
         if self.at == self.block.len() {
             self.block.resize(BLOCK, 0);
@@ -67,7 +67,7 @@ impl Words {
         Ok(self.block.get(self.at).copied())
     }
 
-    /// To the next word; the place that it begins at.
+    /// Skips to the next word; returns its place.
     fn skip(&mut self) -> Result<u64, RasterError> {
         while let Some(byte) = self.peek()?.filter(u8::is_ascii_whitespace) {
             self.line += u64::from(byte == b'\n');
@@ -82,13 +82,13 @@ impl Words {
         self.word.clear();
         while let Some(byte) = self.peek()?.filter(|b| !b.is_ascii_whitespace()) {
             if self.word.len() == MAX_WORD {
-                return Err(self.wrong(format!("a word of more than {MAX_WORD} letters; this is no .asc")));
+                return Err(self.wrong(format!("a word of more than {MAX_WORD} letters; this is not an .asc")));
             }
             self.word.push(byte);
             self.at += 1;
         }
         let Ok(word) = std::str::from_utf8(&self.word) else {
-            return Err(self.wrong("bytes that are no text; this is no .asc".to_owned()));
+            return Err(self.wrong("bytes that are not text; this is not an .asc".to_owned()));
         };
         Ok(Some(word).filter(|w| !w.is_empty()))
     }
@@ -99,9 +99,9 @@ impl Words {
             return Err(self.wrong(format!("the file ends before {of}; copy it again")));
         };
         let read = word.parse::<f64>().ok();
-        let told = word.to_owned();
-        let comma = if told.contains(',') { "; decimals have a point" } else { "" };
-        read.ok_or_else(|| self.wrong(format!("\"{told}\" is no number for {of}{comma}")))
+        let text = word.to_owned();
+        let comma = if text.contains(',') { "; decimals have a point" } else { "" };
+        read.ok_or_else(|| self.wrong(format!("\"{text}\" is not a number for {of}{comma}")))
     }
 
     fn wrong(&self, what: String) -> RasterError {
@@ -109,12 +109,12 @@ impl Words {
     }
 }
 
-/// The header, as far as it is there.
+/// The values found in the header.
 #[derive(Default)]
 struct Header {
     columns: Option<u32>,
     rows: Option<u32>,
-    /// West and south, and whether they are the corner or the middle of the south-western cell.
+    /// West and south, and whether they are the corner or the centre of the south-western cell.
     corner: [Option<(f64, bool)>; 2],
     cell: Option<f64>,
     void: Option<f64>,
@@ -130,7 +130,7 @@ impl Header {
                 return Ok(header);
             }
             let name = words.next()?.unwrap_or_default().to_ascii_lowercase();
-            // Heights that are no numbers.
+            // Heights that are not numbers.
             if ["nan", "inf"].contains(&name.as_str()) {
                 return Err(words.wrong(format!("\"{name}\" begins the heights; write the no-data value there")));
             }
@@ -154,7 +154,7 @@ impl Header {
                 "nodata_value" => header.void = Some(value),
                 _ => {
                     let names = "ncols, nrows, xllcorner or xllcenter, yllcorner or yllcenter, cellsize, NODATA_value";
-                    return Err(words.wrong(format!("\"{name}\" is no name of a header; those are {names}")));
+                    return Err(words.wrong(format!("\"{name}\" is not a header name; these are {names}")));
                 }
             }
         }
@@ -162,7 +162,7 @@ impl Header {
 
     fn grid(&self, words: &Words, options: &RasterOptions, notes: &mut Vec<String>) -> Result<Grid, RasterError> {
         let (Some(columns), Some(rows)) = (self.columns, self.rows) else {
-            return Err(words.wrong("no ncols and nrows in its header; this is no .asc".to_owned()));
+            return Err(words.wrong("no ncols and nrows in its header; this is not an .asc".to_owned()));
         };
         let size = [columns, rows];
         let ([Some((west, west_corner)), Some((south, south_corner))], Some(cell)) = (self.corner, self.cell) else {
@@ -182,9 +182,9 @@ impl Header {
     }
 }
 
-/// Degrees: of the equator; longitudes go to 180 or to 360.
+/// Length of the equator, degrees; longitudes go to 180 or to 360.
 const FULL_TURN: f64 = 360.0;
-/// Degrees: the latitude of a pole.
+/// Latitude of a pole, degrees.
 const POLE: f64 = 90.0;
 
 struct Esri {
@@ -226,7 +226,7 @@ fn index(words: &mut Words, [columns, rows]: [u32; 2]) -> Result<(Vec<(u64, u64)
     }
     match words.next()? {
         None => Ok((places, whole)),
-        Some(_) => Err(words.wrong(format!("more than {columns} x {rows} heights; set ncols and nrows right"))),
+        Some(_) => Err(words.wrong(format!("more than {columns} x {rows} heights; correct ncols and nrows"))),
     }
 }
 

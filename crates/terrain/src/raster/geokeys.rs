@@ -1,4 +1,4 @@
-//! The place of a GeoTIFF's samples: *OGC GeoTIFF Standard 1.1* (OGC 19-008r4). Requirements are named by their tags and keys there.
+//! Georeference of a GeoTIFF: *OGC GeoTIFF Standard 1.1* (OGC 19-008r4), which names requirements by tags and keys.
 
 use super::directory::Directory;
 use super::error::{Place, RasterError};
@@ -13,7 +13,7 @@ const TEXTS: u16 = 34737;
 
 /// `GTModelTypeGeoKey`: 1 projected, 2 geographic, 3 geocentric.
 const MODEL: u16 = 1024;
-/// `GTRasterTypeGeoKey`: 1 a sample is an area, 2 a point.
+/// `GTRasterTypeGeoKey`: 1: a sample is an area; 2: a point.
 const RASTER: u16 = 1025;
 const ANGULAR_UNIT: u16 = 2054;
 const PROJECTED: u16 = 3072;
@@ -22,16 +22,16 @@ const LINEAR_SIZE: u16 = 3077;
 const VERTICAL: u16 = 4096;
 const VERTICAL_UNIT: u16 = 4099;
 
-/// A unit that another key gives the size of.
+/// A unit whose size another key gives.
 const USER_DEFINED: u16 = 32767;
-/// EPSG's number of the degree.
+/// EPSG's code of the degree.
 const DEGREE: u16 = 9102;
 
 /// Metres of a foot, and of a US survey foot.
 const FOOT: f64 = 0.3048;
 const US_FOOT: f64 = 1200.0 / 3937.0;
 
-/// Projected systems of US states in US survey feet: ranges of EPSG's numbers, for files that don't name the unit.
+/// Projected systems of US states in US survey feet: ranges of EPSG's codes, for files that do not name the unit.
 const IN_US_FEET: [(u16, u16); 12] = [
     (2225, 2250),
     (2254, 2255),
@@ -50,16 +50,16 @@ const IN_US_FEET: [(u16, u16); 12] = [
 const IN_FEET: [(u16, u16); 7] =
     [(2222, 2224), (2251, 2253), (2256, 2256), (2265, 2266), (2269, 2270), (2273, 2273), (2280, 2282)];
 
-/// Where samples stand and what their heights are in.
+/// The grid of samples, and the unit of heights.
 pub(super) struct Geo {
     pub grid: Grid,
-    /// False where the file doesn't say.
+    /// False if the file has no georeference.
     pub placed: bool,
-    /// Metres of the unit of heights.
+    /// Metres per unit of height.
     pub vertical: f64,
 }
 
-/// Keys with their whole numbers, and the texts.
+/// Keys with whole numbers, and the texts.
 struct Keys {
     shorts: Vec<(u16, u16)>,
     user_unit: Option<f64>,
@@ -94,7 +94,7 @@ impl Keys {
     }
 }
 
-/// Metres of a unit by EPSG's number.
+/// Metres per unit, by EPSG's code.
 fn linear(unit: u16) -> Option<f64> {
     Some(match unit {
         9001 => 1.0,
@@ -105,7 +105,7 @@ fn linear(unit: u16) -> Option<f64> {
     })
 }
 
-/// Reads where samples of a raster of this size stand.
+/// Reads the georeference of a raster of this size.
 pub(super) fn read(
     file: &str,
     directory: &Directory,
@@ -126,7 +126,7 @@ pub(super) fn read(
     };
     let unit = horizontal(file, &keys, notes)?;
     let vertical = vertical(file, &keys, unit, notes)?;
-    // An area's sample stands in its middle, half a cell from the corner that is tied down.
+    // The sample of an area is at its centre, half a cell from the referenced corner.
     const IS_POINT: u16 = 2;
     let half = if keys.get(RASTER) == Some(IS_POINT) { 0.0 } else { 0.5 };
     let first = [corner[0] + half * step[0], corner[1] - half * step[1]];
@@ -166,7 +166,7 @@ fn affine(file: &str, directory: &Directory, source: &mut dyn Source) -> Result<
         return Err(wrong(what));
     };
     if !(sx.is_finite() && sy.is_finite() && *sx > 0.0 && *sy > 0.0) {
-        return Err(wrong(format!("a pixel scale of {sx} x {sy}; it is more than 0 and finite: write the file again")));
+        return Err(wrong(format!("a pixel scale of {sx} x {sy}; it must be finite and above 0: write the file again")));
     }
     Ok(Some(([x - i * sx, y + j * sy], [*sx, *sy])))
 }
@@ -198,7 +198,7 @@ fn horizontal(file: &str, keys: &Keys, notes: &mut Vec<String>) -> Result<Unit, 
     }
 }
 
-/// Metres of the unit of a file that doesn't name it: by the number of its system, by its name, or metres.
+/// Metres per unit of a file that does not name it: by its system's code, by its name, or metres.
 fn unstated(keys: &Keys, notes: &mut Vec<String>) -> f64 {
     let within =
         |ranges: &[(u16, u16)]| keys.get(PROJECTED).is_some_and(|c| ranges.iter().any(|r| (r.0..=r.1).contains(&c)));
@@ -214,7 +214,7 @@ fn unstated(keys: &Keys, notes: &mut Vec<String>) -> f64 {
     metres
 }
 
-/// Metres of the unit of heights.
+/// Metres per unit of height.
 fn vertical(file: &str, keys: &Keys, horizontal: Unit, notes: &mut Vec<String>) -> Result<f64, RasterError> {
     // NAVD88 height in US survey feet and in feet.
     const NAVD88_US_FEET: u16 = 6360;
@@ -238,7 +238,7 @@ fn vertical(file: &str, keys: &Keys, horizontal: Unit, notes: &mut Vec<String>) 
         && metres != 1.0
     {
         notes.push(format!(
-            "no vertical unit is stated: heights are taken as metres, although cells are in units of {metres:.7} m"
+            "no vertical unit is stated: heights count as metres, although cells are in units of {metres:.7} m"
         ));
     }
     Ok(stated.unwrap_or(1.0))

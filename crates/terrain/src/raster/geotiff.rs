@@ -1,6 +1,6 @@
-//! GeoTIFF: the first image of a file, in strips or tiles. Unpacking is by the crate `tiff`; what a file says is checked before that.
+//! GeoTIFF: the first image of a file, in strips or tiles. The crate `tiff` unpacks data; metadata is checked here first.
 //!
-//! Strips that are not compressed are read row by row. Otherwise one row of strips or tiles is kept unpacked.
+//! Uncompressed strips are read row by row. Otherwise one row of strips or tiles is kept unpacked.
 
 use super::directory::Directory;
 use super::error::{Place, RasterError};
@@ -31,15 +31,15 @@ const GDAL_METADATA: u16 = 42112;
 /// GDAL's no-data value, as text.
 const GDAL_NODATA: u16 = 42113;
 
-/// Values of `COMPRESSION` that are read.
+/// Supported values of `COMPRESSION`.
 const UNCOMPRESSED: u64 = 1;
 const READ: [u64; 4] = [UNCOMPRESSED, 5, 8, 32946];
-/// How to get a raster that is read.
+/// How to convert to a supported raster.
 const TRANSLATE: &str = "write it again: gdal_translate -co TILED=YES -co COMPRESS=DEFLATE";
 
-/// Most bytes of a row of strips or tiles, unpacked.
+/// Maximum bytes of an unpacked row of strips or tiles.
 const MAX_ROW: u64 = 256 << 20;
-/// A file can fill so many bytes, and so many for each of its own: no compression that is read packs tighter.
+/// Limit of unpacked bytes: a constant, and a factor per byte of the file that no supported compression exceeds.
 const FILLS: [u64; 2] = [4 << 20, 4096];
 
 /// The type of a sample.
@@ -86,26 +86,26 @@ impl Kind {
     }
 }
 
-/// How samples lie in the file.
+/// Layout of samples in the file.
 struct Layout {
     size: [u32; 2],
     kind: Kind,
     tiled: bool,
-    /// Columns and rows of a strip or tile; none is higher than the image.
+    /// Columns and rows of a strip or tile; at most those of the image.
     chunk: [u32; 2],
-    /// Strips are stored as they are.
+    /// Whether strips are stored uncompressed.
     plain: bool,
-    /// By strip or tile, row by row: the place and the bytes.
+    /// By strip or tile, row by row: place and number of bytes.
     chunks: Vec<[u64; 2]>,
 }
 
 impl Layout {
-    /// Tiles beside each other.
+    /// Number of tiles side by side.
     fn across(&self) -> u32 {
         self.size[0].div_ceil(self.chunk[0])
     }
 
-    /// Rows of samples of a row of strips or tiles.
+    /// Rows of samples in a row of strips or tiles.
     fn rows_of(&self, row: u32) -> Range<u32> {
         let start = row * self.chunk[1];
         start..start.saturating_add(self.chunk[1]).min(self.size[1])
@@ -116,7 +116,7 @@ impl Layout {
         format!("{} {index}", if self.tiled { "tile" } else { "strip" })
     }
 
-    /// A tile or strip that is not in the file: all of it is the no-data value, or 0.
+    /// Whether a tile or strip is missing in the file: it has the no-data value, or 0.
     fn is_absent(&self, index: usize) -> bool {
         self.chunks[index] == [0, 0]
     }
@@ -146,7 +146,8 @@ impl Tags<'_> {
 
     fn side(&mut self, tag: u16, name: &str) -> Result<u32, RasterError> {
         let value = self.must(tag, name)?;
-        let wrong = || RasterError::malformed(self.file, Place::File, format!("{name} of {value}; 1 to 2^32 - 1 are read"));
+        let wrong =
+            || RasterError::malformed(self.file, Place::File, format!("{name} of {value}; 1 to 2^32 - 1 are supported"));
         u32::try_from(value).ok().filter(|n| *n > 0).ok_or_else(wrong)
     }
 
@@ -182,7 +183,7 @@ impl Tags<'_> {
         })
     }
 
-    /// Whether samples are compressed, by a way that is read.
+    /// Whether samples are compressed, in a supported way.
     fn compressed(&mut self, kind: Kind) -> Result<bool, RasterError> {
         let compression = self.or(COMPRESSION, UNCOMPRESSED)?;
         if !READ.contains(&compression) {
@@ -251,7 +252,7 @@ impl Tags<'_> {
         Ok(layout)
     }
 
-    /// Refuses strips and tiles beyond the end of the file, or too large to unpack.
+    /// Rejects strips and tiles beyond the end of the file, or too large to unpack.
     fn within(&self, layout: &Layout, compressed: bool) -> Result<(), RasterError> {
         let length = self.directory.length;
         let width = layout.kind.width() as u64;
@@ -297,7 +298,7 @@ pub(super) fn open(
     let (scale, offset) = (item(&xml, "scale").unwrap_or(1.0), item(&xml, "offset").unwrap_or(0.0));
     if !(scale.is_finite() && scale != 0.0 && offset.is_finite()) {
         let what =
-            format!("heights have a scale of {scale} and an offset of {offset}; both are finite, and the scale is not 0");
+            format!("heights have a scale of {scale} and an offset of {offset}; both must be finite, and the scale not 0");
         return Err(RasterError::malformed(file, Place::File, what));
     }
     let void = void(&directory, &mut *source, layout.kind, &mut notes)?;
@@ -308,7 +309,7 @@ pub(super) fn open(
     Ok(Part { file: file.to_owned(), grid: geo.grid, placed: geo.placed, notes, lattice, samples: Box::new(samples) })
 }
 
-/// The no-data value as samples of the type have it.
+/// The no-data value, rounded as samples of the type.
 fn void(
     directory: &Directory,
     source: &mut dyn Source,
@@ -317,7 +318,7 @@ fn void(
 ) -> Result<Option<f64>, RasterError> {
     let Some(text) = directory.text(source, GDAL_NODATA)? else { return Ok(None) };
     let Ok(number) = text.trim().parse::<f64>() else {
-        notes.push(format!("the no-data value {text:?} is no number and is left out"));
+        notes.push(format!("the no-data value {text:?} is not a number and is ignored"));
         return Ok(None);
     };
     Ok(Some(if kind == Kind::F32 { f64::from(number as f32) } else { number }))
@@ -329,9 +330,9 @@ struct GeoTiff {
     decoder: Decoder<Box<dyn Source>>,
     layout: Layout,
     heights: Heights,
-    /// Whether samples in the file have their bytes in another order than this machine.
+    /// Whether the file has another byte order than this machine.
     swapped: bool,
-    /// The row of strips or tiles that is unpacked, and its samples, tile by tile.
+    /// The unpacked row of strips or tiles, and its samples, tile by tile.
     row: Option<u32>,
     bytes: Vec<u8>,
 }
@@ -354,7 +355,7 @@ impl GeoTiff {
         Ok(Self { file, decoder, layout, heights, swapped, row: None, bytes: Vec::new() })
     }
 
-    /// Numbers of a row of strips that are stored as they are.
+    /// Reads a row of uncompressed strips.
     fn read_plain(&mut self, row: u32, out: &mut [f64]) -> Result<(), RasterError> {
         let index = row / self.layout.chunk[1];
         if self.layout.is_absent(index as usize) {
@@ -374,7 +375,7 @@ impl GeoTiff {
         Ok(())
     }
 
-    /// Columns of a tile, and the place of a row of its samples in `bytes`.
+    /// Columns of a tile, and the range of a row of its samples in `bytes`.
     fn in_row(&self, tile: u32, row: u32) -> (Range<usize>, Range<usize>) {
         let layout = &self.layout;
         let rows = layout.rows_of(row / layout.chunk[1]);
@@ -412,7 +413,7 @@ impl GeoTiff {
         Ok(())
     }
 
-    /// Numbers of a row of strips or tiles.
+    /// Reads a row of compressed strips or tiles.
     fn read_unpacked(&mut self, row: u32, out: &mut [f64]) -> Result<(), RasterError> {
         let chunk_row = row / self.layout.chunk[1];
         self.unpack(chunk_row)?;
@@ -428,7 +429,7 @@ impl GeoTiff {
     }
 }
 
-/// What the unpacker says, in one line.
+/// An error of the unpacker, in one line.
 fn unpacked(file: &str, place: Place, error: &TiffError) -> RasterError {
     let what = match error {
         TiffError::IoError(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => "it ends too early".to_owned(),

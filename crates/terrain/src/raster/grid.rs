@@ -1,16 +1,16 @@
-//! Where the samples of a raster stand, in its own units and in metres; what every format's reader hands out.
+//! The grid of a raster's samples, in its own units and in metres; common types of all readers.
 
 use super::error::{Place, RasterError};
 use std::io::{Read, Seek};
 use std::ops::Range;
 
-/// Most samples of a ground.
+/// Maximum samples of a ground.
 pub const MAX_SAMPLES: u64 = 1 << 31;
-/// Most samples from west to east, and from north to south.
+/// Maximum samples from west to east, and from north to south.
 pub const MAX_SIDE: u32 = 1 << 20;
-/// Heights beyond this are no heights but a no-data value that the file doesn't name, metres.
+/// Greater heights are an unnamed no-data value, metres.
 const MAX_HEIGHT: f64 = 1e6;
-/// Coordinates beyond this have lost the sample's place to rounding, in the raster's unit.
+/// Greater coordinates lose the sample's place to rounding, in the raster's unit.
 const MAX_COORDINATE: f64 = 1e12;
 
 /// Semi-major axis of WGS 84, metres.
@@ -18,14 +18,14 @@ const WGS84_AXIS: f64 = 6_378_137.0;
 /// Square of the eccentricity of WGS 84.
 const WGS84_E2: f64 = 0.006_694_379_990_141_317;
 
-/// How to read rasters.
+/// Options for reading rasters.
 #[derive(Clone, Copy, PartialEq, Default, Debug)]
 pub struct RasterOptions {
-    /// Metres a sample, for a raster without georeference; positive and finite. `None`: 1.
+    /// Metres per sample, for a raster without georeference; positive and finite. `None`: 1.
     pub spacing: Option<f64>,
 }
 
-/// What a raster is read from.
+/// Input of a raster.
 pub(super) trait Source: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> Source for T {}
@@ -33,45 +33,45 @@ impl<T: Read + Seek + Send> Source for T {}
 /// The unit of a raster's coordinates.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Unit {
-    /// So many metres.
+    /// Metres per unit.
     Metres(f64),
     /// Degrees of longitude and latitude.
     Degrees,
 }
 
-/// Where samples stand, in the raster's unit.
+/// Places of samples, in the raster's unit.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Grid {
     /// Columns, rows.
     pub size: [u32; 2],
     /// East and north of the sample of column 0, row 0.
     pub first: [f64; 2],
-    /// Between columns, to the east; between rows, to the south. Positive.
+    /// Distance of columns, to the east, and of rows, to the south. Positive.
     pub step: [f64; 2],
-    /// Of `first` and `step`.
+    /// Unit of `first` and `step`.
     pub unit: Unit,
 }
 
 /// Reads samples by rows.
 pub(super) trait Samples: Send {
-    /// Heights of rows, row-major, metres; NaN where there is none.
+    /// Heights of rows, row-major, metres; NaN for voids.
     fn read(&mut self, rows: Range<u32>, out: &mut [f64]) -> Result<(), RasterError>;
 
-    /// Lets go of decoded samples.
+    /// Frees decoded samples.
     fn forget(&mut self) {}
 }
 
-/// One file.
+/// A raster of one file.
 pub(super) struct Part {
     /// Its path.
     pub file: String,
-    /// Where its samples stand.
+    /// Places of its samples.
     pub grid: Grid,
-    /// Whether its place on Earth, or on a plane of its own, is known.
+    /// Whether it has a georeference.
     pub placed: bool,
-    /// What was assumed or converted.
+    /// Assumptions and conversions.
     pub notes: Vec<String>,
-    /// Metres of which every height is a whole multiple.
+    /// Height step, metres: every height is a multiple of it.
     pub lattice: Option<f64>,
     /// Its samples.
     pub samples: Box<dyn Samples>,
@@ -80,16 +80,16 @@ pub(super) struct Part {
 /// A grid in metres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InMetres {
-    /// Between columns, between rows.
+    /// Distance of columns and of rows.
     pub spacing: [f64; 2],
     /// East and north of the sample of column 0, row 0.
     pub first: [f64; 2],
-    /// The latitude that degrees were converted at.
+    /// The latitude at which degrees were converted.
     pub latitude: Option<f64>,
 }
 
 impl Grid {
-    /// A lattice without a place on Earth: so many metres a sample, 1 where it isn't said.
+    /// A grid without georeference: `spacing` metres per sample, or 1.
     pub fn unplaced(size: [u32; 2], spacing: Option<f64>, notes: &mut Vec<String>) -> Self {
         let step = spacing.unwrap_or(1.0);
         let source = if spacing.is_some() { "as given" } else { "assumed" };
@@ -97,41 +97,37 @@ impl Grid {
         Self { size, first: [0.0; 2], step: [step; 2], unit: Unit::Metres(1.0) }
     }
 
-    /// Refuses what is too large, or has no place.
+    /// Rejects grids that are too large or invalid.
     pub fn checked(self, file: &str) -> Result<Self, RasterError> {
         let [columns, rows] = self.size.map(u64::from);
         if columns * rows > MAX_SAMPLES || columns.max(rows) > u64::from(MAX_SIDE) {
             return Err(RasterError::TooLarge { file: file.to_owned(), columns, rows });
         }
         if columns == 0 || rows == 0 {
-            return Err(RasterError::malformed(
-                file,
-                Place::File,
-                format!("{columns} x {rows} samples: there is nothing in it"),
-            ));
+            return Err(RasterError::malformed(file, Place::File, format!("{columns} x {rows} samples: it is empty")));
         }
         if let Some(step) = self.step.iter().find(|s| !(s.is_finite() && **s > 0.0)) {
-            let what = format!("samples are {step} apart; a distance is more than 0 and finite");
+            let what = format!("samples are {step} apart; the distance must be finite and above 0");
             return Err(RasterError::malformed(file, Place::File, what));
         }
         if let Some(x) = self.first.iter().find(|x| !(-MAX_COORDINATE..=MAX_COORDINATE).contains(*x)) {
-            let what = format!("its corner is at {x}; coordinates are finite and at most {MAX_COORDINATE:e}");
+            let what = format!("its corner is at {x}; coordinates must be finite and at most {MAX_COORDINATE:e}");
             return Err(RasterError::malformed(file, Place::File, what));
         }
         let metres = self.in_metres();
         if metres.latitude.is_some_and(|l| l.is_nan() || l.abs() >= POLE) {
             let latitude = metres.latitude.unwrap_or_default();
-            let what = format!("its middle is at {latitude} degrees of latitude; that is no place between the poles");
+            let what = format!("its middle is at latitude {latitude}, which is not between the poles");
             return Err(RasterError::malformed(file, Place::File, what));
         }
         if !metres.spacing.iter().all(|s| s.is_finite() && *s > 0.0) {
-            let what = format!("samples are {:?} m apart; a distance is more than 0 and finite", metres.spacing);
+            let what = format!("samples are {:?} m apart; the distance must be finite and above 0", metres.spacing);
             return Err(RasterError::malformed(file, Place::File, what));
         }
         Ok(self)
     }
 
-    /// In metres. Degrees are converted at the latitude of the middle row, by the radii of curvature of WGS 84.
+    /// In metres. Degrees are converted at the latitude of the middle row, with the radii of curvature of WGS 84.
     pub fn in_metres(&self) -> InMetres {
         let (unit, latitude) = match self.unit {
             Unit::Metres(m) => ([m, m], None),
@@ -145,10 +141,10 @@ impl Grid {
     }
 }
 
-/// Degrees: a pole, where a degree of longitude has no length.
+/// Latitude of a pole, degrees; a degree of longitude has no length there.
 const POLE: f64 = 90.0;
 
-/// Metres of a degree of longitude and of latitude on WGS 84. No function of the system's library is called: each rounds in its own way.
+/// Metres per degree of longitude and of latitude on WGS 84. Avoids the system's library, whose rounding differs between systems.
 fn metres_a_degree(latitude: f64) -> [f64; 2] {
     let radian = std::f64::consts::PI / 180.0;
     let sine = sine(latitude * radian);
@@ -158,7 +154,7 @@ fn metres_a_degree(latitude: f64) -> [f64; 2] {
     [across * radian, along * radian]
 }
 
-/// The sine of an angle between the poles, radians, by its series: the first term left out is below 1e-17.
+/// The sine of an angle between the poles, radians, by its series; the first omitted term is below 1e-17.
 fn sine(x: f64) -> f64 {
     let mut sum = 1.0;
     for k in (1..=12).rev() {
@@ -168,9 +164,9 @@ fn sine(x: f64) -> f64 {
     x * sum
 }
 
-/// A raw number as a height in metres; NaN where it isn't one.
+/// Conversion of raw numbers to heights in metres; NaN for voids.
 pub(super) struct Heights {
-    /// The number that stands for no height.
+    /// The no-data value.
     pub void: Option<f64>,
     /// Metres: `raw * scale + offset`.
     pub scale: f64,
@@ -179,12 +175,12 @@ pub(super) struct Heights {
 }
 
 impl Heights {
-    /// As they are, in metres.
+    /// Without conversion, in metres.
     pub fn plain(void: Option<f64>) -> Self {
         Self { void, scale: 1.0, offset: 0.0 }
     }
 
-    /// Turns raw numbers of `row` into heights.
+    /// Converts raw numbers of `row` to heights.
     pub fn convert(&self, file: &str, row: u32, out: &mut [f64]) -> Result<(), RasterError> {
         let mut outside = false;
         for value in out.iter_mut() {
@@ -194,7 +190,7 @@ impl Heights {
             *value = if void { f64::NAN } else { height };
         }
         let Some(column) = out.iter().position(|h| outside && h.abs() > MAX_HEIGHT) else { return Ok(()) };
-        let what = format!("a height of {:e} m; name it as the file's no-data value if it stands for none", out[column]);
+        let what = format!("a height of {:e} m; if it means no data, set it as the file's no-data value", out[column]);
         Err(RasterError::malformed(file, Place::Sample { column: column as u32, row }, what))
     }
 }
@@ -203,7 +199,7 @@ impl Heights {
 mod tests {
     use super::*;
 
-    /// Lengths of a degree as in tables of WGS 84: 110,574 m and 111,320 m at the equator, 111,132 m and 78,847 m at 45 degrees.
+    /// Lengths of a degree from tables of WGS 84: 110,574 m and 111,320 m at the equator, 111,132 m and 78,847 m at 45 degrees.
     #[test]
     fn degrees_are_as_long_as_in_tables() {
         for (latitude, along, across) in

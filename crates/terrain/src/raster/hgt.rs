@@ -1,6 +1,6 @@
-//! SRTM tiles, `.hgt`: a square of big-endian `i16`, the northernmost row first, no header. The name has the corner: `N34W119.hgt` begins
-//! at 34 degrees north, 119 west, and is a degree wide; samples stand on its borders. Metres; -32768 is void. After the description that
-//! NASA's SRTM documents give (*SRTM Topography*, version 3, section 2).
+//! SRTM tiles, `.hgt`: a square of big-endian `i16`, the northernmost row first, without a header. The name has the corner:
+//! `N34W119.hgt` begins at 34 degrees north, 119 west, and is a degree wide, with samples on its borders. Metres; -32768 is void.
+//! Based on NASA's description (*SRTM Topography*, version 3, section 2).
 
 use super::error::{Place, RasterError};
 use super::grid::{Grid, Heights, Part, RasterOptions, Samples, Source, Unit};
@@ -8,7 +8,7 @@ use std::io::SeekFrom;
 use std::ops::Range;
 use std::path::Path;
 
-/// What stands for no height.
+/// The value of a void.
 const VOID: f64 = -32768.0;
 
 struct Hgt {
@@ -22,8 +22,9 @@ struct Hgt {
 pub(super) fn open(file: &str, source: Box<dyn Source>, length: u64, options: &RasterOptions) -> Result<Part, RasterError> {
     let side = (length / 2).isqrt();
     if side < 2 || side * side * 2 != length {
-        let what =
-            format!("{length} bytes are no square of samples of 2 bytes; a tile has 1201 or 3601 on a side: copy it again");
+        let what = format!(
+            "{length} bytes are not a square of samples of 2 bytes; a tile has 1201 or 3601 on a side: copy it again"
+        );
         return Err(RasterError::malformed(file, Place::File, what));
     }
     let side = u32::try_from(side).unwrap_or(u32::MAX);
@@ -43,7 +44,7 @@ pub(super) fn open(file: &str, source: Box<dyn Source>, length: u64, options: &R
     Ok(Part { file: file.to_owned(), grid, placed: corner.is_some(), notes, lattice: Some(1.0), samples })
 }
 
-/// Longitude and latitude of the south-west corner, degrees, of a name such as `N34W119`.
+/// Longitude and latitude of the south-west corner, degrees, from a name such as `N34W119`.
 fn corner(stem: &str) -> Option<[f64; 2]> {
     let name = stem.get(..7)?.to_ascii_uppercase();
     let signed = |part: &str, plus: char, minus: char, most: f64| {

@@ -1,6 +1,6 @@
-//! Heights from files: GeoTIFF, SRTM's `.hgt`, Esri's `.asc`; several that abut are one ground. Rows are read as they are wanted.
+//! Heights from files: GeoTIFF, SRTM's `.hgt`, Esri's `.asc`; adjoining files are one ground. Rows are read on demand.
 //!
-//! No file makes a reader take more than 16 MiB and 8192 bytes for each of its own.
+//! A reader takes at most 16 MiB, and 8192 bytes for each byte of its file.
 
 mod directory;
 mod error;
@@ -21,7 +21,7 @@ use std::io::{BufReader, Cursor};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Heights on a lattice: one file, or several that abut.
+/// Heights on a grid: one file, or several adjoining ones.
 pub struct Raster {
     mosaic: Mosaic,
     spacing: [f64; 2],
@@ -31,11 +31,11 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// Opens files; their order matters only where two have a height at the same place: the first of them gives it.
+    /// Opens files. Their order matters only where two have a height at one place: the first one counts.
     ///
     /// # Errors
     ///
-    /// One line for a file that can't be read, that is broken or that uses what isn't supported, and for files that are not one ground.
+    /// One line for a file that cannot be read, is damaged or is unsupported, and for files that do not form one ground.
     pub fn open(paths: &[PathBuf], options: &RasterOptions) -> Result<Self, RasterError> {
         let part = |path: &PathBuf| {
             let file = path.display().to_string();
@@ -50,7 +50,7 @@ impl Raster {
         Self::of(paths.iter().map(part).collect::<Result<_, _>>()?)
     }
 
-    /// Opens one file that is in memory, of a name with the format's extension.
+    /// Opens a file in memory; `name` has the format's extension.
     ///
     /// # Errors
     ///
@@ -72,14 +72,17 @@ impl Raster {
             ));
         }
         if mosaic.uncovered > 0 {
-            notes.push(format!("no raster has {} samples of the rectangle around all: they are voids", mosaic.uncovered));
+            notes.push(format!(
+                "{} samples of the rectangle around all rasters are in none of them; they become voids",
+                mosaic.uncovered
+            ));
         }
         let lattices: Vec<Option<f64>> = mosaic.parts().map(|p| p.lattice).collect();
         let lattice = lattices[0].filter(|first| lattices.iter().all(|l| *l == Some(*first)));
         Ok(Self { spacing: metres.spacing, first: metres.first, notes, lattice, mosaic })
     }
 
-    /// Columns and rows, 1 to [`MAX_SIDE`] each, and [`MAX_SAMPLES`] together at most.
+    /// Columns and rows, 1 to [`MAX_SIDE`] each, at most [`MAX_SAMPLES`] together.
     pub fn size(&self) -> [u32; 2] {
         self.mosaic.grid.size
     }
@@ -89,32 +92,32 @@ impl Raster {
         self.spacing
     }
 
-    /// Metres to the east and to the north of the sample of column 0 and row 0, the north-western one, in the files' own system.
+    /// Metres to the east and to the north of the north-western sample (column 0, row 0), in the files' own system.
     pub fn first(&self) -> [f64; 2] {
         self.first
     }
 
-    /// What was assumed or converted, one line each, after the name of its file.
+    /// Assumptions and conversions, one line each, after the file's name.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// Metres of which every height is a whole multiple, to rounding; `None` where samples are not whole numbers.
+    /// A step in metres that divides all heights, within rounding; `None` if samples are not whole numbers.
     pub fn lattice(&self) -> Option<f64> {
         self.lattice
     }
 
-    /// Heights of rows, metres, row by row from the north; NaN where there is none: a no-data value, NaN or infinity in the file.
+    /// Heights of rows, metres, row by row from the north; NaN for voids: a no-data value, NaN or infinity in the file.
     ///
-    /// Windows that go from north to south cost least.
+    /// Reading from north to south is fastest.
     ///
     /// # Errors
     ///
-    /// A file that can't be read to there, with the place in it.
+    /// A file that cannot be read there, with the place in it.
     ///
     /// # Panics
     ///
-    /// If rows are not below [`Raster::size`], or `out` has not a place for each sample of them.
+    /// If rows are not below [`Raster::size`], or `out` does not have a place for each sample.
     pub fn read(&mut self, rows: Range<u32>, out: &mut [f64]) -> Result<(), RasterError> {
         let [columns, all] = self.size();
         assert!(rows.start <= rows.end && rows.end <= all, "rows {rows:?} of {all}");
@@ -136,7 +139,7 @@ impl std::fmt::Debug for Raster {
 /// Opens a file by its extension.
 fn read_part(file: &str, source: Box<dyn Source>, length: u64, options: &RasterOptions) -> Result<Part, RasterError> {
     if let Some(spacing) = options.spacing.filter(|s| !(s.is_finite() && *s > 0.0)) {
-        let what = format!("{spacing} m a sample asked for; give a number above 0");
+        let what = format!("{spacing} m per sample requested; give a number above 0");
         return Err(RasterError::malformed(file, Place::File, what));
     }
     let extension = Path::new(file).extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();

@@ -1,28 +1,28 @@
-//! Several rasters that abut are one ground.
+//! Joins adjoining rasters into one ground.
 //!
-//! All are on one lattice, side by side or with a border row or column in common, as SRTM tiles have. Where two have the same sample, the
-//! first of them that has a height there gives it.
+//! All are on one grid, side by side or with a common row or column, as SRTM tiles have. If two have the same sample, the first
+//! with a height there counts.
 
 use super::error::{Place, RasterError};
 use super::grid::{Grid, MAX_SAMPLES, MAX_SIDE, Part};
 use std::ops::Range;
 
-/// Distances between samples may differ by this part.
+/// Greatest relative difference of sample distances.
 const SAME_SPACING: f64 = 1e-6;
-/// Samples of two rasters coincide if they are no further apart than this part of the distance between samples.
+/// Greatest distance of coinciding samples of two rasters, as a part of the sample distance.
 const SAME_SAMPLE: f64 = 0.01;
 
-/// Rasters on one lattice.
+/// Rasters on one grid.
 pub(super) struct Mosaic {
-    /// Where samples stand.
+    /// The grid of all samples.
     pub grid: Grid,
     parts: Vec<Placed>,
-    /// Samples that no raster has.
+    /// Number of samples in no raster.
     pub uncovered: u64,
     rows: Vec<f64>,
 }
 
-/// A raster and the lattice place of its first sample.
+/// A raster and the grid place of its first sample.
 struct Placed {
     part: Part,
     at: [i64; 2],
@@ -35,13 +35,13 @@ impl Placed {
     }
 }
 
-/// Samples that two ranges have in common; negative: samples between them.
+/// Common samples of two ranges; negative: samples between them.
 fn common(a: &Range<i64>, b: &Range<i64>) -> i64 {
     a.end.min(b.end) - a.start.max(b.start)
 }
 
 impl Mosaic {
-    /// Puts rasters together; there is one at least.
+    /// Joins rasters; there is at least one.
     pub fn new(parts: Vec<Part>) -> Result<Self, RasterError> {
         let mut placed: Vec<Placed> = Vec::new();
         let mut base: Option<(Grid, String)> = None;
@@ -97,7 +97,7 @@ impl Mosaic {
             let (start, west) = (p.at[1], p.at[0] as usize);
             let width = p.part.grid.size[0] as usize;
             self.rows.resize(width, 0.0);
-            // A row at a time: a window may be as high as all of a narrow raster.
+            // Row by row: a window may be as high as a narrow raster.
             for y in wanted.start.max(has.start)..wanted.end.min(has.end) {
                 let own = (y - start) as u32;
                 p.part.samples.read(own..own + 1, &mut self.rows)?;
@@ -113,7 +113,7 @@ impl Mosaic {
     }
 }
 
-/// The place of a raster's first sample on the lattice of another.
+/// The place of a raster's first sample on the grid of another.
 fn place(base: &Grid, first: &str, part: &Part) -> Result<[i64; 2], RasterError> {
     let apart = |what: String| RasterError::Apart { first: first.to_owned(), second: part.file.clone(), what };
     let grid = &part.grid;
@@ -140,7 +140,7 @@ fn place(base: &Grid, first: &str, part: &Part) -> Result<[i64; 2], RasterError>
     Ok(at)
 }
 
-/// Refuses rasters that lie on each other or do not hang together.
+/// Rejects rasters that overlap or are not connected.
 fn abut(placed: &[Placed]) -> Result<(), RasterError> {
     let shared = |a: &Placed, b: &Placed| [0, 1].map(|axis| common(&a.range(axis), &b.range(axis)));
     let mut reached = vec![false; placed.len()];
@@ -159,7 +159,7 @@ fn abut(placed: &[Placed]) -> Result<(), RasterError> {
                     what,
                 });
             }
-            // Side by side, with no sample between, along one sample at least.
+            // Adjoining along at least one sample, with no sample between.
             if across.min(down) >= 0 && across.max(down) > 0 {
                 next.push(j);
             }
@@ -176,7 +176,7 @@ fn abut(placed: &[Placed]) -> Result<(), RasterError> {
     Err(RasterError::Apart { first, second, what })
 }
 
-/// Samples that some raster has. Rasters share single rows and columns only.
+/// Number of samples in any raster. Rasters share at most single rows and columns.
 fn covered(placed: &[Placed]) -> u64 {
     let mut edges: Vec<i64> = placed.iter().flat_map(|p| [p.range(1).start, p.range(1).end]).collect();
     edges.sort_unstable();

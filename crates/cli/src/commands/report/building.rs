@@ -32,19 +32,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// Parts of the rays that runs of the curve get; the bake itself is the last point.
+/// Shares of the rays for runs of the curve; the last point is the bake itself.
 const BUDGETS: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 1.0 / 4.0];
-/// Views that tubes are looked at from, at most, and pixels of their pictures.
+/// Most views for the error of tubes, and the size of their pictures, pixels.
 const TUBE_VIEWS: usize = 24;
 const TUBE_PICTURE: [f64; 2] = [960.0, 540.0];
-/// Undecided pairs that are asked why.
+/// Undecided pairs that are explained.
 const ASKED: usize = 12;
 
-/// Works it out and writes it; `output` is the page, `table` goes beside it.
+/// Bakes and writes the report: `output` is the page, `table` stands beside it.
 pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome, CliError> {
     let begin = Instant::now();
     let watch = Watch::new();
-    let progress = |stage: &str, done: f64| watch.tell(stage, done);
+    let progress = |stage: &str, done: f64| watch.show(stage, done);
 
     // 1. The scene.
     progress("import", 0.0);
@@ -52,7 +52,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
     let import_seconds = begin.elapsed().as_secs_f64();
 
-    // 2. Its cells, the size of its objects, and both sides, as `bake` works them out.
+    // 2. Cells, object sizes and rows, as `bake` computes them.
     let mut options = options(args, &scene, import_options)?;
     let of = Of { digest: digest(&scene, &options), beside: (output, super::STATE), outputs: &[] };
     let kept = Kept::open(&args.state, None, &of)?;
@@ -80,7 +80,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     };
     let cpu = clock.seconds();
 
-    // 3. What to hold against them.
+    // 3. Comparisons.
     let measured = Measured::new(args, &scene, &graph, &options, (&baked, cpu), &progress)?;
 
     // 4. The page and the tables.
@@ -113,12 +113,17 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     kept.ends();
     write(&files)?;
     kept.done()?;
-    tell(args, &report, &page, &files)?;
+    print_result(args, &report, &page, &files)?;
     Ok(Outcome::Done)
 }
 
-/// What was written, and the same in numbers.
-fn tell(args: &Args, report: &BakeReport, page: &BuildingReport<'_>, files: &[(PathBuf, String)]) -> Result<(), CliError> {
+/// Prints the written files, or the report as JSON.
+fn print_result(
+    args: &Args,
+    report: &BakeReport,
+    page: &BuildingReport<'_>,
+    files: &[(PathBuf, String)],
+) -> Result<(), CliError> {
     if args.json {
         crate::commands::answer(&numbers(report, page, files)?)?;
     }
@@ -126,7 +131,7 @@ fn tell(args: &Args, report: &BakeReport, page: &BuildingReport<'_>, files: &[(P
     crate::commands::prose(&written.join("\n"), args.json)
 }
 
-/// Those of the page's bake.
+/// Options of the page's bake.
 fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOptions, CliError> {
     let pvs = PvsOptions { seed: args.run.seed, ray_budget: args.scene.rays.unwrap_or(RAYS), ..PvsOptions::default() };
     let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.view_cells.as_ref(), scene)?;
@@ -135,7 +140,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
         pvs,
         keep_bounds: true,
         smallest_hole: args.scene.smallest_hole,
-        // The page compares rows of the cells as they were found.
+        // The page compares rows of the original cells.
         clusters: Some(0.0),
         import,
         given: args.scene.given(&args.input, scene)?,
@@ -145,7 +150,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
     })
 }
 
-/// Says on the terminal what is done, and keeps how long it took.
+/// Shows progress on the terminal and records the time of each stage.
 struct Watch {
     bar: indicatif::ProgressBar,
     stages: Mutex<Stages>,
@@ -156,8 +161,8 @@ impl Watch {
         Self { bar: progress_bar(), stages: Mutex::default() }
     }
 
-    /// A stage, and how much of it is done, 0 to 1.
-    fn tell(&self, stage: &str, done: f64) {
+    /// Enters a stage; `done` is its progress, 0 to 1.
+    fn show(&self, stage: &str, done: f64) {
         if let Ok(mut stages) = self.stages.lock()
             && stages.enter(stage)
         {
@@ -167,7 +172,7 @@ impl Watch {
         self.bar.set_position((done * 1000.0) as u64);
     }
 
-    /// Ends the last stage; returns all of them.
+    /// Ends the last stage and returns all stages.
     fn finish(self) -> Vec<Stage> {
         let mut stages = self.stages.into_inner().unwrap_or_default();
         stages.leave();
@@ -176,21 +181,21 @@ impl Watch {
     }
 }
 
-/// What is held against a bake: views that nothing was sampled from, runs with less; and why pairs are open.
+/// Comparisons for a bake: held-out views, runs with fewer rays, and reasons of undecided pairs.
 struct Measured {
     curves: Vec<Curve>,
     tubes: Option<TubesFound>,
     splits: Option<Splits>,
-    /// How many.
+    /// Number of held-out views.
     views: usize,
-    /// Pixels of these that show what the file's rows lack.
+    /// Pixels of these views that show objects not in the file's rows.
     missed_pixels: u64,
     portal_costs: Vec<PortalCost>,
     hardest: Vec<Remark>,
 }
 
 impl Measured {
-    /// `options`: of the page's bake. `baked`: that, and the processor time that it took, seconds.
+    /// `options`: of the page's bake. `baked`: that bake and its processor time, seconds.
     fn new(
         args: &Args,
         scene: &Scene,
@@ -218,7 +223,7 @@ impl Measured {
     }
 }
 
-/// How wrong tubes are drawn from views along the tour, if there are any.
+/// Errors of drawn tubes from views along the tour, if the scene has tubes.
 fn tubes(scene: &Scene, file: &PvsFile, seed: u64) -> Option<TubesFound> {
     let count = scene.tube_count()?;
     let path = tour(file, seed);
@@ -302,7 +307,7 @@ impl From<Pairs> for PairsLine {
     }
 }
 
-/// What strategies are measured on.
+/// Inputs for measuring strategies.
 struct Bench<'b> {
     scene: &'b Scene,
     graph: &'b CellGraph,
@@ -311,7 +316,7 @@ struct Bench<'b> {
 }
 
 impl Bench<'_> {
-    /// The whole bake, with parts of its rays and with all of them: `file`, which took `cpu` seconds.
+    /// The whole bake with shares of its rays, and with all: `file`, which took `cpu` seconds.
     fn everything(&self, file: &PvsFile, cpu: f64) -> Result<Curve, CliError> {
         let points: Result<Vec<CurvePoint>, CliError> = BUDGETS.iter().map(|part| self.with_part(*part)).collect();
         let mut points = points?;
@@ -327,7 +332,7 @@ impl Bench<'_> {
         Ok(Curve { strategy: "everything", points })
     }
 
-    /// One way of sampling, with parts of the bake's rays and with as many.
+    /// One sampling strategy with shares of the bake's rays, and with all.
     fn alone(&self, strategy: Strategy) -> Curve {
         let with = |part: &f64| {
             let ray_budget = (self.options.ray_budget as f64 * part) as u64;
@@ -344,7 +349,7 @@ impl Bench<'_> {
         Curve { strategy: strategy.name(), points: BUDGETS.iter().chain([&1.0]).map(with).collect() }
     }
 
-    /// Portal flow without a single ray.
+    /// Portal flow without rays.
     fn flow(&self) -> Result<Curve, CliError> {
         Ok(Curve { strategy: "flow", points: vec![self.with_part(0.0)?] })
     }
@@ -364,7 +369,7 @@ impl Bench<'_> {
     }
 }
 
-/// The hardest pairs, each with what is known.
+/// The hardest undecided pairs with their reasons.
 fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof::WhyError> {
     let asker = Asker::new(file, Some(scene))?;
     let ask = |(cell, object): (CellId, enfilade::ObjectId)| {

@@ -13,7 +13,7 @@ const ABOVE: [f64; 3] = [2.0, 200.0, 1500.0];
 const PIXELS: [f64; 7] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 const BUDGETS: [u32; 7] = [5_000, 10_000, 20_000, 50_000, 100_000, 200_000, 500_000];
 
-/// Flies over it and writes what was found; `output` is the page, `table` goes beside it.
+/// Measures flights over the ground and writes the report: `output` is the page, `table` stands beside it.
 pub(super) fn report(
     input: &Path,
     command: &str,
@@ -21,7 +21,7 @@ pub(super) fn report(
     [output, table]: [&Path; 2],
     as_json: bool,
 ) -> Result<Outcome, CliError> {
-    // All of it in memory: what is measured is the selection, not the disk.
+    // All of it in memory, to measure the selection and not the disk.
     let ground = Ground::open(input, u64::MAX).map_err(|e| at(input, e))?;
     if let Some(fault) = ground.faults().first() {
         return Err(at(input, fault));
@@ -54,8 +54,8 @@ pub(super) fn report(
                 "mean_px": m.mean, "samples": m.samples,
             })
         };
-        let told = |f: &Flight| json!({ "above_m": f.above, "found": f.found.iter().map(of).collect::<Vec<_>>() });
-        answer(&json(&flights.iter().map(told).collect::<Vec<_>>())?)?;
+        let summary = |f: &Flight| json!({ "above_m": f.above, "found": f.found.iter().map(of).collect::<Vec<_>>() });
+        answer(&json(&flights.iter().map(summary).collect::<Vec<_>>())?)?;
     } else {
         answer(&format!("{}: {} flights of {FRAMES} frames; table: {}", output.display(), flights.len(), table.display()))?;
     }

@@ -18,20 +18,20 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Random lines from each side of a portal, alone, for comparison.
+/// Numbers of random lines from each side of a portal, for comparison.
 const LINES_ALONE: [u64; 6] = [1, 4, 16, 64, 256, 1024];
-/// Undecided pairs that are asked why; each is a search.
+/// Undecided pairs that are explained; each needs a search.
 const ASKED: usize = 8;
 
-/// Works it out and writes it; `output` is the page, `table` goes beside it.
+/// Computes and writes the report: `output` is the page, `table` stands beside it.
 pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome, CliError> {
     let begin = Instant::now();
-    // 1. What can be wrong with the input, before the long part.
+    // 1. Input errors, before the long part.
     let input = Input::read(&args.input)?;
     let theirs = args.search.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read_seconds = begin.elapsed().as_secs_f64();
 
-    // 2. Both sides, and when.
+    // 2. Both bounds over time.
     let options = args.search.options(args.run.seed);
     let of = Of { digest: digest(&input.level, &options), beside: (output, super::STATE), outputs: &[] };
     let kept = Kept::open(&args.state, None, &of)?;
@@ -41,7 +41,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     };
     let peak = peak_rss_mb();
 
-    // 3. What to hold against them.
+    // 3. Comparisons.
     let lines_alone = lines_alone(&input.level, args.run.seed)?;
     let beside = theirs.map(|rows| against(&input.level, &result, &rows));
     let other = args.search.against.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
@@ -78,10 +78,10 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     write(&[(output, page.html()), (table, page.csv())])?;
     kept.done()?;
 
-    // 5. The same in numbers.
+    // 5. The same as JSON.
     if args.json {
         let mut json = crate::commands::vis::report(&input, &Totals::of(&result));
-        json["bounds"] = moments.iter().map(moment).collect();
+        json["bounds"] = moments.iter().map(moment_json).collect();
         json["lines_alone"] =
             lines_alone.iter().map(|l| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower })).collect();
         if let Some(a) = &beside {
@@ -100,11 +100,11 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     Ok(Outcome::Done)
 }
 
-fn moment(m: &Moment) -> Value {
+fn moment_json(m: &Moment) -> Value {
     json!({ "stage": m.stage, "seconds": m.seconds, "steps": m.steps, "lower_pairs": m.lower, "upper_pairs": m.upper })
 }
 
-/// Runs `vis` and takes the time.
+/// Runs `vis` and records the bounds over time.
 fn timed(level: &Level, options: &VisOptions, kept: &Kept) -> Result<(Vis, Vec<Moment>), VisError> {
     let bar = progress_bar();
     let progress = |stage: &str, done: f64| {
@@ -126,7 +126,7 @@ fn timed(level: &Level, options: &VisOptions, kept: &Kept) -> Result<(Vis, Vec<M
     Ok((result, moments.into_inner().unwrap_or_default()))
 }
 
-/// Runs of nothing but random lines: the same command, stopped before it searches.
+/// Runs with random lines only: `vis`, stopped before its searches.
 fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
     let bar = progress_bar();
     bar.set_message("lines alone");
@@ -153,14 +153,14 @@ fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
         all.extend(found.into_inner().ok().flatten());
     }
     bar.finish_and_clear();
-    // A run with more lines has done what one with fewer does: the clock's noise aside, none took longer than those after it.
+    // A run with more lines includes the work of one with fewer, so later clock noise is removed: times only grow.
     for k in (1..all.len()).rev() {
         all[k - 1].seconds = all[k - 1].seconds.min(all[k].seconds);
     }
     Ok(all)
 }
 
-/// Undecided pairs, each one way; the first of them with what is known.
+/// Undecided pairs, each once; the first ones with their reasons.
 fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Remark>, VisError> {
     let n = level.cells;
     let pairs = (0..n).flat_map(|a| {
@@ -171,7 +171,7 @@ fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Re
     bar.set_message("why");
     let mut remarks = Vec::new();
     for (a, b) in pairs {
-        let text = if remarks.len() < ASKED { because(&why(level, options, result, a, b)?) } else { String::new() };
+        let text = if remarks.len() < ASKED { reason(&why(level, options, result, a, b)?) } else { String::new() };
         remarks.push(Remark { about: format!("{a} and {b}"), text });
         bar.set_position((1000 * remarks.len() / ASKED) as u64);
     }
@@ -179,26 +179,26 @@ fn undecided(level: &Level, options: &VisOptions, result: &Vis) -> Result<Vec<Re
     Ok(remarks)
 }
 
-/// Why a pair is undecided.
-fn because(why: &PairProof) -> String {
+/// The reason of an undecided pair.
+fn reason(why: &PairProof) -> String {
     let way = |portals: &[u32]| portals.iter().map(|p| (p / 2).to_string()).collect::<Vec<_>>().join(" ");
     match why {
         PairProof::Undecided(portals) if portals.is_empty() => "a search ran out of steps".to_owned(),
-        PairProof::Undecided(portals) => format!("portals {}: no line found, none ruled out", way(portals)),
-        // A pair that is asked for alone has all the steps for itself.
-        PairProof::Separated(_) => "asked for alone: proven hidden".to_owned(),
-        PairProof::Witnessed(line) => format!("asked for alone: a line through portals {}", way(&line.portals)),
+        PairProof::Undecided(portals) => format!("portals {}: no line was found, and none is excluded", way(portals)),
+        // A pair that is searched alone has all the steps for itself.
+        PairProof::Separated(_) => "searched alone: proven hidden".to_owned(),
+        PairProof::Witnessed(line) => format!("searched alone: a line through portals {}", way(&line.portals)),
     }
 }
 
 fn left_out(args: &Args, input: &Input, result: &Vis) -> Vec<String> {
     let mut all = input.notes.clone();
     if input.slivers > 0 {
-        all.push(format!("{} faces of the tree, narrower than the level's own rounding, are no portals", input.slivers));
+        all.push(format!("{} portals of the tree are narrower than the level's rounding and are left out", input.slivers));
     }
     if result.stats.capped > 0 {
         all.push(format!(
-            "{} searches ran out of steps (--steps {}): what they hadn't decided stays in the rows",
+            "{} searches ran out of steps (--steps {}): their undecided pairs stay in the rows",
             result.stats.capped, args.search.steps
         ));
     }
@@ -209,7 +209,7 @@ fn left_out(args: &Args, input: &Input, result: &Vis) -> Vec<String> {
     all
 }
 
-/// The command again.
+/// The command line that repeats the report.
 fn again(args: &Args) -> String {
     let default = VisOptions::default();
     let numbers = [

@@ -12,16 +12,16 @@ use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_measure::walkthrough::stroll::Stroll;
 use serde_json::json;
 
-/// Width of a frame over its height.
+/// Aspect ratio of a frame.
 const ASPECT: f64 = 16.0 / 9.0;
-/// More than all: any budget beyond is the same.
+/// Larger budgets would hold all objects anyway.
 const MOST_PERCENT: f64 = 1e6;
 
 /// Flags.
 #[derive(clap::Args)]
 pub struct Flags {
-    /// Instead of culling modes: so much memory for objects, bytes (K, M or G) or a share of all. The path is walked at 1.4 m/s, 60 frames a
-    /// second; says what is missing when objects are loaded by rows, and when they are loaded on demand.
+    /// Measure loading instead of culling: memory for objects, bytes (K, M or G) or a share of all. The camera walks at 1.4 m/s,
+    /// 60 frames a second; prints which objects are missing when they are loaded by rows, and when they are loaded on demand
     #[arg(
         long,
         value_name = "SIZE|PERCENT%",
@@ -38,7 +38,7 @@ pub struct Flags {
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Budget {
     Bytes(u64),
-    /// Of all objects'.
+    /// Percent of all objects' bytes.
     Percent(f64),
 }
 
@@ -70,7 +70,7 @@ impl Flags {
     }
 }
 
-/// Walks, and prints a line a method.
+/// Walks, and prints a line per method.
 pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
     let stroll = match &args.path {
         Some(Views::Random(_)) => return Err(CliError("--budget walks along a path, not through random views".into())),

@@ -1,16 +1,16 @@
-//! Why two clusters of a level see each other, or don't.
+//! Explains why two clusters of a level see each other, or don't.
 
 use super::super::bake::progress_bar;
 use super::super::level::Input;
 use super::super::vis::chain;
 use super::super::{CliError, Outcome, answer, at, say};
-use super::{Args, TOLD};
+use super::{Args, MOST_SHOWN};
 use enfilade::job::Job;
 use enfilade_levels::{PairProof, Term, VisOptions, vis, why};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
-/// Asks a level, whose rows are worked out for that.
+/// Computes the rows of a level and explains a pair.
 pub(super) fn run(args: &Args) -> Result<Outcome, CliError> {
     let input = Input::read(&args.file)?;
     input.notes.iter().for_each(|n| eprintln!("{n}"));
@@ -26,11 +26,11 @@ pub(super) fn run(args: &Args) -> Result<Outcome, CliError> {
     bar.finish_and_clear();
     let found = found.map_err(|e| at(&args.file, e))?;
     let proof = why(&input.level, &options, &found, a, b).map_err(|e| at(&args.file, e))?;
-    answer(&if args.json { format!("{:#}", told([a, b], &proof)) } else { explain([a, b], &proof) })?;
+    answer(&if args.json { format!("{:#}", proof_json([a, b], &proof)) } else { explain([a, b], &proof) })?;
     Ok(Outcome::Done)
 }
 
-fn told(pair: [u32; 2], why: &PairProof) -> Value {
+fn proof_json(pair: [u32; 2], why: &PairProof) -> Value {
     match why {
         PairProof::Witnessed(line) => json!({
             "pair": pair,
@@ -43,9 +43,9 @@ fn told(pair: [u32; 2], why: &PairProof) -> Value {
             "pair": pair,
             "verdict": "separated",
             "chains": separations.len(),
-            "separations": separations.iter().take(TOLD).map(|s| json!({
+            "separations": separations.iter().take(MOST_SHOWN).map(|s| json!({
                 "chain": chain(&s.chain),
-                "sums": s.sums.iter().map(|sum| sum.iter().map(told_term).collect::<Vec<_>>()).collect::<Vec<_>>(),
+                "sums": s.sums.iter().map(|sum| sum.iter().map(term_json).collect::<Vec<_>>()).collect::<Vec<_>>(),
                 "planes": s.planes.iter().map(|p| [p.n.x, p.n.y, p.n.z, p.d]).collect::<Vec<_>>(),
             })).collect::<Vec<_>>(),
         }),
@@ -53,7 +53,7 @@ fn told(pair: [u32; 2], why: &PairProof) -> Value {
     }
 }
 
-fn told_term(term: &Term) -> Value {
+fn term_json(term: &Term) -> Value {
     let points = |edge: &[glam::DVec3; 2]| edge.map(|p| p.to_array());
     json!({ "weight": term.weight, "edges": term.edges.iter().map(points).collect::<Vec<_>>() })
 }
@@ -72,10 +72,10 @@ fn explain([a, b]: [u32; 2], why: &PairProof) -> String {
         PairProof::Separated(separations) => {
             say!(
                 out,
-                "{a} and {b} don't see each other: {} chains of portals, none of which a line passes",
+                "{a} and {b} don't see each other: {} chains of portals, and no line passes any of them",
                 separations.len()
             );
-            for s in separations.iter().take(TOLD) {
+            for s in separations.iter().take(MOST_SHOWN) {
                 let end = match (s.planes.is_empty(), s.sums.is_empty()) {
                     (false, _) => ": all beyond is inside",
                     (_, true) => ": impassable",
@@ -91,11 +91,11 @@ fn explain([a, b]: [u32; 2], why: &PairProof) -> String {
                 }
                 s.planes.iter().for_each(|p| say!(out, "    {:?} . p <= {}", p.n.to_array(), p.d));
             }
-            if separations.len() > TOLD {
-                say!(out, "  and {} more", separations.len() - TOLD);
+            if separations.len() > MOST_SHOWN {
+                say!(out, "  and {} more", separations.len() - MOST_SHOWN);
             }
         }
-        PairProof::Undecided(portals) => say!(out, "{a} and {b}: undecided, by way of {}", way(portals)),
+        PairProof::Undecided(portals) => say!(out, "{a} and {b}: undecided, through {}", way(portals)),
     }
     out
 }

@@ -1,28 +1,28 @@
-//! How a texture lies on a side: editors give axes for each side, or a rotation about the nearest axis of the map.
+//! Texture alignment of sides: explicit axes, or a rotation about the nearest axis of the map.
 
 use super::brush::Side;
 use glam::DVec3;
 
-/// Texture coordinates of a point of a side, of a texture of `size` texels: 1 is its width, and its height downwards.
+/// Texture coordinates of a point of a side, for a texture of `size` texels: 1 is its width, and its height downwards.
 pub(super) fn texture_coordinates(side: &Side, p: DVec3, size: [u32; 2]) -> [f32; 2] {
     let alignment = &side.alignment;
     let axes = alignment.axes.map_or_else(|| rotated(side.plane.n, alignment.rotation), |axes| axes.map(DVec3::from));
     [0, 1].map(|k| {
-        // Editors take a scale of nothing as 1.
+        // Editors treat a scale of 0 as 1.
         let scale = if alignment.scale[k] == 0.0 { 1.0 } else { alignment.scale[k] };
         ((axes[k].dot(p) / scale + alignment.offset[k]) / f64::from(size[k])) as f32
     })
 }
 
-/// The axes of a side without its own: it is seen along the axis of the map that is nearest to its normal; the first of those that are
-/// as near counts, floors first. They are turned in that plane, degrees.
+/// The axes of a side without its own. It is projected along the axis of the map nearest to its normal; of equally near ones the
+/// first counts, floors first. The axes are rotated in that plane, degrees.
 fn rotated(normal: DVec3, degrees: f64) -> [DVec3; 2] {
     let along = [normal.z.abs(), normal.x.abs(), normal.y.abs()];
     let nearest = (0..3).fold(0, |best, k| if along[k] > along[best] { k } else { best });
     // On floors u leads east and v south; on walls u leads east or north, and v down.
     let [u, v] = [[DVec3::X, -DVec3::Y], [DVec3::Y, -DVec3::Z], [DVec3::X, -DVec3::Z]][nearest];
     let (sin, cos) = degrees.to_radians().sin_cos();
-    // Both are turned counter-clockwise in the plane of u and against v.
+    // Both turn counter-clockwise in the plane of u and against v.
     let turned = |axis: DVec3| {
         let (x, y) = (axis.dot(u), -axis.dot(v));
         u * (x * cos - y * sin) - v * (x * sin + y * cos)

@@ -1,4 +1,4 @@
-//! Brushes: convex polyhedra that a map gives by planes, with a face for each.
+//! Brushes: convex polyhedra given by planes, with a face for each.
 
 use super::super::portals::square;
 use crate::FARTHEST;
@@ -6,12 +6,12 @@ use enfilade::geom::{Aabb, Plane, area, clip};
 use glam::DVec3;
 use quake_map::{Alignment, Surface};
 
-/// Points of a map this near to a plane lie in it, in its units. Larger: faces that stand apart fall together. Smaller: corners that
-/// editors write with three decimals miss the planes that they are meant to lie in.
+/// Points within this distance of a plane lie in it, in the map's units. Larger: separate faces are merged. Smaller: corners that
+/// editors round to three decimals miss their planes.
 pub(super) const ON: f64 = 1e-3;
 
-/// Two planes whose normals are this near to each other are one, if they lie in one place. Larger: planes that lean to each other fall
-/// together. Smaller: planes that a file gives twice, with other points, are two.
+/// Coincident planes with normals this near to each other are one. Larger: inclined planes are merged. Smaller: a plane that a
+/// file repeats with other points is two.
 const SAME: f64 = 1e-9;
 
 /// One side of a brush.
@@ -20,9 +20,9 @@ pub(super) struct Side {
     pub plane: Plane,
     /// The texture's name in lower case.
     pub texture: String,
-    /// How it lies on the face.
+    /// Its texture alignment.
     pub alignment: Alignment,
-    /// Counter-clockwise from outside; empty where the plane doesn't bound the brush.
+    /// Counter-clockwise from outside; empty if the plane does not bound the brush.
     pub face: Vec<DVec3>,
 }
 
@@ -30,11 +30,11 @@ pub(super) struct Side {
 pub(super) struct Brush {
     pub sides: Vec<Side>,
     pub bounds: Aabb,
-    /// Flags of Quake 2, of all sides.
+    /// Quake 2 flags of all sides.
     pub contents: u32,
 }
 
-/// The planes of a brush, of which each is given by three points, clockwise from outside. What is wrong with one is told with its number.
+/// The planes of a brush, each given by three points, clockwise from outside. Errors name the side.
 pub(super) fn planes(surfaces: &[Surface]) -> Result<Vec<Plane>, String> {
     let plane = |(i, surface): (usize, &Surface)| {
         let [a, b, c] = surface.half_space.map(DVec3::from);
@@ -42,17 +42,17 @@ pub(super) fn planes(surfaces: &[Surface]) -> Result<Vec<Plane>, String> {
             return Err(format!("side {}: a number that is not within {FARTHEST:e} of the origin", i + 1));
         }
         let normal = (a - b).cross(c - b).try_normalize();
-        normal.map(|n| Plane::through(b, n)).ok_or_else(|| format!("side {}: its three points make no plane", i + 1))
+        normal.map(|n| Plane::through(b, n)).ok_or_else(|| format!("side {}: its three points define no plane", i + 1))
     };
     surfaces.iter().enumerate().map(plane).collect()
 }
 
 impl Brush {
-    /// `within` holds everything of the map. `None` where the planes leave no volume, or do not close it.
+    /// `within` holds the whole map. `None` if the planes leave no volume, or do not close it.
     pub fn new(surfaces: &[Surface], planes: &[Plane], within: &Aabb) -> Option<Self> {
         let mut sides: Vec<Side> = Vec::new();
         for (i, (surface, plane)) in surfaces.iter().zip(planes).enumerate() {
-            // Of planes that are given twice, the first one counts.
+            // Of repeated planes, the first one counts.
             let is_twice = |other: &Plane| other.n.distance(plane.n) < SAME && (other.d - plane.d).abs() < ON;
             let doubled = planes[..i].iter().any(is_twice);
             let others = planes.iter().enumerate().filter(|&(j, other)| j != i && !is_twice(other));
@@ -72,7 +72,7 @@ impl Brush {
         (is_closed && is_solid).then_some(Self { sides, bounds, contents })
     }
 
-    /// True where a point is inside or, as where two brushes meet, in a face.
+    /// Whether a point is inside or in a face, as between two brushes.
     pub fn holds(&self, p: DVec3) -> bool {
         self.bounds.inflated(ON).contains(p) && self.sides.iter().all(|side| side.plane.distance(p) <= ON)
     }
@@ -144,7 +144,7 @@ pub(super) mod tests {
         assert!(brush(&sides([4.0; 3], [0.0; 3])).is_none());
         assert!(brush(&sides([0.0; 3], [4.0; 3])[..5]).is_none());
         let line = side([[0.0; 3], [1.0; 3], [2.0; 3]]);
-        assert_eq!(planes(&[line]).unwrap_err(), "side 1: its three points make no plane");
+        assert_eq!(planes(&[line]).unwrap_err(), "side 1: its three points define no plane");
         let far = side([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 2e7, 0.0]]);
         assert_eq!(planes(&[far]).unwrap_err(), "side 1: a number that is not within 1e7 of the origin");
     }

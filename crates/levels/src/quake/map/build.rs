@@ -1,10 +1,10 @@
-//! The tree of a map: planes of what shows of its structural brushes, down to leaves that are all open or all solid.
+//! The tree of a map: planes of the visible faces of structural brushes, down to leaves that are entirely open or solid.
 //!
-//! Based on: Fuchs, Kedem, Naylor, *On visible surface generation by a priori tree structures*, 1980; the choice of planes after level
-//! compilers since Carmack, 1996: one that cuts few faces, and upright or level ones before slanted ones.
+//! Based on: Fuchs, Kedem, Naylor, *On visible surface generation by a priori tree structures*, 1980. Planes are chosen as in
+//! level compilers since Carmack, 1996: those that cut few faces, and axial planes before slanted ones.
 //!
-//! A leaf is solid if a point in the midst of it is inside a brush. Every face of the union of the brushes is on a plane of the
-//! tree, so a leaf has no face within, and all its points are like that one.
+//! A leaf is solid if its centre is inside a brush. Every face of the brushes' union is on a plane of the tree, so no face
+//! crosses a leaf, and all its points are alike.
 
 use super::super::portals::region_faces;
 use super::super::tree::{Child, Leaf, Node, Tree};
@@ -14,34 +14,34 @@ use enfilade::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Deepest tree. Deeper: a hostile file takes memory squared in its size. Less deep: large levels are refused.
+/// Maximum depth. Deeper: a hostile file takes memory squared in its size. Less: large levels are refused.
 const DEEPEST: usize = 1000;
-/// Most nodes. More: what slanted brushes across each other ask for does not fit the memory. Fewer: large levels are refused.
+/// Maximum nodes. More: intersecting slanted brushes exceed the memory. Fewer: large levels are refused.
 const MOST_NODES: usize = 1 << 20;
-/// A cut face costs as much as so many faces that one side has more than the other.
+/// Cost of a cut face, in faces of imbalance.
 const CUT: usize = 8;
-/// Slanted planes cost as much as so many cuts.
+/// Cost of a slanted plane, in cut faces.
 const SLANTED: usize = 2;
-/// Planes that are tried at a node, times faces. More: the uppermost nodes of a large map take minutes. Fewer: more faces are cut.
+/// Limit of planes times faces tested at a node. More: the top nodes of a large map take minutes. Fewer: more faces are cut.
 const TRIED: usize = 1 << 22;
 
-/// A part of a face, and the number of its plane, which faces of both directions share.
+/// A part of a face, and the number of its plane, shared by both orientations.
 struct Face {
     plane: usize,
     winding: Vec<DVec3>,
 }
 
-/// Where a subtree goes.
+/// A subtree to build.
 struct Work {
     faces: Vec<Face>,
     /// Half-spaces from the root down.
     way: Vec<Plane>,
-    /// The node above, and which of its children this is.
+    /// The parent node, and the index of this child.
     parent: Option<(usize, usize)>,
 }
 
-/// Builds the tree of `parts`, which are what shows of `brushes`, and of faces that are to lie between leaves. Open leaves are numbered
-/// from 1; leaf 0 is all that is solid.
+/// Builds the tree of `parts`, the visible faces of `brushes`, and of faces that must lie between leaves. Open leaves are
+/// numbered from 1; leaf 0 is all solid space.
 pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tree, String> {
     let (planes, faces) = numbered(parts.iter().chain(between));
     let solid = Leaf { open: false, vis_offset: -1 };
@@ -73,7 +73,7 @@ pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: 
     Ok(tree)
 }
 
-/// The planes of all parts, each once however it is turned.
+/// The planes of all parts, each once in either orientation.
 fn numbered<'p>(parts: impl Iterator<Item = &'p Part>) -> (Vec<Plane>, Vec<Face>) {
     let (mut planes, mut known): (Vec<Plane>, HashMap<[i64; 4], usize>) = (Vec::new(), HashMap::new());
     let face = |part: &Part| {
@@ -89,14 +89,14 @@ fn numbered<'p>(parts: impl Iterator<Item = &'p Part>) -> (Vec<Plane>, Vec<Face>
     (planes, faces)
 }
 
-/// The plane with the greatest part of its normal positive.
+/// The orientation of a plane in which the largest component of its normal is positive.
 fn upright(plane: Plane) -> Plane {
     let n = plane.n.to_array();
     let greatest = n.iter().fold(0.0f64, |a, &b| if b.abs() > a.abs() { b } else { a });
     if greatest < 0.0 { plane.flipped() } else { plane }
 }
 
-/// The number of the plane that divides best; `None` where there are no faces.
+/// The number of the best splitting plane; `None` without faces.
 fn choose(faces: &[Face], planes: &[Plane]) -> Option<usize> {
     let mut numbers: Vec<usize> = faces.iter().map(|face| face.plane).collect();
     numbers.sort_unstable();
@@ -119,7 +119,7 @@ fn choose(faces: &[Face], planes: &[Plane]) -> Option<usize> {
     numbers.iter().step_by(step).min_by_key(|number| cost(number)).copied()
 }
 
-/// What of the faces is before a plane, and what behind; those in it are done with.
+/// The parts of faces before and behind a plane; faces in the plane are dropped.
 fn divided(faces: Vec<Face>, chosen: usize, plane: &Plane) -> [Vec<Face>; 2] {
     let [mut front, mut back] = [Vec::new(), Vec::new()];
     for face in faces {
@@ -142,7 +142,7 @@ fn divided(faces: Vec<Face>, chosen: usize, plane: &Plane) -> [Vec<Face>; 2] {
 fn leaf(tree: &mut Tree, brushes: &[Brush], way: &[Plane]) -> usize {
     let corners: Vec<DVec3> = region_faces(way, &tree.bounds).concat();
     let middle = enfilade::geom::middle(&corners);
-    // A region without a volume is solid: nobody stands in it.
+    // A region without volume counts as solid.
     if corners.is_empty() || brushes.iter().any(|brush| brush.holds(middle)) {
         return 0;
     }

@@ -1,4 +1,4 @@
-//! The inside of a map: what a flood from its point entities reaches.
+//! The inside of a map: the leaves that a flood from its point entities reaches.
 
 use super::super::portals::{Between, derive, width};
 use super::super::tree::Tree;
@@ -7,8 +7,8 @@ use enfilade::geom::{middle, newell};
 use glam::DVec3;
 use std::collections::VecDeque;
 
-/// Nothing gets out of a map through a hole that is no wider, in the map's units: to level compilers a portal is none unless three of its
-/// edges are longer. Larger: holes that one sees through count as closed. Smaller: maps that compile leak.
+/// Greatest width of a hole that counts as closed, in the map's units: level compilers ignore a portal unless three of its edges
+/// are longer. Larger: holes that one can see through count as closed. Smaller: maps that compile leak.
 pub(super) const SMALLEST_HOLE: f64 = 0.2;
 
 /// A point entity.
@@ -17,28 +17,28 @@ pub(super) struct Origin {
     pub at: DVec3,
 }
 
-/// What a map is.
+/// Whether a map is closed.
 pub(super) enum Inside<'o> {
-    /// Closed: leaves that aren't inside are no longer open.
+    /// Closed: leaves outside are no longer open.
     Closed {
-        /// Portals that lead outside and are too narrow to count.
+        /// Portals to the outside that are too narrow to count.
         holes: usize,
     },
     /// Open to the outside.
     Leaks(Leak<'o>),
-    /// Without entities and closed spaces.
+    /// Neither entities nor closed spaces.
     None,
 }
 
-/// Where a map leaks: from an entity, through these points, to the outside.
+/// A leak: a line from an entity to the outside.
 pub(super) struct Leak<'o> {
     pub from: &'o Origin,
     pub way: Vec<DVec3>,
 }
 
-/// Leaves open only those leaves that the inside has; of a map that has none, all. Entities in solid matter do not count; of a map without
-/// others, all stays that is not joined to the outside. A leak is the shortest way out by the number of leaves, of the first entity that has
-/// one, through portals wider than `hole`.
+/// Closes all leaves outside; if the map has no inside, all stay open. Entities in solid matter are ignored; without other
+/// entities, all leaves that are not connected to the outside stay open. A leak is the way out through the fewest leaves, from
+/// the first entity with one, through portals wider than `hole`.
 pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin], hole: f64) -> Inside<'o> {
     let Between { portals, .. } = derive(tree, false);
     let mut next: Vec<Vec<(usize, usize)>> = vec![Vec::new(); tree.leaves.len()];
@@ -49,13 +49,13 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin], hole: f64)
     }
     let placed = origins.iter().map(|origin| (origin, tree.leaf_at(origin.at))).filter(|&(_, leaf)| tree.leaves[leaf].open);
     let placed: Vec<(&Origin, usize)> = placed.collect();
-    // 1. The outside, from a point beyond the map. Without an entity nobody says which side of a crack is the inside.
+    // 1. The outside, from a point beyond the map. Without an entity it is unknown which side of a crack is inside.
     let hole = if placed.is_empty() { 0.0 } else { hole + ON };
     let is_wide = |w: &[DVec3]| width(w, newell(w).normalize()) > hole;
     let wide: Vec<bool> = portals.iter().map(|portal| is_wide(&portal.winding)).collect();
     let beyond = tree.bounds.max + 1.0;
     let outside = flood(&next, tree.leaf_at(beyond), |_, portal| wide[portal]);
-    // 2. The inside. Narrow portals within it stay.
+    // 2. The inside. Narrow portals within it stay open.
     let mut inside = vec![false; tree.leaves.len()];
     for &(from, leaf) in &placed {
         if outside[leaf].is_some() {
@@ -73,20 +73,20 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin], hole: f64)
             reached.iter().zip(&mut inside).for_each(|(reached, inside)| *inside |= reached.is_some());
         }
     }
-    let kept = |i: usize| if placed.is_empty() { outside[i].is_none() } else { inside[i] };
-    if placed.is_empty() && !(0..tree.leaves.len()).any(|i| tree.leaves[i].open && kept(i)) {
+    let stays_open = |i: usize| if placed.is_empty() { outside[i].is_none() } else { inside[i] };
+    if placed.is_empty() && !(0..tree.leaves.len()).any(|i| tree.leaves[i].open && stays_open(i)) {
         return Inside::None;
     }
     for (i, leaf) in tree.leaves.iter_mut().enumerate() {
-        leaf.open &= kept(i);
+        leaf.open &= stays_open(i);
     }
     let leads_out = |[a, b]: [bool; 2]| a != b;
-    let holes = portals.iter().filter(|portal| leads_out(portal.cells.map(|cell| kept(cell as usize + 1)))).count();
+    let holes = portals.iter().filter(|portal| leads_out(portal.cells.map(|cell| stays_open(cell as usize + 1)))).count();
     Inside::Closed { holes }
 }
 
-/// For each leaf that is reached, the one before it with the portal between the two; `Some(None)` for the first. `enters` tells whether it
-/// goes into a leaf through a portal.
+/// For each reached leaf, its predecessor and the portal between the two; `Some(None)` for the first. `enters` decides whether to
+/// enter a leaf through a portal.
 fn flood(
     next: &[Vec<(usize, usize)>],
     first: usize,

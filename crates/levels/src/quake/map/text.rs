@@ -1,14 +1,14 @@
-//! The text of a map as its reader knows it: what some editors and games write beyond that is changed in place, so that lines keep their
-//! numbers.
+//! Adapts the text of a map to its reader. Extensions of some editors and games are changed in place, so that line numbers stay
+//! valid.
 //!
-//! * A quotation mark within quotes, which editors write as `\"`, becomes an apostrophe. Paths of Windows end in a backslash, too: before
-//!   the last quotation mark of a line or of an entity it is a letter like others.
-//! * Hexen II has one number more for a side than Quake: it is left out.
+//! * A quotation mark within quotes, written as `\"`, becomes an apostrophe. Windows paths may end in a backslash, so before the
+//!   last quotation mark of a line or an entity it is an ordinary letter.
+//! * Hexen II has one more number per side than Quake: it is removed.
 
-/// Numbers after the texture of a side, without the axes of Valve 220 and with them, in Quake.
+/// Numbers after the texture of a side in Quake, without the axes of Valve 220 and with them.
 const NUMBERS: [usize; 2] = [5, 3];
 
-/// Takes out of a map's text what its reader does not know.
+/// Removes parts of a map's text that its reader does not know.
 pub(super) fn settle(text: &mut [u8]) {
     let (mut at, mut side) = (0, Side::default());
     while at < text.len() {
@@ -30,12 +30,12 @@ pub(super) fn settle(text: &mut [u8]) {
     }
 }
 
-/// The first place from `from` on at which a byte is like that, or the end.
+/// The first place from `from` on with a matching byte, or the end.
 fn until(text: &[u8], from: usize, is: impl Fn(u8) -> bool) -> usize {
     text[from..].iter().position(|&b| is(b)).map_or(text.len(), |more| from + more)
 }
 
-/// Where the quoted text ends that begins at `from`, with its quotation marks; those within become apostrophes.
+/// The end of the quoted text that begins at `from`, with its quotation marks; inner ones become apostrophes.
 fn quoted(text: &mut [u8], from: usize) -> usize {
     let mut at = from + 1;
     while at < text.len() && text[at] != b'"' {
@@ -52,21 +52,21 @@ fn quoted(text: &mut [u8], from: usize) -> usize {
     (at + 1).min(text.len())
 }
 
-/// How far the side of a brush is read that the text is in.
+/// State of reading a side of a brush.
 #[derive(Default)]
 struct Side {
-    /// Points that were closed.
+    /// Completed points.
     points: usize,
-    /// Words after these: a texture, axes, numbers.
+    /// Words after the points: a texture, axes, numbers.
     words: usize,
-    /// Whether axes were among them, and numbers after these or after the texture.
+    /// Whether there were axes, and the numbers after them or after the texture.
     has_axes: bool,
     numbers: usize,
     last: [usize; 2],
 }
 
 impl Side {
-    /// Takes the next word.
+    /// Reads the next word.
     fn read(&mut self, text: &mut [u8], place: [usize; 2]) {
         match &text[place[0]..place[1]] {
             b"(" | b"}" | b"{" if self.points >= 3 => {

@@ -1,15 +1,15 @@
-//! What shows of overlapping brushes: faces without what other brushes cover.
+//! The surface of overlapping brushes: faces without the parts that other brushes cover.
 //!
-//! Based on: Laidlaw, Trumbore, Hughes, *Constructive solid geometry for polyhedral objects*, 1986, for convex solids only: a face is cut
-//! by the planes of each other brush, and what is inside all of them is dropped.
+//! Based on: Laidlaw, Trumbore, Hughes, *Constructive solid geometry for polyhedral objects*, 1986, for convex solids only: a
+//! face is cut by the planes of each other brush, and the part inside all of them is dropped.
 
 use super::brush::{Brush, ON};
 use enfilade::geom::{Plane, area, clip};
 use enfilade::parallel;
 use glam::DVec3;
 
-/// Most parts that a face falls into. More: a hostile file of overlapping brushes takes hours. Fewer: a floor under a forest of pillars
-/// is refused.
+/// Maximum parts of a face. More: a hostile file of overlapping brushes takes hours. Fewer: a floor under a forest of pillars is
+/// refused.
 const MOST_PARTS: usize = 1 << 12;
 
 /// A part of a face.
@@ -21,11 +21,11 @@ pub(super) struct Part {
     pub winding: Vec<DVec3>,
 }
 
-/// What of the brushes' faces lies on the surface of their union. Where faces of two brushes lie in one place, the later brush's shows.
+/// The parts of faces on the surface of the brushes' union. Of coincident faces, that of the later brush remains.
 ///
 /// # Errors
 ///
-/// A face that falls into too many parts.
+/// A face with too many parts.
 pub(super) fn surface(brushes: &[Brush]) -> Result<Vec<Part>, String> {
     let indices: Vec<usize> = (0..brushes.len()).collect();
     let of_brush = parallel::map(&indices, |&i| {
@@ -49,15 +49,15 @@ pub(super) fn surface(brushes: &[Brush]) -> Result<Vec<Part>, String> {
     Ok(of_brush.into_iter().collect::<Result<Vec<_>, _>>()?.concat())
 }
 
-/// What of a winding in `plane` is not inside `brush`, or on its faces: those that look the same way cover it if the brush `is_later`, and
-/// those that look at it always.
+/// The parts of a winding in `plane` outside `brush`. Coplanar faces of the brush with the same normal cover it if the brush
+/// `is_later`, and those with the opposite normal always.
 fn outside(winding: Vec<DVec3>, plane: &Plane, brush: &Brush, is_later: bool) -> Vec<Vec<DVec3>> {
     let (mut found, mut rest) = (Vec::new(), winding.clone());
     for side in &brush.sides {
         let (least, most) = reach(&rest, &side.plane);
         let is_in_plane = least >= -ON && most <= ON;
         if is_in_plane && side.plane.n.dot(plane.n) > 0.0 && !is_later || !is_in_plane && least >= -ON {
-            // Whole: cuts that led nowhere are forgotten.
+            // Whole: discards cuts that were not needed.
             return vec![winding];
         }
         if !is_in_plane && most > ON {
@@ -69,7 +69,7 @@ fn outside(winding: Vec<DVec3>, plane: &Plane, brush: &Brush, is_later: bool) ->
     found
 }
 
-/// How far a winding goes to both sides of a plane.
+/// Range of a winding's distances from a plane.
 pub(super) fn reach(winding: &[DVec3], plane: &Plane) -> (f64, f64) {
     winding.iter().map(|&p| plane.distance(p)).fold((f64::MAX, f64::MIN), |(a, b), d| (a.min(d), b.max(d)))
 }

@@ -1,4 +1,4 @@
-//! What loads objects in a simulation: one after the other, at so many bytes a second, each a while after it was asked for.
+//! A simulated loader: one object after the other, with a bandwidth and a latency.
 
 use enfilade::ObjectId;
 use std::collections::VecDeque;
@@ -8,9 +8,9 @@ use std::collections::VecDeque;
 pub(super) struct Loader {
     bandwidth: f64,
     latency: f64,
-    /// When the last byte that was asked for is sent.
+    /// When the last requested byte is sent.
     busy_until: f64,
-    /// What is under way and when it comes, in that order.
+    /// Objects under way and their times of arrival, in that order.
     under_way: VecDeque<(f64, ObjectId)>,
 }
 
@@ -19,7 +19,7 @@ impl Loader {
         Self { bandwidth, latency, busy_until: 0.0, under_way: VecDeque::new() }
     }
 
-    /// Whether it would have nothing to do before a time.
+    /// Whether it runs out of work before a time.
     pub fn is_idle_before(&self, time: f64) -> bool {
         self.busy_until < time
     }
@@ -29,7 +29,7 @@ impl Loader {
         self.under_way.push_back((self.busy_until + self.latency, object));
     }
 
-    /// An object that has come by now.
+    /// The next object that has arrived by now.
     pub fn take(&mut self, now: f64) -> Option<ObjectId> {
         let &(comes, object) = self.under_way.front()?;
         (comes <= now).then(|| {
@@ -51,7 +51,7 @@ mod tests {
         assert!(!loader.is_idle_before(2.5) && loader.is_idle_before(2.51));
         assert_eq!((loader.take(1.99), loader.take(2.0), loader.take(2.9)), (None, Some(ObjectId(7)), None));
         assert_eq!((loader.take(3.0), loader.take(9.0)), (Some(ObjectId(3)), None));
-        // Without limits: at once.
+        // Without limits, objects arrive at once.
         let mut instant = Loader::new(f64::INFINITY, 0.0);
         instant.ask(4.0, ObjectId(1), u64::MAX);
         assert_eq!(instant.take(4.0), Some(ObjectId(1)));

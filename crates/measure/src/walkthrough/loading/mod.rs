@@ -1,4 +1,4 @@
-//! Walks through a building that does not fit into memory: what each frame sees and has not, by the way in which objects are loaded.
+//! Walks through a building that does not fit into memory: the objects that each frame lacks, by loading method.
 
 mod loader;
 mod on_demand;
@@ -13,7 +13,7 @@ use on_demand::OnDemand;
 use serde::Serialize;
 use std::time::Instant;
 
-/// How fast people walk, metres a second.
+/// Walking speed, metres a second.
 pub const WALK: f64 = 1.4;
 /// Frames a second.
 pub const RATE: f64 = 60.0;
@@ -25,7 +25,7 @@ pub const TRIANGLE_BYTES: u64 = 96;
 pub enum Method {
     /// By [`enfilade::runtime::prefetch`].
     Rows,
-    /// When a frame sees them; what was seen longest ago leaves.
+    /// When a frame sees them; the least recently seen object is evicted.
     OnDemand,
 }
 
@@ -39,55 +39,55 @@ impl Method {
     }
 }
 
-/// Memory, and what loads into it.
+/// Memory, bandwidth and latency.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct LoadingOptions {
-    /// Most bytes in memory and under way.
+    /// Maximum bytes in memory and under way.
     pub budget: u64,
-    /// Bytes a second, above 0; infinite: a load takes no time.
+    /// Bytes a second, above 0; infinite: loads take no time.
     pub bandwidth: f64,
-    /// Seconds from the last byte that is sent until the object can be drawn, 0 or more.
+    /// Seconds from the last sent byte until the object can be drawn, 0 or more.
     pub latency: f64,
     /// Width of the picture over its height.
     pub aspect: f64,
 }
 
-/// A walk with one method.
+/// Results of a walk with one method.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct LoadingSummary {
     /// The method's name.
     pub method: &'static str,
-    /// Frames that count: all but those of `after_jumps`.
+    /// Counted frames: all but those of `after_jumps`.
     pub frames: u64,
-    /// Of them, those in which something is missing.
+    /// Counted frames with missing objects.
     pub frames_missing: u64,
-    /// Missing objects, summed over these.
+    /// Missing objects, summed over these frames.
     pub objects_missing: u64,
-    /// Frames with something missing from a jump (the start is one) to the first frame with nothing missing.
+    /// Frames after a jump (or the start) until the first complete frame.
     pub after_jumps: u64,
     /// Jumps.
     pub jumps: u64,
-    /// Frames that see more bytes than the budget, of all.
+    /// Frames, of all, whose objects exceed the budget.
     pub frames_over_budget: u64,
-    /// Bytes that came.
+    /// Bytes loaded.
     pub bytes_loaded: u64,
-    /// Most bytes in memory and under way.
+    /// Peak bytes in memory and under way.
     pub bytes_most: u64,
-    /// Microseconds of the method, a frame: median, 99th percentile, slowest.
+    /// Microseconds of the method per frame: median, 99th percentile, maximum.
     pub us: [f64; 3],
 }
 
-/// A frame, as it is drawn.
+/// A frame as drawn.
 pub struct LoadingFrame<'f> {
     /// The culler's set.
     pub visible: &'f [ObjectId],
     /// By object: whether it is in memory.
     pub in_memory: &'f [bool],
-    /// How many of `visible` are not.
+    /// How many of `visible` are missing.
     pub missing: u64,
-    /// Whether it counts; it doesn't after a jump, until one has nothing missing.
+    /// Whether the frame counts: after a jump, counting starts with the first complete frame.
     pub counts: bool,
-    /// Where from.
+    /// The camera.
     pub camera: Camera,
 }
 
@@ -96,14 +96,14 @@ pub fn object_bytes(file: &PvsFile) -> Vec<u64> {
     file.objects.iter().map(|object| u64::from(object.triangles) * TRIANGLE_BYTES).collect()
 }
 
-/// Walks at [`RATE`]. `told` gets each frame as it is drawn: with what has come by then.
+/// Walks at [`RATE`]. `on_frame` receives each frame as drawn, with the objects loaded by then.
 pub fn walk_loading(
     file: &PvsFile,
     culler: &Culler,
     bytes: &[u64],
     stroll: &Stroll,
     (method, options): (Method, &LoadingOptions),
-    told: &mut dyn FnMut(&LoadingFrame<'_>),
+    on_frame: &mut dyn FnMut(&LoadingFrame<'_>),
 ) -> LoadingSummary {
     let mut client = Client::new(method, file, culler, bytes, options);
     let mut scratch = Scratch::for_culler(culler);
@@ -122,7 +122,7 @@ pub fn walk_loading(
             let missing = visible.iter().filter(|object| !client.in_memory[object.index()]).count() as u64;
             is_settled |= missing == 0;
             client.count(visible, missing, is_settled);
-            told(&LoadingFrame { visible, in_memory: &client.in_memory, missing, counts: is_settled, camera });
+            on_frame(&LoadingFrame { visible, in_memory: &client.in_memory, missing, counts: is_settled, camera });
             frame += 1;
         }
     }
@@ -131,20 +131,20 @@ pub fn walk_loading(
     LoadingSummary { us: [at(0.5), at(0.99), at(1.0)], ..client.summary }
 }
 
-/// Who decides.
-enum Decider<'b> {
+/// The loading method in use.
+enum Policy<'b> {
     Rows(Box<Prefetcher>),
     OnDemand(Box<OnDemand<'b>>),
 }
 
 /// A client with a memory and a loader of its own.
 struct Client<'b> {
-    decider: Decider<'b>,
+    policy: Policy<'b>,
     loader: Loader,
     bytes: &'b [u64],
     budget: u64,
     in_memory: Vec<bool>,
-    /// In memory and under way.
+    /// Bytes in memory and under way.
     used: u64,
     summary: LoadingSummary,
 }
@@ -152,9 +152,9 @@ struct Client<'b> {
 impl<'b> Client<'b> {
     fn new(method: Method, file: &PvsFile, culler: &Culler, bytes: &'b [u64], options: &LoadingOptions) -> Self {
         let budget = options.budget;
-        let decider = match method {
-            Method::Rows => Decider::Rows(Box::new(Prefetcher::new(file, culler, bytes, budget))),
-            Method::OnDemand => Decider::OnDemand(Box::new(OnDemand::new(bytes, budget))),
+        let policy = match method {
+            Method::Rows => Policy::Rows(Box::new(Prefetcher::new(file, culler, bytes, budget))),
+            Method::OnDemand => Policy::OnDemand(Box::new(OnDemand::new(bytes, budget))),
         };
         let summary = LoadingSummary {
             method: method.name(),
@@ -169,23 +169,23 @@ impl<'b> Client<'b> {
             us: [0.0; 3],
         };
         let loader = Loader::new(options.bandwidth, options.latency);
-        Self { decider, loader, bytes, budget, in_memory: vec![false; bytes.len()], used: 0, summary }
+        Self { policy, loader, bytes, budget, in_memory: vec![false; bytes.len()], used: 0, summary }
     }
 
-    /// A frame's loading; returns the microseconds that deciding took.
+    /// Loads for a frame; returns the microseconds of deciding.
     fn load(&mut self, culler: &Culler, camera: &Camera, motion: &Motion, visible: &[ObjectId], now: f64) -> f64 {
         self.take_in(now);
-        let mut us = self.timed(|decider| match decider {
-            Decider::Rows(rows) => drop(rows.frame(culler, camera.eye, motion, visible)),
-            Decider::OnDemand(plain) => plain.frame(visible),
+        let mut us = self.timed(|policy| match policy {
+            Policy::Rows(rows) => drop(rows.frame(culler, camera.eye, motion, visible)),
+            Policy::OnDemand(plain) => plain.frame(visible),
         });
-        // Asked for once a frame, so that the loader has something to do until the next.
+        // Requests enough to keep the loader busy until the next frame.
         while self.loader.is_idle_before(now + 1.0 / RATE) {
             let mut step = None;
-            us += self.timed(|decider| {
-                step = match decider {
-                    Decider::Rows(rows) => rows.next_step(),
-                    Decider::OnDemand(plain) => plain.next_step(),
+            us += self.timed(|policy| {
+                step = match policy {
+                    Policy::Rows(rows) => rows.next_step(),
+                    Policy::OnDemand(plain) => plain.next_step(),
                 }
             });
             match step {
@@ -201,14 +201,14 @@ impl<'b> Client<'b> {
                 }
             }
         }
-        // What takes no time is drawn in this frame.
+        // Objects without delay are drawn in this frame.
         self.take_in(now);
         us
     }
 
-    fn timed(&mut self, work: impl FnOnce(&mut Decider<'_>)) -> f64 {
+    fn timed(&mut self, work: impl FnOnce(&mut Policy<'_>)) -> f64 {
         let start = Instant::now();
-        work(&mut self.decider);
+        work(&mut self.policy);
         start.elapsed().as_secs_f64() * 1e6
     }
 
@@ -216,9 +216,9 @@ impl<'b> Client<'b> {
         while let Some(object) = self.loader.take(now) {
             self.in_memory[object.index()] = true;
             self.summary.bytes_loaded += self.bytes[object.index()];
-            match &mut self.decider {
-                Decider::Rows(rows) => rows.loaded(object),
-                Decider::OnDemand(plain) => plain.loaded(object),
+            match &mut self.policy {
+                Policy::Rows(rows) => rows.loaded(object),
+                Policy::OnDemand(plain) => plain.loaded(object),
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The plain way, to compare with: what a frame sees is loaded then, and what was seen longest ago leaves.
+//! Loading on demand, for comparison: a frame loads its missing objects, and the least recently seen ones are evicted.
 
 use enfilade::ObjectId;
 use enfilade::runtime::prefetch::Step;
@@ -12,14 +12,14 @@ pub(super) struct OnDemand<'b> {
     seen: Vec<u64>,
     loaded: Vec<bool>,
     under_way: Vec<bool>,
-    /// What is loaded, that which was seen longest ago first.
+    /// Loaded objects, the least recently seen first.
     oldest: BTreeSet<(u64, ObjectId)>,
     frame: u64,
-    /// Bytes of what is loaded or under way, of what is loaded, and of what of that may leave.
+    /// Bytes loaded or under way, bytes loaded, and bytes that may be evicted.
     used: u64,
     held: u64,
-    idle: u64,
-    /// What the frame sees and has not; the next is the last.
+    evictable: u64,
+    /// Objects that the frame sees and lacks, in reverse order of loading.
     missing: Vec<ObjectId>,
 }
 
@@ -36,7 +36,7 @@ impl<'b> OnDemand<'b> {
             frame: 0,
             used: 0,
             held: 0,
-            idle: 0,
+            evictable: 0,
             missing: Vec::new(),
         }
     }
@@ -44,13 +44,13 @@ impl<'b> OnDemand<'b> {
     pub fn frame(&mut self, visible: &[ObjectId]) {
         self.frame += 1;
         self.missing.clear();
-        self.idle = self.held;
+        self.evictable = self.held;
         for &object in visible.iter().rev() {
             let at = object.index();
             if self.loaded[at] {
                 self.oldest.remove(&(self.seen[at], object));
                 self.oldest.insert((self.frame, object));
-                self.idle -= self.bytes[at];
+                self.evictable -= self.bytes[at];
             } else if !self.under_way[at] {
                 self.missing.push(object);
             }
@@ -67,15 +67,15 @@ impl<'b> OnDemand<'b> {
                 self.used += bytes;
                 return Some(Step::Load { object, metres: 0.0 });
             }
-            let fits = self.used - self.idle + bytes <= self.budget;
+            let fits = self.used - self.evictable + bytes <= self.budget;
             match self.oldest.first().copied().filter(|(seen, _)| fits && *seen < self.frame) {
-                Some((seen, leaver)) => {
-                    self.oldest.remove(&(seen, leaver));
-                    self.loaded[leaver.index()] = false;
-                    self.used -= self.bytes[leaver.index()];
-                    self.held -= self.bytes[leaver.index()];
-                    self.idle -= self.bytes[leaver.index()];
-                    return Some(Step::Evict(leaver));
+                Some((seen, evicted)) => {
+                    self.oldest.remove(&(seen, evicted));
+                    self.loaded[evicted.index()] = false;
+                    self.used -= self.bytes[evicted.index()];
+                    self.held -= self.bytes[evicted.index()];
+                    self.evictable -= self.bytes[evicted.index()];
+                    return Some(Step::Evict(evicted));
                 }
                 None => drop(self.missing.pop()),
             }
@@ -90,7 +90,7 @@ impl<'b> OnDemand<'b> {
         self.held += self.bytes[at];
         self.oldest.insert((self.seen[at], object));
         if self.seen[at] < self.frame {
-            self.idle += self.bytes[at];
+            self.evictable += self.bytes[at];
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Reads [`Elements`]: who has which type and which sets, and what those hold.
+//! Reads [`Elements`]: the types of elements, and their sets of properties and quantities.
 //!
-//! What is kept grows with the file and no faster: sets and types are shared, long texts are cut, and [`Reader::left`] ends what a hostile
-//! file repeats.
+//! Memory is bounded by the size of the file: sets and types are shared, long texts are cut, and [`Reader::left`] limits what a
+//! hostile file repeats.
 
 use super::model::{global_id, settle_envelope, text};
 use super::reader::{time_limit, watched};
@@ -16,26 +16,26 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Longer texts are cut here, letters: a property is read in a row of a table.
+/// Longer texts are cut to this many letters: a property is a row of a table.
 const LONGEST: usize = 400;
-/// More values of a list aren't told.
+/// Maximum values of a list.
 const MOST_VALUES: usize = 50;
-/// Complex properties hold others, no deeper than this: ends on circles.
+/// Maximum nesting of complex properties; also ends cycles.
 const DEPTH: usize = 3;
-/// Bytes that may be kept for each byte of the file, beside [`LEAST`]. Real files need less than one: they write each value once.
+/// Limit of kept bytes for each byte of the file, beside [`LEAST`]. Real files need less than one: they write each value once.
 const KEPT: usize = 4;
 /// See [`KEPT`].
 const LEAST: usize = 1 << 20;
-/// What a property, a set or an element takes beside its texts, about, bytes.
+/// Approximate bytes of a property, a set or an element without its texts.
 const EACH: usize = 64;
-/// What a reference takes, bytes.
+/// Bytes of a reference.
 const REFERENCE: usize = 8;
 
 /// Reads the bytes of an IFC file; as [`super::elements`].
 pub fn elements_of_bytes(bytes: Vec<u8>) -> Result<Elements, ImportError> {
     let mut bytes = bytes;
     settle_envelope(&mut bytes)?;
-    // Library code on a file's word: where it doesn't end or panics, it is given up.
+    // Library code on unchecked data: it gets a deadline, and panics are caught.
     let deadline = Instant::now() + time_limit(bytes.len());
     watched(deadline, bytes, |bytes| {
         set_report_sink(|_| ());
@@ -44,7 +44,7 @@ pub fn elements_of_bytes(bytes: Vec<u8>) -> Result<Elements, ImportError> {
     })
 }
 
-/// The records that count, in file order.
+/// The relevant records, in file order.
 #[derive(Default)]
 struct Records {
     index: Arc<EntityIndex>,
@@ -59,7 +59,7 @@ impl Records {
         let mut records = Self { index: Arc::new(build_entity_index(bytes)), ..Self::default() };
         let mut scanner = EntityScanner::new(bytes);
         while let Some((id, keyword, start, end)) = scanner.next_entity() {
-            // As for an import: the last record of a number counts.
+            // As in an import, the last record of a number counts.
             if records.index.get(&id) != Some(&(start, end)) {
                 continue;
             }
@@ -81,16 +81,16 @@ impl Records {
     }
 }
 
-/// What was read so far.
+/// State of reading.
 struct Reader<'b> {
     decoder: EntityDecoder<'b>,
     units: ProjectUnits,
     sets: HashMap<u32, Option<Arc<PropertySet>>>,
     types: HashMap<u32, Option<Arc<ElementType>>>,
-    /// Bytes that may be kept yet.
+    /// Bytes that may still be kept.
     left: usize,
-    /// References that lead to nothing of use.
-    nowhere: usize,
+    /// Dangling references.
+    dangling: usize,
 }
 
 impl<'b> Reader<'b> {
@@ -98,7 +98,7 @@ impl<'b> Reader<'b> {
         let mut decoder = EntityDecoder::with_arc_index(bytes, records.index.clone()).with_strict_reals();
         let units = records.project.map(|project| ProjectUnits::resolve(&mut decoder, project)).unwrap_or_default();
         let left = bytes.len().saturating_mul(KEPT).saturating_add(LEAST);
-        Self { decoder, units, sets: HashMap::new(), types: HashMap::new(), left, nowhere: 0 }
+        Self { decoder, units, sets: HashMap::new(), types: HashMap::new(), left, dangling: 0 }
     }
 
     fn read(mut self, records: &Records) -> Elements {
@@ -109,27 +109,27 @@ impl<'b> Reader<'b> {
             places.insert(*id, all.len());
             all.push(element);
         }
-        // 2. Their types; the first that is told counts.
+        // 2. Their types; the first one counts.
         for &id in &records.by_type {
-            let Some((of, what)) = self.relation(id) else { continue };
-            let Some(kind) = what.first().and_then(|&kind| self.kind(kind)) else { continue };
-            for place in of.iter().filter_map(|id| places.get(id)) {
+            let Some((elements, related)) = self.relation(id) else { continue };
+            let Some(kind) = related.first().and_then(|&kind| self.kind(kind)) else { continue };
+            for place in elements.iter().filter_map(|id| places.get(id)) {
                 all[*place].kind.get_or_insert_with(|| kind.clone());
             }
         }
         // 3. Their sets.
         for &id in &records.by_properties {
-            let Some((of, what)) = self.relation(id) else { continue };
-            let sets: Vec<Arc<PropertySet>> = what.into_iter().filter_map(|set| self.set(set)).collect();
-            for place in of.iter().filter_map(|id| places.get(id)) {
+            let Some((elements, related)) = self.relation(id) else { continue };
+            let sets: Vec<Arc<PropertySet>> = related.into_iter().filter_map(|set| self.set(set)).collect();
+            for place in elements.iter().filter_map(|id| places.get(id)) {
                 let room = sets.len().min(self.left / REFERENCE);
                 self.keep(REFERENCE * room);
                 all[*place].sets.extend(sets[..room].iter().cloned());
             }
         }
         let mut notes = Vec::new();
-        if self.nowhere > 0 {
-            notes.push(format!("{} references to types, sets and properties lead nowhere", self.nowhere));
+        if self.dangling > 0 {
+            notes.push(format!("{} references to types, sets and properties have no target", self.dangling));
         }
         if self.left < EACH {
             notes.push("some properties are left out: the file repeats them too often".into());
@@ -137,22 +137,22 @@ impl<'b> Reader<'b> {
         Elements::new(all, notes)
     }
 
-    /// Whether there is room for so many bytes more; then they are taken.
+    /// Whether this many more bytes fit; takes them.
     fn keep(&mut self, bytes: usize) -> bool {
         let fits = bytes <= self.left;
-        // What doesn't fit ends it.
+        // The first that does not fit ends reading.
         self.left = if fits { self.left - bytes } else { 0 };
         fits
     }
 
-    /// A record, or one that leads nowhere.
+    /// A record; counts dangling references.
     fn record(&mut self, id: u32) -> Option<DecodedEntity> {
         let found = self.decoder.decode_by_id(id).ok();
-        self.nowhere += usize::from(found.is_none());
+        self.dangling += usize::from(found.is_none());
         found
     }
 
-    /// A text of a record, cut to a row.
+    /// A text of a record, cut to [`LONGEST`].
     fn text(&mut self, entity: &DecodedEntity, slot: usize) -> Option<String> {
         let found = cut(text(entity, slot)?);
         self.keep(found.len()).then_some(found)
@@ -175,15 +175,15 @@ impl<'b> Reader<'b> {
         })
     }
 
-    /// Whom a relation is about, and what it says of them.
+    /// The elements of a relation, and what it relates them to.
     fn relation(&mut self, id: u32) -> Option<(Vec<u32>, Vec<u32>)> {
         let entity = self.record(id)?;
-        let what = match entity.get(5)? {
+        let related = match entity.get(5)? {
             AttributeValue::EntityRef(id) => vec![*id],
             // IfcPropertySetDefinitionSet.
             many => references(many.unwrap_typed()),
         };
-        Some((entity.get_refs(4).unwrap_or_default(), what))
+        Some((entity.get_refs(4).unwrap_or_default(), related))
     }
 
     fn kind(&mut self, id: u32) -> Option<Arc<ElementType>> {
@@ -200,7 +200,7 @@ impl<'b> Reader<'b> {
         found
     }
 
-    /// A set of properties or quantities; others, such as the measures of a door's panel, are passed over.
+    /// A set of properties or quantities; other sets, such as the measures of a door's panel, are skipped.
     fn set(&mut self, id: u32) -> Option<Arc<PropertySet>> {
         if let Some(known) = self.sets.get(&id) {
             let known = known.clone();
@@ -223,7 +223,7 @@ impl<'b> Reader<'b> {
         found
     }
 
-    /// Adds a property; those of a complex one under both names.
+    /// Adds a property; parts of a complex one get both names.
     fn property(&mut self, id: u32, within: &str, out: &mut Vec<Property>, depth: usize) {
         if depth > DEPTH || !self.keep(REFERENCE) {
             return;
@@ -270,7 +270,7 @@ impl<'b> Reader<'b> {
         Some(Value::Number(number, self.unit(Some(quantity), entity.get_ref(2))))
     }
 
-    /// One value, with the unit that it is given, or else the project's.
+    /// A single value, with its own unit or that of the project.
     fn simple(&mut self, value: &AttributeValue, unit: Option<u32>) -> Option<Value> {
         let measure = value.as_typed().map(|(name, _)| name);
         match value.unwrap_typed() {
@@ -287,8 +287,8 @@ impl<'b> Reader<'b> {
 
     fn list(&mut self, values: &AttributeValue, unit: Option<u32>) -> Option<Value> {
         let values = values.as_list()?;
-        let told: Vec<Value> = values.iter().take(MOST_VALUES).filter_map(|value| self.simple(value, unit)).collect();
-        match &told[..] {
+        let shown: Vec<Value> = values.iter().take(MOST_VALUES).filter_map(|value| self.simple(value, unit)).collect();
+        match &shown[..] {
             [] => None,
             [one] => Some(one.clone()),
             many => {
@@ -321,7 +321,7 @@ fn references(list: &AttributeValue) -> Vec<u32> {
     list.as_list().unwrap_or_default().iter().filter_map(AttributeValue::as_entity_ref).collect()
 }
 
-/// A text that is no longer than a row.
+/// Cuts a text to [`LONGEST`].
 fn cut(text: &str) -> String {
     match text.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}...", &text[..end]),
