@@ -24,7 +24,7 @@ fn scene_and_file(ray_budget: u64, rows_from: Guarantee, keep_bounds: bool) -> (
         solid("corner", [8.7, 0.0, 0.1], [8.9, 0.3, 0.3]),
     ];
     let (scene, graph) = row(3, extra, &[]);
-    let pvs = bake(&scene, graph, &PvsOptions { ray_budget, ship, ..PvsOptions::default() }, &Job::quiet()).unwrap();
+    let pvs = bake(&scene, graph, &PvsOptions { ray_budget, rows_from, ..PvsOptions::default() }, &Job::quiet()).unwrap();
     assert_eq!((pvs.repairs.len(), pvs.stats.contradictions), (0, 0));
     let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, keep_bounds);
     (scene, file)

@@ -120,7 +120,7 @@ fn the_page_says_what_bake_says() {
 /// A bake of a shipped building with both bounds.
 fn baked(name: &str, ray_budget: u64, rows_from: Guarantee) -> (Scene, PvsFile) {
     let scene = import(&building(name), &ImportOptions::default()).unwrap();
-    let pvs = PvsOptions { ray_budget, ship, ..PvsOptions::default() };
+    let pvs = PvsOptions { ray_budget, rows_from, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
     (scene, file)
 }
