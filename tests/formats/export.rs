@@ -1,7 +1,7 @@
 //! `export`: what is read again is what was cut, object by object; attributes stay with their vertices; others' readers agree.
 
 use crate::cli::{done, enfilade, folder, json as printed, refused, text};
-use crate::import_mesh::glb::{Glb, pack, parts};
+use crate::formats::mesh::glb::{Glb, pack, parts};
 use enfilade::BitMatrix;
 use enfilade::file::{FileObject, Import, PvsFile};
 use enfilade::scene::{ImportOptions, Scene};
@@ -244,7 +244,7 @@ fn attributes_stay_with_their_vertices() {
 #[cfg(all(feature = "draco", feature = "meshopt"))]
 #[test]
 fn compressed_models_are_written_plainly() {
-    use crate::import_mesh::{draco, meshopt};
+    use crate::formats::mesh::{draco, meshopt};
     let folder = folder("compressed");
     for (i, bytes) in
         [meshopt::EXT, meshopt::KHR, meshopt::FLOAT, draco::EDGEBREAKER, draco::SEQUENTIAL].into_iter().enumerate()

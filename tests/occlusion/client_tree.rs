@@ -1,6 +1,6 @@
 //! The example `octree`: cullers walk a client's tree as they do their own, and nothing that shows is lost.
 
-#[path = "../examples/octree.rs"]
+#[path = "../../examples/octree.rs"]
 #[allow(dead_code, reason = "its main")]
 mod program;
 

@@ -1,0 +1,7 @@
+//! A bake from a scene to a file.
+
+mod bytes;
+mod faults;
+mod object_size;
+mod resume;
+mod workers;

@@ -1,0 +1,4 @@
+//! Occlusion culling.
+
+mod client_tree;
+mod queries;

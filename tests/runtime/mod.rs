@@ -1,0 +1,7 @@
+//! A frame.
+
+mod frames;
+mod locate;
+mod mirrors;
+mod prefetch;
+mod worlds;

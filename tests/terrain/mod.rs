@@ -1,0 +1,6 @@
+//! Ground.
+
+mod file;
+mod horizon;
+mod raster;
+mod select;

@@ -1,0 +1,5 @@
+//! Tubes.
+
+mod bake;
+mod curves;
+mod select;
