@@ -3,7 +3,7 @@
 //! **Points** are pairs of `f32`, 48 bits of a coordinate, and so is the eye; shaders (`points.wgsl`) subtract the great parts first.
 //! Compilers may reorder sums of floats, so the first difference passes through whole numbers, where it is combined with a word that
 //! holds 0, which the compiler can't know: whatever order the rest is taken in, only differences and small parts are left in it.
-//! `far_from_the_origin_is_as_good_as_near` of `tests/queries_gpu.rs` fails on a driver where this doesn't hold.
+//! `far_from_the_origin_is_as_good_as_near` of `tests/occlusion/queries.rs` fails on a driver where this doesn't hold.
 
 use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};

@@ -164,17 +164,9 @@ impl<'a> Bake<'a> {
     fn occlude(&mut self, upper: &mut FlowResult) -> Result<(), Stopped> {
         let Self { rays, options, budget, work, graph, placement, lower, unresolved, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
-        occluders::decide(
-            rays,
-            graph,
-            &placement.matrix,
-            (budget.shafts, options.seed),
-            cells_upper,
-            objects_upper,
-            lower,
-            unresolved,
-            work,
-        )
+        let placement = &placement.matrix;
+        let bounds = occluders::Bounds { placement, cells_upper, objects_upper, lower, unresolved };
+        occluders::decide(rays, graph, (budget.shafts, options.seed), bounds, work)
     }
 
     /// Makes the lower set a subset of the upper one: what contradicts it is called visible, and counted.

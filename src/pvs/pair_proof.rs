@@ -190,11 +190,10 @@ pub fn is_shielded(
     lower.objects = upper.clone();
     lower.objects.clear(cell, object);
     let options = PvsOptions::default();
-    let (budget, mut unresolved) =
-        ((Budget::of_cells(options.ray_budget).shafts, options.seed), BitMatrix::new(rows, columns));
-    let quiet = Job::quiet();
-    let asked =
-        occluders::decide(rays, graph, placement, budget, cells_upper, &mut upper, &mut lower, &mut unresolved, &quiet);
+    let budget = (Budget::of_cells(options.ray_budget).shafts, options.seed);
+    let unresolved = &mut BitMatrix::new(rows, columns);
+    let bounds = occluders::Bounds { placement, cells_upper, objects_upper: &mut upper, lower: &mut lower, unresolved };
+    let asked = occluders::decide(rays, graph, budget, bounds, &Job::quiet());
     debug_assert_eq!(asked, Ok(()), "nobody stops it");
     !upper.get(cell, object)
 }

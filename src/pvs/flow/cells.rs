@@ -3,7 +3,7 @@
 use super::goals::{CellGoals, Exact, Prover};
 use super::might_see::{MightSee, from_rows, get, set, words_of};
 use super::net::Net;
-use super::schedule::{Tally, Task, costs, rounds, run};
+use super::schedule::{Round, Tally, Task, costs, rounds, run};
 use super::search::Search;
 use crate::job::{Job, Stopped};
 use crate::{BitMatrix, bits};
@@ -105,10 +105,8 @@ impl<'a> Cells<'a> {
         stage: &str,
         work: &Job<'_>,
     ) -> Result<Vec<Found<P::Proof>>, Stopped> {
-        let (net, might_see, spent) = (self.net, &self.might_see, self.tally.steps);
-        run(work, stage, &self.rounds, k, spent, net, might_see, self.max_steps, |search, task| {
-            self.search_from(search, task, prover, work)
-        })
+        let round = Round { stage, rounds: &self.rounds, k, spent: self.tally.steps, max_steps: self.max_steps };
+        run(round, (self.net, &self.might_see), |search, task| self.search_from(search, task, prover, work), work)
     }
 
     /// Takes over what round `k` found.

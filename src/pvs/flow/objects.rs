@@ -5,7 +5,7 @@ use super::cells::reached;
 use super::goals::{Boxes, ObjectGoals};
 use super::might_see::{MightSee, set};
 use super::net::Net;
-use super::schedule::{Tally, Task, rounds, run};
+use super::schedule::{Round, Tally, Task, rounds, run};
 use super::search::Search;
 use crate::job::{Job, Stopped};
 use crate::{BitMatrix, bits};
@@ -40,14 +40,16 @@ pub(super) fn decide(
     let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {
         let spent = tally.steps - before;
-        let found = run(work, "flow: objects", &rounds, k, spent, net, might_see, input.max_steps, |search, task| {
+        let of_stage = Round { stage: "flow: objects", rounds: &rounds, k, spent, max_steps: input.max_steps };
+        let search = |search: &mut Search<'_>, task: &Task| {
             let cells = cells_upper.row(task.cell);
             let mut undecided = undecided(input.placement, cells, upper.row(task.cell));
             if let Some(fronts) = input.fronts {
                 fronts.keep_shown(input.graph, cells_upper, task.cell, &mut undecided);
             }
             search_from(net, might_see, search, task, &boxes, cells, undecided)
-        })?;
+        };
+        let found = run(of_stage, (net, might_see), search, work)?;
         for (task, found) in round.iter().zip(&found) {
             upper.row_mut(task.cell).iter_mut().zip(&found.seen).for_each(|(row, seen)| *row |= seen);
             tally.add(&found.tally);

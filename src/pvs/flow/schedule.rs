@@ -86,19 +86,24 @@ fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
     (left / portals(&rounds[k..]).max(1)).saturating_mul(DEAR).min(max_steps)
 }
 
-/// Runs the tasks of round `k` side by side, after `spent` steps in this stage; results are in the order of the tasks. Tells the
-/// fraction of all rounds that is done.
-#[allow(clippy::too_many_arguments)]
+/// A round of a stage.
+pub(crate) struct Round<'r> {
+    /// The stage's name, for progress.
+    pub stage: &'r str,
+    /// All rounds, and which of them this is.
+    pub rounds: &'r [Vec<Task>],
+    pub k: usize,
+    /// Steps that earlier rounds of the stage took, and the most that one search may take.
+    pub spent: u64,
+    pub max_steps: u64,
+}
+
+/// Runs the tasks of a round side by side; results are in the order of the tasks. Tells the fraction of all rounds that is done.
 pub(crate) fn run<F: Serialize + DeserializeOwned + Send>(
-    work: &Job<'_>,
-    stage: &str,
-    rounds: &[Vec<Task>],
-    k: usize,
-    spent: u64,
-    net: &Net,
-    might_see: &MightSee,
-    max_steps: u64,
+    Round { stage, rounds, k, spent, max_steps }: Round<'_>,
+    (net, might_see): (&Net, &MightSee),
     search: impl Fn(&mut Search<'_>, &Task) -> F + Sync,
+    work: &Job<'_>,
 ) -> Result<Vec<F>, Stopped> {
     let round = &rounds[k];
     let max_steps = limit(max_steps, rounds, k, spent);

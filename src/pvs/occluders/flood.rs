@@ -95,7 +95,7 @@ impl Flood {
                 }
                 let goes_on = [(from, sides[0]), (to, sides[1])]
                     .into_iter()
-                    .any(|(end, side)| side != 0 && self.cover(mesh, tri, edge, span, slack, end, side));
+                    .any(|(end, side)| side != 0 && self.cover(mesh, (tri, edge), (span, slack), (end, side)));
                 if goes_on {
                     continue;
                 }
@@ -115,8 +115,13 @@ impl Flood {
     }
 
     /// Takes in triangles that go on along the whole stretch `span` of an edge, on the other side of `end` than the triangle itself.
-    #[expect(clippy::too_many_arguments)]
-    fn cover(&mut self, mesh: &Mesh, tri: u32, edge: u8, span: [f64; 2], slack: f64, end: &End, side: i32) -> bool {
+    fn cover(
+        &mut self,
+        mesh: &Mesh,
+        (tri, edge): (u32, u8),
+        (span, slack): ([f64; 2], f64),
+        (end, side): (&End, i32),
+    ) -> bool {
         self.covers.clear();
         for seam in mesh.seams(tri).iter().filter(|s| s.edge == edge && s.span[1] >= span[0] && s.span[0] <= span[1]) {
             let ahead = if seam.ahead { 1 } else { -1 };

@@ -54,16 +54,11 @@ enum State {
 
 /// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go
 /// to `lower`, and those that the tolerance leaves open to `unresolved`. At most `shafts` shafts.
-#[allow(clippy::too_many_arguments)]
 pub(super) fn decide(
     rays: &RayScene<'_>,
     graph: &CellGraph,
-    placement: &BitMatrix,
     (shafts, seed): (u64, u64),
-    cells_upper: &BitMatrix,
-    objects_upper: &mut BitMatrix,
-    lower: &mut Witnessed,
-    unresolved: &mut BitMatrix,
+    Bounds { placement, cells_upper, objects_upper, lower, unresolved }: Bounds<'_>,
     work: &Job<'_>,
 ) -> Result<(), Stopped> {
     let scene = rays.scene();
@@ -81,6 +76,19 @@ pub(super) fn decide(
         }
     }
     Ok(())
+}
+
+/// What is known of pairs so far.
+pub(super) struct Bounds<'b> {
+    /// Cells x objects: which objects are in which cell.
+    pub placement: &'b BitMatrix,
+    /// Pairs of cells, and of cells and objects, that flow leaves possible.
+    pub cells_upper: &'b BitMatrix,
+    pub objects_upper: &'b mut BitMatrix,
+    /// Pairs with a witness.
+    pub lower: &'b mut Witnessed,
+    /// Cells x objects: pairs that the tolerance leaves open.
+    pub unresolved: &'b mut BitMatrix,
 }
 
 /// Pairs of cells and objects, and what may still be spent on them.
