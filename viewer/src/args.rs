@@ -45,7 +45,7 @@ pub struct Args {
     pub detail: Option<Detail>,
     /// Who answers occlusion queries [default: the device, but software where the device is software itself]
     #[arg(long, value_enum)]
-    pub oracle: Option<Asked>,
+    pub oracle: Option<OracleArg>,
     /// Compare every frame with a picture of everything; with --shot or --bench, exit with 1 where pixels are missed
     #[arg(long)]
     pub alarm: bool,
@@ -78,18 +78,18 @@ pub struct Args {
 
 /// See [`Oracle`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum Asked {
+pub enum OracleArg {
     /// Queries of the device that draws.
     Device,
     /// A depth buffer on the processor.
     Software,
 }
 
-impl From<Asked> for Oracle {
-    fn from(asked: Asked) -> Self {
+impl From<OracleArg> for Oracle {
+    fn from(asked: OracleArg) -> Self {
         match asked {
-            Asked::Device => Self::Device,
-            Asked::Software => Self::Software,
+            OracleArg::Device => Self::Device,
+            OracleArg::Software => Self::Software,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Who decides what a frame draws: a mode, with what it keeps from frame to frame.
 
 use crate::building::Building;
-use crate::delayed_queries::Late;
+use crate::delayed_queries::DelayedQueries;
 use crate::draw::queries;
 use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
@@ -153,7 +153,7 @@ pub struct Culling<'b> {
     /// Culls.
     pub frames: FrameCuller,
     /// What the device is asked.
-    pub late: Late,
+    pub delayed: DelayedQueries,
     /// Who is asked.
     pub oracle: Oracle,
     /// The last decision.
@@ -180,7 +180,7 @@ impl<'b> Culling<'b> {
         Self {
             culler,
             frames,
-            late: Late::new(&building.file),
+            delayed: DelayedQueries::new(&building.file),
             oracle,
             last: None,
             building,
@@ -208,7 +208,7 @@ impl<'b> Culling<'b> {
     pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: impl Into<ViewMode>) -> &Decision {
         let start = Instant::now();
         let mode = mode.into();
-        // 1. How. Answers of a device come a frame late, and then asking costs more than it saves.
+        // 1. How. Answers of a device come a frame delayed, and then asking costs more than it saves.
         let method = match (mode.of_library(), self.oracle) {
             (FrameMode::Auto, Oracle::Device) => FrameMode::Both,
             (mode, _) => self.frames.choose(&self.culler, camera, mode),
@@ -235,10 +235,10 @@ impl<'b> Culling<'b> {
         (decision.camera, decision.home, decision.stats) = (*camera, visible.home, visible.stats);
         // 3. What to ask the device.
         if asks == Asks::Queries {
-            self.late.plan(camera, &decision.objects, queries::MOST);
-            refill(&mut decision.objects, &self.late.sure);
+            self.delayed.plan(camera, &decision.objects, queries::MOST);
+            refill(&mut decision.objects, &self.delayed.sure);
             let triangles = decision.objects.iter().map(|&o| u64::from(self.culler.triangles(o))).sum();
-            let (objects, queries) = (decision.objects.len() as u64, self.late.questions.len() as u64);
+            let (objects, queries) = (decision.objects.len() as u64, self.delayed.questions.len() as u64);
             decision.stats = FrameStats { objects, triangles, queries, ..decision.stats };
         }
         decision.ms = start.elapsed().as_secs_f64() * 1e3;
@@ -249,7 +249,7 @@ impl<'b> Culling<'b> {
     pub fn restart(&mut self) {
         self.last = None;
         self.frames.restart(&self.culler);
-        self.late = Late::new(&self.building.file);
+        self.delayed = DelayedQueries::new(&self.building.file);
     }
 }
 

@@ -47,7 +47,7 @@ struct State {
 }
 
 /// What one camera needs from frame to frame, and what the last frame came to.
-pub struct Late {
+pub struct DelayedQueries {
     tree: Hierarchy,
     mask: Mask,
     states: Vec<State>,
@@ -60,7 +60,7 @@ pub struct Late {
     pub conditional: Vec<(u32, ObjectId)>,
 }
 
-impl Late {
+impl DelayedQueries {
     /// Makes a tree of a file's objects.
     pub fn new(file: &PvsFile) -> Self {
         let boxes: Vec<Aabb> =

@@ -3,10 +3,10 @@
 pub mod pads;
 
 use crate::args::Shown;
+use crate::commands::Action;
 use crate::culling::MODES;
 use crate::settings::Preferences;
-use crate::ui::keys::Action;
-use crate::walker::Wants;
+use crate::walker::MoveInput;
 use glam::{DVec2, DVec3};
 
 /// Radians a second that a stick at its edge turns by.
@@ -82,10 +82,10 @@ pub fn action(button: Button, mode: usize) -> Option<Action> {
 }
 
 /// Where somebody wants to go: the left stick walks, triggers go down and up, a shoulder hurries.
-pub fn wants(held: &Held, preferences: &Preferences) -> Wants {
+pub fn wants(held: &Held, preferences: &Preferences) -> MoveInput {
     let left = beyond_rest(held.left, preferences.dead_zone);
     let [down, up] = held.triggers.map(|trigger| beyond_rest(DVec2::new(trigger, 0.0), preferences.dead_zone).x.max(0.0));
-    Wants { to: DVec3::new(left.x, up - down, left.y), hurry: held.shoulder }
+    MoveInput { to: DVec3::new(left.x, up - down, left.y), hurry: held.shoulder }
 }
 
 /// How fast somebody turns, radians a second, to the right and up: by the right stick, finer near its middle.
@@ -127,8 +127,8 @@ mod tests {
     #[test]
     fn triggers_go_down_and_up_and_a_shoulder_hurries() {
         let of = |triggers, shoulder| wants(&Held { triggers, shoulder, ..Held::default() }, &with(0.0, 1.0, false));
-        assert_eq!(of([0.0, 1.0], false), Wants { to: DVec3::Y, hurry: false });
-        assert_eq!(of([0.5, 0.0], true), Wants { to: -DVec3::Y * 0.5, hurry: true });
+        assert_eq!(of([0.0, 1.0], false), MoveInput { to: DVec3::Y, hurry: false });
+        assert_eq!(of([0.5, 0.0], true), MoveInput { to: -DVec3::Y * 0.5, hurry: true });
         assert_eq!(of([1.0, 1.0], false).to, DVec3::ZERO);
         // Some triggers rest at -1.
         assert_eq!(of([-1.0, 0.0], false).to, DVec3::ZERO);

@@ -52,6 +52,21 @@ pub struct Measure {
     pub done: Vec<Measured>,
 }
 
+/// Text at a point of the picture.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Label {
+    /// The middle, pixels.
+    pub at: DVec2,
+    /// The text.
+    pub text: String,
+    /// Size of the text, points.
+    pub size: f32,
+    /// 0 (invisible) to 1.
+    pub opacity: f32,
+    /// It is left out where it would lie on a label before it.
+    pub yields: bool,
+}
+
 impl Measured {
     /// Metres.
     pub fn length(&self) -> f64 {

@@ -53,6 +53,16 @@ impl Units {
     }
 }
 
+/// A number in few digits.
+pub fn number(x: f64) -> String {
+    match x {
+        _ if x >= 1e6 => format!("{:.2} M", x / 1e6),
+        _ if x >= 10_000.0 => format!("{:.1} k", x / 1e3),
+        _ if x.fract() == 0.0 => format!("{x}"),
+        _ => format!("{x:.2}"),
+    }
+}
+
 /// A number with so many digits after the point; nothing is never less than nothing.
 fn rounded(number: f64, digits: usize) -> String {
     let text = format!("{number:.digits$}");

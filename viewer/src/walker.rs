@@ -5,7 +5,7 @@
 
 use crate::body::{DEEPEST, EYE, STEP, TALL};
 use crate::collision::Solid;
-use crate::freed;
+use crate::unstuck;
 use enfilade::ObjectId;
 use enfilade::runtime::Camera;
 use glam::{DVec2, DVec3, Vec3Swizzles};
@@ -40,7 +40,7 @@ const STEEPEST: f64 = 1.55;
 
 /// What a person wants to do.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Wants {
+pub struct MoveInput {
     /// To the right, up and forward, -1 to 1 each.
     pub to: DVec3,
     /// Faster.
@@ -105,7 +105,7 @@ impl Walker {
     pub fn go(
         &mut self,
         seconds: f64,
-        wants: &Wants,
+        wants: &MoveInput,
         solid: &Solid<'_>,
         passes: &dyn Fn(ObjectId) -> bool,
         ground: &dyn Fn(DVec3) -> Option<f64>,
@@ -121,7 +121,7 @@ impl Walker {
         }
         // 1. Whoever was put into something, or flew there, gets out of it by the first step.
         if (wants.to.x, wants.to.z) != (0.0, 0.0) && !std::mem::replace(&mut self.walked, true) {
-            self.eye = freed::way_out(solid, self.eye, RADIUS + ROOM, passes).unwrap_or(self.eye);
+            self.eye = unstuck::way_out(solid, self.eye, RADIUS + ROOM, passes).unwrap_or(self.eye);
         }
         // 2. Sideways, and out of walls, in strides.
         let way = (right * wants.to.x + level * wants.to.z).clamp_length_max(1.0) * far;
@@ -250,7 +250,7 @@ mod tests {
         let solid = Solid::new(&scene);
         let mut walker = Walker::new(from - scene.origin, DVec3::NEG_Z, false);
         for _ in 0..(seconds * 60.0) as usize {
-            walker.go(1.0 / 60.0, &Wants { to, hurry: false }, &solid, &|_| false, &|_| None);
+            walker.go(1.0 / 60.0, &MoveInput { to, hurry: false }, &solid, &|_| false, &|_| None);
         }
         (walker, walker.eye + scene.origin)
     }
@@ -271,7 +271,7 @@ mod tests {
         let scene = scene();
         let (solid, mut walker) = (Solid::new(&scene), walker);
         for _ in 0..150 {
-            walker.go(1.0 / 60.0, &Wants { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false, &|_| None);
+            walker.go(1.0 / 60.0, &MoveInput { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false, &|_| None);
         }
         assert!((walker.eye.y + scene.origin.y - EYE).abs() < 0.02);
     }
@@ -302,7 +302,8 @@ mod tests {
         let (scene, inside) = (scene(), ((ROCK.0 + ROCK.1) * 0.5).with_y(EYE));
         let (solid, mut walker) =
             (Solid::new(&scene), Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, false));
-        let go = |walker: &mut Walker| walker.go(0.01, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
+        let go =
+            |walker: &mut Walker| walker.go(0.01, &MoveInput { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
         go(&mut walker);
         (walker.flies, walker.eye) = (true, inside - scene.origin);
         go(&mut walker);
@@ -326,7 +327,7 @@ mod tests {
         let solid = Solid::new(&scene);
         let mut walker = Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, true);
         for _ in 0..60 {
-            walker.go(1.0 / 60.0, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
+            walker.go(1.0 / 60.0, &MoveInput { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
         }
         assert!(walker.eye.x + scene.origin.x > 5.0);
     }

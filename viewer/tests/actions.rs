@@ -11,8 +11,8 @@ mod common;
 use common::display::{Display, Ends, can_run, until};
 use common::{building, shipped};
 use enfilade_viewer::args::Shown;
+use enfilade_viewer::commands::{Action, Entry, HOLDS, HeldKey, Hold, TABLE};
 use enfilade_viewer::culling::MODES;
-use enfilade_viewer::ui::keys::{Action, HOLDS, Hold, KEYS};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -96,7 +96,7 @@ fn key(code: KeyCode) -> String {
 }
 
 /// What is done for an action of the table, and undone: most are toggles.
-fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Deed {
+fn deed(&Entry { key: (code, _), action, label, .. }: &Entry) -> Deed {
     let key = key(code);
     let clear = "Delete; shift+Delete";
     match action {
@@ -140,7 +140,7 @@ fn deed((code, _, action, label, _): (KeyCode, &str, Action, &str, &str)) -> Dee
 }
 
 /// What is done for a held key: the key, and the one that leads back.
-fn held((code, _, hold, label, _): (KeyCode, &str, Hold, &str, &str)) -> Deed {
+fn held(&HeldKey { key: (code, _), hold, label, .. }: &HeldKey) -> Deed {
     let back = match hold {
         Hold::Forward => "s",
         Hold::Back => "w",
@@ -311,8 +311,8 @@ fn is_back(hands: &Hands<'_>, base: &[[u8; 3]]) -> bool {
 }
 
 fn deeds() -> Vec<Deed> {
-    let keys = KEYS.iter().map(|&key| deed(key));
-    keys.chain(HOLDS.iter().map(|&key| held(key))).chain(others()).collect()
+    let keys = TABLE.iter().map(deed);
+    keys.chain(HOLDS.iter().map(held)).chain(others()).collect()
 }
 
 #[test]
@@ -326,7 +326,7 @@ fn every_action_has_a_picture_and_no_picture_is_left_over() {
     let there = std::fs::read_dir(golden("before").parent().unwrap()).unwrap().map(|entry| entry.unwrap().path());
     let left: Vec<_> = there.filter(|path| !wanted.contains(path)).collect();
     assert!(left.is_empty(), "pictures of no action: {left:?}");
-    assert!(wanted.len() > KEYS.len() + HOLDS.len());
+    assert!(wanted.len() > TABLE.len() + HOLDS.len());
 }
 
 #[test]

@@ -18,7 +18,7 @@ use enfilade::geom::{Aabb, Plane};
 use enfilade::runtime::{Camera, Culler};
 use enfilade::types::portal::PortalKind;
 use enfilade::{CellId, ObjectId, PortalId};
-use glam::{DVec3, Vec3Swizzles};
+use glam::{DVec3, Vec3, Vec3Swizzles};
 use leaves::Leaf;
 use opening::Opening;
 use pieces::Piece;
@@ -331,7 +331,7 @@ fn groups(building: &Building) -> Vec<Vec<PortalId>> {
     let is_one = |a: PortalId, b: PortalId| {
         let [p, q] = [a, b].map(|p| &file.portals[p.index()]);
         let n = p.plane.truncate();
-        let middle = crate::session::middle(&q.winding);
+        let middle = middle(&q.winding);
         let apart = (f64::from(n.dot(middle) - p.plane.w)).abs();
         n.dot(q.plane.truncate()).abs() > ONE_WAY as f32
             && p.source == q.source
@@ -351,6 +351,11 @@ fn groups(building: &Building) -> Vec<Vec<PortalId>> {
     }
     groups.sort();
     groups
+}
+
+/// The middle of some corners.
+pub fn middle(corners: &[Vec3]) -> Vec3 {
+    corners.iter().sum::<Vec3>() / corners.len().max(1) as f32
 }
 
 fn opening(building: &Building, group: &[PortalId], margin: f64) -> Opening {

@@ -3,7 +3,7 @@
 
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
-use super::pipelines::{Eye, Pipelines};
+use super::pipelines::{CameraBinding, Pipelines};
 use super::targets::Targets;
 use crate::doors::Doors;
 use enfilade::ObjectId;
@@ -28,7 +28,7 @@ impl Hidden {
         mesh: &mut Mesh,
         leaves: &mut Leaves,
         doors: &Doors,
-        is_ghost: &[bool],
+        is_transparent: &[bool],
         is_hidden: Vec<bool>,
         and_made: bool,
     ) -> Self {
@@ -43,13 +43,13 @@ impl Hidden {
         mesh.is_hidden.clear();
         leaves.is_hidden.clear();
         let out: Vec<ObjectId> = objects().filter(|o| is_hidden[o.index()]).collect();
-        hidden.runs.set(mesh, &out, is_ghost, None);
+        hidden.runs.set(mesh, &out, is_transparent, None);
         leaves.list(&all.iter().copied().filter(is_door_hidden).collect::<Vec<_>>(), &mut hidden.leaves);
         // 2. The rest.
         leaves.is_hidden = all.iter().map(is_door_hidden).collect();
         let every: Vec<ObjectId> = objects().collect();
         mesh.is_hidden = is_hidden;
-        hidden.shown.set(mesh, &every, is_ghost, None);
+        hidden.shown.set(mesh, &every, is_transparent, None);
         leaves.list(&all, &mut hidden.shown_leaves);
         hidden
     }
@@ -58,14 +58,14 @@ impl Hidden {
     pub fn stand_in(
         &self,
         pipelines: &Pipelines,
-        eye: &Eye,
+        eye: &CameraBinding,
         targets: &Targets,
         leaves: &Leaves,
         commands: &mut wgpu::CommandEncoder,
     ) {
         let mut pass = targets.adds_depth(commands);
         pipelines.bind(&mut pass, eye);
-        pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.ghosts);
+        pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.transparent);
         leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);
     }
 }

@@ -1,6 +1,8 @@
 //! Lines and faces over the scene: portals, frusta, boxes, what was picked.
 
-use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
+use super::frame::{FrameContext, Passes, Timed};
+use super::pass::begin;
+use super::pipelines::{CameraBinding, PipelineDesc, Pipelines, depth_state, shader};
 use enfilade::gpu::Gpu;
 use glam::Vec3;
 use wgpu::{BufferUsages, CompareFunction, PrimitiveTopology, TextureFormat};
@@ -31,6 +33,11 @@ fn corner(p: Vec3, tint: Tint) -> [u32; 4] {
 
 impl Overlay {
     /// Nothing.
+    pub const fn new() -> Self {
+        Self { lines: Vec::new(), faces: Vec::new(), seen_through: Vec::new(), ribbons: Vec::new() }
+    }
+
+    /// Nothing from now on.
     pub fn clear(&mut self) {
         self.lines.clear();
         self.faces.clear();
@@ -90,6 +97,18 @@ impl Overlay {
     }
 }
 
+/// Records the mirrors, and lines and faces over the scene.
+pub fn draw(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut wgpu::CommandEncoder) {
+    if !frame.has_overlay() {
+        return;
+    }
+    let mut pass = begin(commands, frame.picture, &frame.targets.depth, None, passes.stamps(frame, Timed::Overlay));
+    if frame.has_mirrors {
+        passes.mirrors.draw(&mut pass, frame.eye);
+    }
+    passes.lines.draw(frame.gpu, &mut pass, frame.eye, frame.overlay);
+}
+
 /// Draws overlays.
 pub struct Lines {
     faces: wgpu::RenderPipeline,
@@ -107,7 +126,7 @@ impl Lines {
         let module = shader(gpu, include_str!("overlay.wgsl"));
         let pipeline = |topology, compare| {
             let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
-            Recipe {
+            PipelineDesc {
                 groups: &[Some(&pipelines.layout)],
                 corners: Some(wgpu::VertexBufferLayout {
                     array_stride: 16,
@@ -117,7 +136,7 @@ impl Lines {
                 topology,
                 depth: Some(depth_state(false, compare)),
                 pixel: Some(("pixel", wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })),
-                ..Recipe::new(&module, "corner")
+                ..PipelineDesc::new(&module, "corner")
             }
             .pipeline(gpu)
         };
@@ -132,7 +151,7 @@ impl Lines {
     }
 
     /// Draws one, in a pass with depth.
-    pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, overlay: &Overlay) {
+    pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, overlay: &Overlay) {
         let all = &mut self.all;
         all.clear();
         all.extend([&overlay.faces, &overlay.lines, &overlay.seen_through, &overlay.ribbons].into_iter().flatten());

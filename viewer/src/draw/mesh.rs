@@ -147,13 +147,13 @@ pub struct Runs {
     /// What nothing is seen through.
     pub solid: Vec<Range<u32>>,
     /// What is drawn as a screen door.
-    pub ghosts: Vec<Range<u32>>,
+    pub transparent: Vec<Range<u32>>,
     keys: Vec<(i32, u32, u32)>,
 }
 
 impl Runs {
-    /// Of some objects, near ones first where there is an `eye`. `is_ghost`, by object.
-    pub fn set(&mut self, mesh: &Mesh, objects: &[ObjectId], is_ghost: &[bool], eye: Option<Vec3>) {
+    /// Of some objects, near ones first where there is an `eye`. `is_transparent`, by object.
+    pub fn set(&mut self, mesh: &Mesh, objects: &[ObjectId], is_transparent: &[bool], eye: Option<Vec3>) {
         self.keys.clear();
         self.keys.extend(objects.iter().map(|o| {
             let shell = eye.map_or(0, |eye| mesh.shell(*o, eye));
@@ -161,9 +161,9 @@ impl Runs {
         }));
         self.keys.sort_unstable();
         self.solid.clear();
-        self.ghosts.clear();
+        self.transparent.clear();
         for &(_, _, object) in &self.keys {
-            let runs = if is_ghost[object as usize] { &mut self.ghosts } else { &mut self.solid };
+            let runs = if is_transparent[object as usize] { &mut self.transparent } else { &mut self.solid };
             let range = mesh.drawn(ObjectId(object));
             if range.is_empty() {
                 continue;

@@ -1,6 +1,6 @@
 //! Tubes as they look: in the sun, which they keep from what is behind them.
 
-use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
+use super::pipelines::{CameraBinding, PipelineDesc, Pipelines, depth_state, shader};
 use super::smooth::SAMPLES;
 use super::tubes::{At, List, Pipes, blended};
 use enfilade::ObjectId;
@@ -38,21 +38,21 @@ impl TubesInSun {
         let solid = |samples| {
             let depth = Some(depth_state(true, CompareFunction::Greater));
             let pixel = Some(("solid_tube", format.into()));
-            Recipe { groups: &groups, depth, samples, pixel, ..Recipe::new(&module, "lit_tube") }.pipeline(gpu)
+            PipelineDesc { groups: &groups, depth, samples, pixel, ..PipelineDesc::new(&module, "lit_tube") }.pipeline(gpu)
         };
         Self {
             solid: [1, SAMPLES].map(solid),
-            thin: Recipe {
+            thin: PipelineDesc {
                 groups: &groups,
                 depth: Some(depth_state(false, CompareFunction::Greater)),
                 pixel: Some(("thin_tube", blended(format))),
-                ..Recipe::new(&module, "lit_tube")
+                ..PipelineDesc::new(&module, "lit_tube")
             }
             .pipeline(gpu),
-            shadow: Recipe {
+            shadow: PipelineDesc {
                 groups: &[None, Some(of_sun), Some(&pipes.source.layout)],
                 depth: Some(depth_state(true, CompareFunction::Less)),
-                ..Recipe::new(&module, "shadow")
+                ..PipelineDesc::new(&module, "shadow")
             }
             .pipeline(gpu),
             casting: List::new(gpu, &pipes.source),
@@ -78,14 +78,14 @@ impl TubesInSun {
     }
 
     /// Draws a list, in a pass of one sample a pixel or several that has the sun and materials; without those that are thinner than a pixel.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List, is_smooth: bool) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List, is_smooth: bool) {
         pass.set_pipeline(&self.solid[usize::from(is_smooth)]);
         pass.set_bind_group(0, &eye.group, &[]);
         list.draw(pass);
     }
 
     /// Draws those, in a pass of one sample a pixel, once all that is solid is there.
-    pub fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+    pub fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List) {
         pass.set_pipeline(&self.thin);
         pass.set_bind_group(0, &eye.group, &[]);
         list.draw(pass);

@@ -1,5 +1,6 @@
 //! What frames cost, as lines that go on.
 
+use crate::units::number;
 use std::collections::VecDeque;
 
 /// Frames that are shown.
@@ -60,15 +61,5 @@ impl Graphs {
         painter.line(line, egui::Stroke::new(1.2, COLOURS[value]));
         let text = format!("{name} {} (most {})", number(now), number(most));
         painter.text(rect.left_top(), egui::Align2::LEFT_TOP, text, egui::FontId::proportional(11.0), COLOURS[value]);
-    }
-}
-
-/// Few digits.
-pub fn number(x: f64) -> String {
-    match x {
-        _ if x >= 1e6 => format!("{:.2} M", x / 1e6),
-        _ if x >= 10_000.0 => format!("{:.1} k", x / 1e3),
-        _ if x.fract() == 0.0 => format!("{x}"),
-        _ => format!("{x:.2}"),
     }
 }

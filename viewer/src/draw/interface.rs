@@ -1,13 +1,13 @@
-//! egui on the device.
+//! The interface on the device, by egui.
 
-use crate::draw::frame::Painter;
+use super::frame::Painter;
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use enfilade::gpu::Gpu;
 use wgpu::TextureFormat;
 
-/// Paints what egui came to.
-pub struct Egui {
-    /// What panels are made in.
+/// Panels, and what paints them.
+pub struct Interface {
+    /// Where panels are made.
     pub context: egui::Context,
     renderer: Renderer,
     jobs: Vec<egui::ClippedPrimitive>,
@@ -15,7 +15,7 @@ pub struct Egui {
     screen: ScreenDescriptor,
 }
 
-impl Egui {
+impl Interface {
     /// On pictures of `format`.
     pub fn new(gpu: &Gpu, format: TextureFormat) -> Self {
         let context = egui::Context::default();
@@ -31,7 +31,7 @@ impl Egui {
         }
     }
 
-    /// Runs the interface for a picture of `size` pixels. What is left goes to who made the input.
+    /// Runs the interface for a picture of `size` pixels. Returns requests to the window.
     pub fn run(&mut self, input: egui::RawInput, size: [u32; 2], panels: impl FnMut(&mut egui::Ui)) -> egui::PlatformOutput {
         let output = self.context.run_ui(input, panels);
         self.jobs = self.context.tessellate(output.shapes, output.pixels_per_point);
@@ -41,7 +41,7 @@ impl Egui {
     }
 }
 
-impl Painter for Egui {
+impl Painter for Interface {
     fn prepare(&mut self, gpu: &Gpu, commands: &mut wgpu::CommandEncoder) {
         for change in self.changes.drain(..) {
             for (id, deltas) in &change.set {

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 /// Where files go, and what their names begin with.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Kept {
+pub struct OutputFiles {
     /// The first one that can be written is taken.
     folders: Vec<PathBuf>,
     name: String,
 }
 
-impl Kept {
+impl OutputFiles {
     /// Beside a file and with its name; in the current folder where that can't be written.
     pub fn beside(file: &Path) -> Self {
         let name = file.file_stem().map_or("picture".into(), |stem| stem.to_string_lossy().into_owned());
@@ -73,7 +73,7 @@ mod tests {
     fn the_next_free_number_is_taken() {
         let folder = folder("numbers");
         std::fs::write(folder.join("house-2.png"), "old").unwrap();
-        let kept = Kept::beside(&folder.join("house.glb"));
+        let kept = OutputFiles::beside(&folder.join("house.glb"));
         let save = || kept.save("png", &|to| to.write_all(b"new")).unwrap();
         assert_eq!([save(), save()], [folder.join("house-1.png"), folder.join("house-3.png")]);
         assert_eq!(std::fs::read(folder.join("house-2.png")).unwrap(), b"old");
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn a_folder_that_cannot_be_written_is_passed_over() {
         let folder = folder("folders");
-        let kept = Kept { folders: vec![folder.join("none"), folder.clone()], name: "house".into() };
+        let kept = OutputFiles { folders: vec![folder.join("none"), folder.clone()], name: "house".into() };
         assert_eq!(kept.save("png", &|to| to.write_all(b"x")).unwrap(), folder.join("house-1.png"));
         // A failed write leaves nothing, and is one line.
         let line = kept.save("png", &|_| Err(std::io::Error::other("full"))).unwrap_err();
