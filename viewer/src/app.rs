@@ -35,9 +35,9 @@ use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
 
 /// Pixels of a notch of the wheel, for touchpads, which tell pixels.
 const NOTCH: f64 = 50.0;
-/// A button that goes up within so many pixels of where it went down has clicked.
+/// A button that goes up within this many pixels of where it went down has clicked.
 const CLICK: f64 = 4.0;
-/// What there is of a building by and by, in words.
+/// The steps of opening a building, in words.
 const THERE: [&str; EARLY + 1] = ["the model", "cells and portals", "everything"];
 
 /// Opens the window, and returns when it is shut.
@@ -51,10 +51,10 @@ pub fn run(args: &Args) -> Result<(), String> {
     let mut event_loop =
         EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
     let mut args = args.clone();
-    // What is wrong with it is told before a window opens.
+    // Errors of the ground come before a window opens.
     let mut land = ground::open(&args)?;
     while let Some(file) = visit(&mut event_loop, &args, path.take(), land.take())? {
-        // What goes with the file that was shown goes with it.
+        // Arguments that belong to the last file end with it.
         (args.file, args.model, args.path) = (Some(file), None, None);
         (args.ground, args.place) = (None, None);
     }
@@ -99,7 +99,7 @@ struct App<'a> {
     failure: Option<String>,
     /// A file to show next.
     dropped: Option<PathBuf>,
-    /// What is shown where there is no building.
+    /// The start screen.
     welcome: Welcome,
     dialog: Option<Dialog>,
     /// Which of what opening gives is shown; see [`Opening::best`].
@@ -210,7 +210,7 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// A building is there, or more is known of it: who has gone anywhere goes on from there.
+    /// Shows a building, or the same one with more known of it: a walker that has moved stays where it is.
     fn begin(&mut self, number: usize, building: &'a Building) -> Result<(), String> {
         let (Some(window), Some(screen)) = (self.window.clone(), &mut self.screen) else { return Ok(()) };
         let hash = building.file.model_hash;
@@ -377,7 +377,7 @@ impl<'a> App<'a> {
     }
 }
 
-/// What panels hear of a window; their pictures are no larger than a `side` of texels.
+/// Events of a window for panels, whose textures have at most `side` texels a side.
 fn listen(context: &egui::Context, window: &Window, side: Option<usize>) -> egui_winit::State {
     let scale = Some(window.scale_factor() as f32);
     egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, window.theme(), side)
@@ -445,7 +445,7 @@ impl ApplicationHandler for App<'_> {
                     ElementState::Released => drop(self.held.remove(&code)),
                     ElementState::Pressed if event.repeat => {}
                     ElementState::Pressed if self.session.as_mut().is_some_and(|session| session.takes_key(code)) => {}
-                    // What is typed into a field or a panel does nothing else.
+                    // A key that a field or a panel takes does nothing else.
                     ElementState::Pressed if code != KeyCode::Escape && (taken || self.is_typed()) => {}
                     ElementState::Pressed => {
                         self.held.insert(code);

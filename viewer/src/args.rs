@@ -43,7 +43,7 @@ pub struct Args {
     /// How to draw: plain, in flat colours; full, as it looks; or smooth, with four samples a pixel [default: full; plain for --bench]
     #[arg(long, value_enum, value_name = "DETAIL")]
     pub detail: Option<Detail>,
-    /// Who answers occlusion queries [default: the device, but software where the device is software itself]
+    /// The engine for occlusion queries [default: the device, but software if the driver is software]
     #[arg(long, value_enum)]
     pub oracle: Option<OracleArg>,
     /// Compare every frame with a picture of everything; with --shot or --bench, exit with 1 where pixels are missed
@@ -111,7 +111,7 @@ pub enum Shown {
     Graphs,
     /// The keys.
     Keys,
-    /// What is seen, drawn in vain and culled, in colours.
+    /// Colours of triangles: seen, drawn in vain, culled.
     Waste,
     /// The view culled by the frustum alone in the right half.
     Split,

@@ -23,7 +23,7 @@ const WARM_UP: usize = 3;
 pub struct Line {
     /// The mode's name.
     pub mode: &'static str,
-    /// Who answered occlusion queries, if any were asked.
+    /// The engine for occlusion queries, if there were any.
     pub oracle: &'static str,
     /// Frames of the path.
     pub frames: usize,
@@ -151,7 +151,7 @@ impl Sums {
         let Some(decision) = &renderer.culling.last else { return };
         self.cull_ms += decision.ms;
         self.queries += decision.stats.queries;
-        if let Some(tubes) = &renderer.pipes {
+        if let Some(tubes) = &renderer.tubes {
             let chosen = tubes.drawn.chosen();
             let all: usize = decision.objects.iter().map(|o| walk.scene().objects[o.index()].segments.len()).sum();
             let added = [chosen.triangles, chosen.segments, all as u64, chosen.over];
@@ -167,7 +167,7 @@ impl Sums {
             ViewMode::Culled(mode) if mode.has_queries() => renderer.culling.oracle.name(),
             ViewMode::Culled(_) => "none",
         };
-        let tubes = self.tubes.map(|sum| renderer.pipes.as_ref().map(|_| sum as f64 / all));
+        let tubes = self.tubes.map(|sum| renderer.tubes.as_ref().map(|_| sum as f64 / all));
         let fps = frames as f64 * 1e3 / self.times.iter().sum::<f64>();
         self.times.sort_by(f64::total_cmp);
         let at = |share: f64| self.times.get(((frames as f64 * share) as usize).min(frames.max(1) - 1)).copied();
@@ -189,14 +189,14 @@ impl Sums {
             tube_segments_mean: tubes[1],
             tube_segments_all: tubes[2],
             tube_segments_over: tubes[3],
-            tube_bytes: renderer.pipes.as_ref().map(|pipes| [pipes.bytes, pipes.bytes_of_mesh]),
+            tube_bytes: renderer.tubes.as_ref().map(|tubes| [tubes.bytes, tubes.bytes_of_mesh]),
             queries_mean: self.queries as f64 / all,
             missed_pixels: None,
         }
     }
 }
 
-/// What frames draw of the ground.
+/// Ground in the frames of a path.
 struct OfGround {
     scratch: Scratch,
     has_ground: bool,

@@ -70,7 +70,7 @@ impl From<Action> for Command {
     }
 }
 
-/// What a key does, once, when it goes down.
+/// An action: done once when its key goes down.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Action {
     /// Culls by the mode with this number in [`crate::culling::MODES`].
@@ -79,9 +79,9 @@ pub enum Action {
     Freeze,
     /// See [`crate::colours::Tints`].
     Cells,
-    /// What is seen, drawn in vain and culled, in colours.
+    /// Colours of triangles: seen, drawn in vain, culled.
     Waste,
-    /// What was culled, over a frozen frame.
+    /// Culled objects over a frozen frame.
     Culled,
     /// Another mode beside the first.
     Split,
@@ -113,7 +113,7 @@ pub enum Action {
     Preferences,
     /// A picture of what is on the screen, as a file.
     Screenshot,
-    /// Records where somebody goes; once more, and the path is a file.
+    /// Begins to record a path, or ends it and saves it.
     Record,
     /// Goes along the last path, or stops there.
     Play,
@@ -145,7 +145,7 @@ pub enum Action {
     Tubes,
 }
 
-/// What a key does while it is held.
+/// A movement: done while its key is held.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[expect(missing_docs, reason = "their names say it")]
 pub enum Hold {
@@ -168,7 +168,7 @@ pub struct Entry {
     pub action: Action,
     /// Its usual key, and the key's name.
     pub key: (KeyCode, &'static str),
-    /// With Ctrl, this key does it too, whatever the key does alone; and the name of both.
+    /// With Ctrl, this key does it too; and the name of both keys.
     pub chord: Option<(KeyCode, &'static str)>,
     /// With Shift, its key does this instead.
     pub shifted: Option<Action>,

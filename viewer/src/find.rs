@@ -45,7 +45,7 @@ pub fn find(building: &Building, text: &str) -> Vec<Found> {
     }
     let is_hit = |name: &str| name.to_lowercase().contains(&text);
     let mut found = rooms(building, &|cell| is_hit(&cell.name));
-    // Who says more of elements calls them by their ids.
+    // Models with elements name their nodes by ids.
     let [mut named, mut numbered] = nodes(building, &is_hit);
     found.append(&mut named);
     found.append(&mut kinds(building, &is_hit));

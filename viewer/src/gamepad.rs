@@ -41,7 +41,7 @@ pub enum Button {
     Select,
 }
 
-/// What a button does.
+/// Action of a button.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Does {
     Act(Action),
@@ -49,7 +49,7 @@ enum Does {
     Mode(isize),
 }
 
-/// What each button does.
+/// Actions of the buttons.
 const BUTTONS: [(Button, Does); 10] = [
     (Button::South, Does::Act(Action::Door)),
     (Button::East, Does::Act(Action::Fly)),
@@ -63,7 +63,7 @@ const BUTTONS: [(Button, Does); 10] = [
     (Button::Select, Does::Act(Action::Layer(Shown::Plan))),
 ];
 
-/// What there is, in words; buttons by where they lie.
+/// Help; buttons by their position.
 pub const HELP: [(&str, &str); 5] = [
     ("Left stick, right stick", "walk; look"),
     ("Triggers, shoulders", "down and up, flying; faster"),
@@ -72,7 +72,7 @@ pub const HELP: [(&str, &str); 5] = [
     ("Start, Select", "buttons; plan"),
 ];
 
-/// What a button does, while frames are culled by the mode with this number in [`MODES`].
+/// The action of a button, while frames are culled by the mode with this number in [`MODES`].
 pub fn action(button: Button, mode: usize) -> Option<Action> {
     let (_, does) = BUTTONS.iter().find(|(of, _)| *of == button)?;
     Some(match *does {
@@ -81,14 +81,14 @@ pub fn action(button: Button, mode: usize) -> Option<Action> {
     })
 }
 
-/// Where somebody wants to go: the left stick walks, triggers go down and up, a shoulder hurries.
+/// Movement: the left stick walks, triggers go down and up, a shoulder hurries.
 pub fn wants(held: &Held, preferences: &Preferences) -> MoveInput {
     let left = beyond_rest(held.left, preferences.dead_zone);
     let [down, up] = held.triggers.map(|trigger| beyond_rest(DVec2::new(trigger, 0.0), preferences.dead_zone).x.max(0.0));
     MoveInput { to: DVec3::new(left.x, up - down, left.y), hurry: held.shoulder }
 }
 
-/// How fast somebody turns, radians a second, to the right and up: by the right stick, finer near its middle.
+/// Turning, radians a second, to the right and up: by the right stick, finer near its middle.
 pub fn turn(held: &Held, preferences: &Preferences) -> DVec2 {
     let right = beyond_rest(held.right, preferences.dead_zone);
     let by = right * right.length() * TURN * preferences.stick;

@@ -26,13 +26,13 @@ use wgpu::{DownlevelFlags, Features};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Size of pictures, where none is given.
 const SIZE: [u32; 2] = [1280, 720];
-/// What an adapter must have, and what it is called.
+/// Features that an adapter must have, with their names.
 pub const NEEDS: [(DownlevelFlags, &str); 3] = [
     (DownlevelFlags::INDIRECT_EXECUTION, "indirect draws"),
     (DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
     (DownlevelFlags::FRAGMENT_WRITABLE_STORAGE, "storage that fragments write"),
 ];
-/// What is used where an adapter has it.
+/// Features that are used if an adapter has them.
 pub const WISHES: Features = Features::TIMESTAMP_QUERY;
 
 /// A building, opened without a window.
@@ -47,7 +47,7 @@ pub struct Headless {
 pub struct Walk<'w, 'b> {
     /// The frames.
     pub path: &'w CameraPath,
-    /// What draws them.
+    /// Draws them.
     pub renderer: Renderer<'b>,
     canvas: Canvas,
     aspect: f64,
@@ -84,7 +84,7 @@ impl Headless {
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
         walk.renderer.set_detail(args.detail.unwrap_or(Detail::Plain))?;
-        walk.renderer.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
+        walk.renderer.tubes.iter_mut().for_each(|tubes| tubes.set(args.tube_pixels, args.thin_tubes));
         walk.renderer.culling.set_min_pixels(args.min_pixels);
         self.land.take().map_or(Ok(()), |land| walk.renderer.set_ground(land))?;
         Ok(run(&mut walk))
@@ -131,12 +131,12 @@ impl<'w, 'b> Walk<'w, 'b> {
         self.path.camera(frame, self.building.file.origin, self.aspect)
     }
 
-    /// Draws a frame; nobody waits for it.
+    /// Draws a frame without waiting for it.
     pub fn draw(&mut self, request: FrameRequest<'_>) -> Result<(), String> {
         self.renderer.frame(request, &self.canvas.view, None).map_err(|e| e.to_string())
     }
 
-    /// What a frame misses.
+    /// Missed pixels of a frame.
     pub fn missed(&mut self, camera: Camera, mode: impl Into<ViewMode>) -> Result<Option<Missed>, String> {
         self.draw(FrameRequest { alarm: true, ..FrameRequest::new(camera, mode) })?;
         self.renderer.settle().map_err(|e| e.to_string())?;
@@ -181,7 +181,7 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
     let mut renderer = Renderer::new(gpu, &held.building, oracle, size, PICTURE)?;
     held.land.take().map_or(Ok(()), |land| renderer.set_ground(land))?;
-    renderer.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
+    renderer.tubes.iter_mut().for_each(|tubes| tubes.set(args.tube_pixels, args.thin_tubes));
     renderer.culling.set_min_pixels(args.min_pixels);
     let mut session = Session::new(&held.building, renderer);
     session.view.mode = args.mode.unwrap_or(session.view.mode);

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use winit::keyboard::KeyCode;
 
-/// What a key is for.
+/// An action or a movement, which has a key.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Bound {
     /// Does something once.
@@ -25,7 +25,7 @@ const LETTERS: usize = 24;
 /// Which key does what.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct KeyMap {
-    /// What isn't as in the table.
+    /// Keys that differ from the table.
     changed: Vec<(Bound, KeyCode)>,
     /// Entries of the settings that mean nothing, and why.
     ignored: Vec<String>,
@@ -49,7 +49,7 @@ impl KeyMap {
         self.key(Bound::Hold(hold)).is_some_and(is_down)
     }
 
-    /// What a key does once, while Ctrl or Shift is held.
+    /// The action of a key, with Ctrl or Shift held.
     pub fn action(&self, code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
         let chord = |entry: &&Entry| entry.chord.is_some_and(|(of, _)| ctrl && of == code);
         if let Some(entry) = TABLE.iter().find(chord) {
@@ -113,7 +113,7 @@ impl KeyMap {
         (!told.is_empty()).then(|| format!("keys in the settings that are ignored: {told}"))
     }
 
-    /// What a key is for, and its label.
+    /// The action or movement of a key, and its label.
     fn of(&self, code: KeyCode) -> Option<(Bound, &'static str)> {
         all().find(|(bound, ..)| self.key(*bound) == Some(code)).map(|(bound, _, _, label)| (bound, label))
     }
@@ -171,7 +171,7 @@ impl<'d> Deserialize<'d> for KeyMap {
 
 /// A key in words.
 pub fn name_of(code: KeyCode) -> String {
-    // What the table says, if that is one key.
+    // The name in the table, if that is one key.
     if let Some((_, _, name, _)) = all().find(|(_, of, name, _)| *of == code && !name.contains(['+', ','])) {
         return name.to_owned();
     }
@@ -238,7 +238,7 @@ mod tests {
         assert_eq!(map.give(FLY, KeyCode::KeyF), Err("F is for Freeze already".to_owned()));
         assert_eq!(map.give(AHEAD, KeyCode::Escape), Err("Esc stays as it is".to_owned()));
         assert!(map.is_usual());
-        // What nobody has any more is free.
+        // A key that no action has is free.
         map.give(Bound::Act(Action::Freeze), KeyCode::F20).unwrap();
         map.give(FLY, KeyCode::KeyF).unwrap();
         assert_eq!(map.action(KeyCode::KeyF, [false; 2]), Some(Action::Fly));

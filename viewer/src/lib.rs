@@ -1,7 +1,7 @@
 //! The window onto Enfilade: walk through a building, and see what is not drawn.
 //!
-//! [`draw::frame`] is a frame from top to bottom. [`session`] is what a person does in a building, without a window, so that pictures and
-//! tests run the same code; [`app`] is the window. [`delayed_queries`] chooses occlusion queries whose answers nobody waits for.
+//! [`commands`] is the table of all actions. [`session`] is a visit to a building without a window, so that pictures and tests run the same
+//! code; [`app`] is the window. [`ui`] has the panels. [`draw::frame`] lists the passes of a frame. [`culling`] decides what they draw.
 
 pub mod app;
 pub mod args;

@@ -34,7 +34,7 @@ impl OutputFiles {
         let mut failed = String::new();
         for folder in &self.folders {
             let mut paths = (1u32..).map(|number| folder.join(format!("{}-{number}.{end}", self.name)));
-            // What was written a moment ago by somebody else isn't replaced either.
+            // A file that another process has just written is not replaced either.
             let made = paths.find_map(|path| match File::create_new(&path) {
                 Err(e) if e.kind() == ErrorKind::AlreadyExists => None,
                 made => Some((path, made)),

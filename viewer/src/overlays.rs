@@ -1,4 +1,4 @@
-//! What is marked in the picture: portals, narrowed frusta, what was picked.
+//! Lines and faces over the scene: portals, narrowed frusta, picked objects.
 
 use crate::culling::Decision;
 use crate::draw::lines::{Overlay, Tint};

@@ -14,7 +14,7 @@ use wgpu::{TextureFormat, TextureUsages, TextureView};
 /// First frames that drivers compile in: they are drawn, and not counted.
 const WARM_UP: usize = 2;
 
-/// What a frame of the path cost.
+/// The cost of a frame of the path.
 #[derive(Clone, Copy, PartialEq, Debug, Default, serde::Serialize)]
 pub struct Cost {
     /// Milliseconds of all of it: culling, drawing, and waiting for the device.
@@ -99,7 +99,7 @@ impl<'b> Profile<'b> {
         let request = |alarm| FrameRequest { alarm, ..FrameRequest::new(camera, self.mode) };
         // 1. As it is, and how long that takes.
         let marking = renderer.marking();
-        // What a frozen view shows beside is no part of a frame's time.
+        // The grey glass of a frozen view is not timed.
         renderer.shows_culled = false;
         renderer.set_marking(Marking::Off)?;
         let start = Instant::now();

@@ -54,7 +54,7 @@ impl Screen {
         Ok(Self { surface, config, device: gpu.device.clone(), gpu: Some(gpu), egui })
     }
 
-    /// What its panels are made in.
+    /// The context of its panels.
     pub fn context(&self) -> &egui::Context {
         &self.egui.context
     }

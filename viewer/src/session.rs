@@ -69,17 +69,17 @@ const NOTE: f64 = 5.0;
 pub struct Session<'b> {
     /// The building.
     pub document: Document<'b>,
-    /// What draws it; doors stand there as they are drawn.
+    /// Draws it, and holds the state of its doors.
     pub renderer: Renderer<'b>,
     /// The walker, the camera and paths.
     pub motion: Motion,
-    /// What was picked or found.
+    /// Picked and found objects.
     pub selection: Selection,
-    /// What is shown.
+    /// View settings.
     pub view: ViewSettings,
     /// Preferences and keys of the person.
     pub user: User,
-    /// What explains the culling.
+    /// State of the tools that explain the culling.
     pub insight: Insight<'b>,
     /// The section.
     pub section: Cut,
@@ -128,7 +128,7 @@ struct Times {
     rest_ms: f64,
 }
 
-/// What goes on when more is known of a building and a new session replaces this one.
+/// State that a session hands to the next one, when more is known of the building.
 pub struct Ongoing {
     view: ViewSettings,
     paths: Paths,
@@ -322,7 +322,7 @@ impl<'b> Session<'b> {
         self.renderer.frame(request, picture, painter).map_err(|e| e.to_string())
     }
 
-    /// What is on the screen without the panels.
+    /// The picture on the screen without the panels.
     ///
     /// # Errors
     ///
@@ -342,7 +342,7 @@ impl<'b> Session<'b> {
         self.tell_saved(saved);
     }
 
-    /// What was missed, in a line.
+    /// Missed pixels, in a line.
     pub fn say_missed(&self, missed: &Missed) -> String {
         let first = missed.objects.first().map(|&(object, pixels)| {
             let objects = &self.document.building.scene.objects;

@@ -1,32 +1,32 @@
-//! Out of what somebody is shut in: a counter, a wall, a mass of rock.
+//! Moves a walker out of a solid: a counter, a wall, a mass of rock.
 
 use crate::body::{EYE, Passes, STEP, Space, around};
 use crate::collision::Solid;
 use glam::{DVec3, Vec3Swizzles};
 
-/// Heights above the floor, metres, of the level rays that tell whether somebody is in something: a table's, a counter's, the chest's.
+/// Heights above the floor, metres, of the level rays that test whether a walker is in a solid: a table's, a counter's, the chest's.
 const HEIGHTS: [f64; 3] = [0.6, 0.8, 1.3];
 /// How many directions they go in.
 const DIRECTIONS: usize = 16;
-/// From within something, so many of them meet backs. Less: who stands behind a screen that shows one side only is moved. All: one crack
-/// keeps somebody in.
+/// Within a solid, this share of the rays meets backs of faces. Less: walkers behind a one-sided screen are moved. All: one crack keeps a
+/// walker in.
 const BACKS: f64 = 0.85;
-/// Faces so much nearer than a body is broad, metres, are in it. Less: who leans on a wall is in it.
+/// Faces this much nearer than the body's radius, metres, cross the body. Less: leaning on a wall counts as stuck.
 const DEEP: f64 = 0.05;
 /// Rings around, metres: how far apart they are, and the last one's radius. Farther: the next building.
 const RINGS: (f64, f64) = (0.2, 6.0);
 /// Places on a ring.
 const ON_A_RING: usize = 24;
-/// How much nearer a place at the same height may seem than one above or below.
+/// Cost of a metre of height, in metres of distance.
 const OTHER_STOREY: f64 = 3.0;
 /// Points along each side of a model that are looked at from above.
 const FROM_ABOVE: usize = 8;
 
-/// Tells whether somebody is in something.
+/// Tests whether a walker is in a solid.
 struct Inside<'a> {
     space: Space<'a>,
     radius: f64,
-    /// Whether faces say which of their sides is out. Where those that are seen from above show their backs, they don't.
+    /// Whether fronts of faces point outwards. If faces show their backs from above, they do not.
     has_sides: bool,
 }
 
@@ -51,8 +51,8 @@ impl<'a> Inside<'a> {
     }
 }
 
-/// Where somebody of this radius who is in something gets out of it: the eye at the nearest place where they fit. `None` for who is in
-/// nothing, and where there is no such place within some metres.
+/// The eye at the nearest place where a body of this radius fits. `None` if the walker is in no solid, and if there is no such place within
+/// some metres.
 pub fn way_out(solid: &Solid<'_>, eye: DVec3, radius: f64, passes: Passes<'_>) -> Option<DVec3> {
     let (inside, feet) = (Inside::new(solid, radius, passes), eye - DVec3::Y * EYE);
     if !inside.holds(feet) {

@@ -240,20 +240,13 @@ fn golden(name: &str) -> PathBuf {
 }
 
 fn read(path: &Path) -> Option<Vec<[u8; 3]>> {
-    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).ok()?)).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!(info.color_type, png::ColorType::Rgb);
-    Some(bytes[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect())
+    path.exists().then(|| common::read(path))
 }
 
 fn write(path: &Path, picture: &[[u8; 3]]) {
     std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-    let to = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
-    let mut encoder = png::Encoder::new(to, SIZE[0] as u32, SIZE[1] as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::High);
-    encoder.write_header().unwrap().write_image_data(picture.as_flattened()).unwrap();
+    let [width, height] = SIZE.map(|side| side as u32);
+    image::save_buffer(path, picture.as_flattened(), width, height, image::ColorType::Rgb8).unwrap();
 }
 
 /// The picture once it stands still.

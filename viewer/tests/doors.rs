@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, needs_device, shipped};
+use common::{building, needs_device};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
@@ -25,7 +25,6 @@ use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 
 const SIZE: [u32; 2] = [160, 90];
 
@@ -343,46 +342,4 @@ fn a_frozen_view_shows_a_leaf_where_it_is() {
     let shut = picture(&mut visit);
     assert!(differ(&open, &shut) > 3000, "{} pixels changed", differ(&open, &shut));
     assert_eq!(drawn, objects(&visit), "what is frozen stays");
-}
-
-/// Half of them by either oracle.
-const STEPS: usize = 5000;
-
-/// Ten thousand steps in each building of `ENFILADE_WALKS` (files with colons between; those of `data/buildings` unless given), every step in
-/// another mode, by either oracle.
-#[test]
-#[ignore = "takes minutes; for figures"]
-fn ten_thousand_steps_miss_no_pixel() {
-    let own = || ["villa_rotonda", "office", "gallery100"].map(|name| shipped(name, "glb").display().to_string()).join(":");
-    let files = std::env::var("ENFILADE_WALKS").unwrap_or_else(|_| own());
-    let mut all = 0;
-    for file in files.split(':') {
-        let building = Building::open(Path::new(file), None, &|_, _| {}, &AtomicBool::new(false), None).unwrap();
-        for oracle in [Oracle::Software, Oracle::Device] {
-            let mut visit = Visit::new(&building, oracle, SIZE, 3);
-            let modes = ways(oracle);
-            let (mut pixels, mut frames, mut plain, mut worst, mut shut) = (0, 0, 0, (0, String::new()), 0);
-            let start = std::time::Instant::now();
-            for step in 0..STEPS {
-                visit.step(step);
-                let mode = modes[step % modes.len()];
-                let missed = visit.missed(mode);
-                shut += visit.doors().iter().filter(|d| d.is_shut()).count();
-                (pixels, frames) = (pixels + missed.pixels, frames + u32::from(missed.pixels > 0));
-                plain += if mode.of_library().has_queries() && oracle == Oracle::Software { 0 } else { missed.pixels };
-                if missed.pixels > worst.0 {
-                    worst = (missed.pixels, format!("step {step}, {mode}: {missed:?}"));
-                }
-            }
-            let (count, shut, seconds) = (visit.doors().len(), shut as f64 / STEPS as f64, start.elapsed().as_secs_f64());
-            println!(
-                "{file}, {oracle:?}: {count} doors, {shut:.1} shut, {pixels} pixels missed in {frames} frames, {seconds:.0} s; {}",
-                worst.1
-            );
-            assert_eq!(plain, 0, "{file}: missed without the software's answers");
-            all += pixels;
-        }
-    }
-    // Of rounding at edges, by the software's answers.
-    assert!(all <= AT_EDGES * files.split(':').count() as u32 * 3, "{all} pixels");
 }

@@ -119,31 +119,8 @@ fn golden_pictures() {
         }
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         let picture = canvas.read(&session.renderer.gpu).unwrap();
-        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("png");
-        if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
-            picture.save(&golden).unwrap();
-        }
-        let wanted = read(&golden);
-        assert_eq!(wanted.len(), picture.pixels().len(), "{name}: size");
-        // Drivers differ at edges: few pixels may, by any amount.
-        let differs = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 12);
-        let different = picture.pixels().iter().zip(&wanted).filter(|&(a, b)| differs((a, b))).count();
-        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.png"));
-        picture.save(&out).unwrap();
-        assert!(different * 100 <= wanted.len(), "{name}: {different} pixels differ; see {}", out.display());
-        // A picture of nothing would be of one colour.
-        let first = wanted[0];
-        assert!(wanted.iter().filter(|p| **p != first).count() * 4 > wanted.len(), "{name} shows nothing");
+        common::compare(name, &picture);
     }
-}
-
-fn read(path: &Path) -> Vec<[u8; 3]> {
-    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!(info.color_type, png::ColorType::Rgb);
-    bytes[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 #[test]

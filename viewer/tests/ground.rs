@@ -477,19 +477,7 @@ fn the_golden_picture_of_ground() {
     session.motion.walker = Walker::new(DVec3::new(45.0, 18.0, 60.0), DVec3::new(-0.6, -0.2, -0.9), true);
     drawn(&canvas, &mut session);
     let picture = canvas.read(&session.renderer.gpu).unwrap();
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/ground.png");
-    if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
-        picture.save(&golden).unwrap();
-    }
-    picture.save(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden_ground.png")).unwrap();
-    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&golden).unwrap())).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut bytes).unwrap();
-    let (wanted, _) = bytes.as_chunks::<3>();
-    assert_eq!(wanted.len(), picture.pixels().len());
-    let differs = |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 12);
-    let different = picture.pixels().iter().zip(wanted).filter(differs).count();
-    assert!(different * 100 <= wanted.len(), "{different} pixels differ");
+    common::compare("ground", &picture);
 }
 
 #[test]

@@ -43,14 +43,6 @@ fn visit(test: &str) -> Option<(Canvas, Session<'static>, PathBuf)> {
     Some((canvas, session, folder))
 }
 
-fn read(path: &Path) -> Vec<[u8; 3]> {
-    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!((info.width, info.height, info.color_type), (SIZE[0], SIZE[1], png::ColorType::Rgb));
-    bytes[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
-}
-
 #[test]
 fn a_screenshot_is_what_is_drawn_without_the_panels() {
     let Some((canvas, mut session, folder)) = visit("a_screenshot_is_what_is_drawn_without_the_panels") else { return };
@@ -72,7 +64,7 @@ fn a_screenshot_is_what_is_drawn_without_the_panels() {
     session.act(Action::Screenshot);
     session.act(Action::Screenshot);
     for name in ["villa-1.png", "villa-2.png"] {
-        let different = read(&folder.join(name)).iter().zip(&bare).filter(|(a, b)| a != b).count();
+        let different = common::read(&folder.join(name)).iter().zip(&bare).filter(|(a, b)| a != b).count();
         assert_eq!(different, 0, "{name} of {} pixels", bare.len());
     }
     // And it is told, once the line has its size.
@@ -218,4 +210,22 @@ fn what_a_button_toggles_is_on_or_off() {
             }
         }
     }
+}
+
+/// A window may be as small as one pixel.
+#[test]
+fn all_panels_fit_into_a_window_of_one_pixel() {
+    let Some((_, mut session, _)) = visit("all_panels_fit_into_a_window_of_one_pixel") else { return };
+    let panels = [Shown::Plan, Shown::Matrix, Shown::Graphs, Shown::Keys, Shown::Names].map(Action::Layer);
+    let others =
+        [Action::Menu, Action::Preferences, Action::Find, Action::Section, Action::Pick, Action::Split, Action::Waste];
+    panels.into_iter().chain(others).for_each(|action| session.act(action));
+    for size in [[1, 1], [1, 200], [300, 1], [2, 2], SIZE] {
+        session.resize(size);
+        let canvas = Canvas::new(&session.renderer.gpu, size);
+        for _ in 0..3 {
+            session.draw(&canvas.view, RawInput::default(), 0.1).unwrap();
+        }
+    }
+    session.renderer.settle().unwrap();
 }

@@ -99,14 +99,14 @@ fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
     for (mode, oracle) in software.chain([(FrameMode::Chc.into(), Oracle::Device)]) {
         for thin in [Thin::Off, Thin::Weighed] {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
-            walk.renderer.pipes.as_mut().unwrap().look.thin = thin;
+            walk.renderer.tubes.as_mut().unwrap().look.thin = thin;
             if mode == FrameMode::Both.into() {
                 walk.renderer.set_detail(Detail::Full).unwrap();
             }
             for frame in (0..path.frames.len()).step_by(9) {
                 let missed = walk.missed(walk.camera(frame), mode).unwrap().expect("counted");
                 assert_eq!(missed.pixels, 0, "{mode} by {oracle:?}, {thin:?}, frame {frame}: {missed:?}");
-                let pipes = walk.renderer.pipes.as_ref().unwrap();
+                let pipes = walk.renderer.tubes.as_ref().unwrap();
                 drawn.insert((mode.name(), frame), pipes.drawn.chosen().segments);
                 assert!(pipes.drawn.chosen().segments <= pipes.all.chosen().segments);
             }
@@ -171,7 +171,7 @@ fn black<'b>(building: &'b Building, thin: Thin) -> (Canvas, Renderer<'b>) {
     let canvas = Canvas::new(&gpu, SIZE);
     let mut renderer = Renderer::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
     renderer.paint(vec![[0; 3]; building.scene.objects.len()]);
-    renderer.pipes.as_mut().unwrap().look.thin = thin;
+    renderer.tubes.as_mut().unwrap().look.thin = thin;
     (canvas, renderer)
 }
 
@@ -211,10 +211,10 @@ fn pixels_are_those_of_the_bands() {
         (dvec3(6.0, 4.0, 5.0), 0.2, 0.05),
     ] {
         let camera = Camera::look_at(eye - origin, dvec3(0.0, 1.2, 0.0) - origin, angle, 320.0 / 180.0);
-        renderer.pipes.as_mut().unwrap().look.limit = limit;
+        renderer.tubes.as_mut().unwrap().look.limit = limit;
         let seen = shot(&mut renderer, &canvas, camera);
         let scene = &building.scene;
-        let selection = &renderer.pipes.as_ref().unwrap().drawn.selection;
+        let selection = &renderer.tubes.as_ref().unwrap().drawn.selection;
         let mut triangles = Vec::new();
         let is_within = |band: &enfilade_tubes::Band| band.ends().iter().any(|at| at.fract() > 0.0);
         if angle < 1.0 {
@@ -332,7 +332,7 @@ fn pipes_that_lead_away_weigh_what_they_cover() {
     let (canvas, mut renderer) = black(&building, Thin::Weighed);
     let seen = shot(&mut renderer, &canvas, camera);
     let sum: f64 = seen.pixels().iter().map(|colour| weight(*colour).max(0.0)).sum();
-    assert!(renderer.pipes.as_ref().unwrap().drawn.chosen().segments <= 2);
+    assert!(renderer.tubes.as_ref().unwrap().drawn.chosen().segments <= 2);
     assert!((sum / area - 1.0).abs() < 0.05, "{sum} of {area} pixels");
 }
 
@@ -348,7 +348,7 @@ fn sections_take_far_fewer_bytes_than_meshes() {
     }
     let building = alone(&tubes, 1e4);
     let (_, renderer) = black(&building, Thin::Off);
-    let pipes = renderer.pipes.as_ref().unwrap();
+    let pipes = renderer.tubes.as_ref().unwrap();
     let segments: u64 = building.scene.tubes.tubes.iter().map(|tube| tube.segments().len() as u64).sum();
     let triangles = 36 * segments;
     assert!(72 * pipes.bytes <= 72 * triangles, "{} bytes for {triangles} triangles of 72", pipes.bytes);
@@ -373,7 +373,7 @@ fn sides_are_shown_where_there_are_tubes() {
     // A building without any.
     let plain = common::building("villa_rotonda");
     let (_, mut session) = common::visit(&plain, Oracle::Software, SIZE);
-    assert!(session.renderer.pipes.is_none());
+    assert!(session.renderer.tubes.is_none());
     session.act(Action::Tubes);
     assert!(!session.is_on(Action::Tubes));
 }

@@ -1,4 +1,4 @@
-//! What is held down, on the keyboard and on a gamepad, as a walk.
+//! Movement by held keys and by a gamepad.
 
 use super::App;
 use crate::commands::Hold;
@@ -10,7 +10,7 @@ use glam::DVec3;
 
 /// Radians of a second that an arrow key is held.
 const ARROW: f64 = 1.6;
-/// With `--steps`, so many times so many seconds pass where a key or a button goes down, and none otherwise.
+/// With `--steps`, time passes only after a key or a button goes down: a number of steps, and the seconds of a step.
 const STEPS: (u32, f64) = (5, 0.1);
 
 impl App<'_> {

@@ -12,7 +12,7 @@ use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use wgpu::{BufferUsages, CommandEncoder, ShaderStages, TextureFormat};
 
-/// What a frame missed.
+/// Missed pixels of a frame.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Missed {
     /// Which frame.
@@ -23,7 +23,7 @@ pub struct Missed {
     pub objects: Vec<(ObjectId, u32)>,
 }
 
-/// Ground may be drawn so many pixels from where it is compared, at most: far more, and what is missed would go unseen.
+/// Greatest distance, pixels, between ground that is drawn and ground that is compared. More: missed ground would not be found.
 const FARTHEST: f32 = 8.0;
 
 /// Records a comparison of the frame with a picture of everything: missed pixels are magenta.
@@ -52,7 +52,7 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// For so many objects, what was made and ground; pictures are of `format`.
+    /// For a number of objects, leaves that the viewer made, and ground; pictures are of `format`.
     pub fn new(gpu: &Gpu, objects: usize, format: TextureFormat) -> Self {
         let kinds = [DEPTH_TEXTURE, DEPTH_TEXTURE, ITEM_TEXTURE, WRITABLE, UNIFORM];
         let layout = bind::layout(gpu, ShaderStages::FRAGMENT, &kinds);
@@ -107,7 +107,7 @@ impl Alarm {
         self.read.map();
     }
 
-    /// What has come, one frame after the other.
+    /// The next frame that has been read.
     pub fn receive(&mut self) -> Option<Missed> {
         self.read
             .receive(|frame, view| {

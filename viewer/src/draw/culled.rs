@@ -1,4 +1,4 @@
-//! What was culled, shown over a frozen frame as one layer of grey glass.
+//! Culled objects over a frozen frame, as one layer of grey glass.
 
 use super::bind::{self, COLOUR_TEXTURE, DEPTH_TEXTURE, view};
 use super::frame::{FrameContext, Passes};
@@ -22,7 +22,7 @@ pub struct Culled {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     format: TextureFormat,
-    /// What the layer is drawn into, and its size.
+    /// Size and texture of the layer.
     layer: Option<([u32; 2], TextureView)>,
     runs: Runs,
 }

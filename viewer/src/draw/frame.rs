@@ -19,7 +19,7 @@ use super::renderer::Renderer;
 use super::slice::Section;
 use super::targets::Targets;
 use super::timer::Timer;
-use super::tubes::Pipes;
+use super::tubes::TubeRenderer;
 use super::{alarm, caps, certain, culled, decided, full, lines, marks, mirror};
 use crate::building::Building;
 use crate::culling::{Asks, Decision};
@@ -32,7 +32,7 @@ use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
 use wgpu::{CommandEncoder, TextureView};
 
-/// What a client wants of a frame.
+/// A frame to draw.
 pub struct FrameRequest<'w> {
     /// The camera that draws.
     pub camera: Camera,
@@ -76,7 +76,7 @@ pub trait Painter {
     fn paint(&mut self, pass: wgpu::RenderPass<'static>);
 }
 
-/// What every pass of a frame can read.
+/// The state that all passes of a frame read.
 pub struct FrameContext<'f> {
     /// The device.
     pub gpu: &'f Gpu,
@@ -96,7 +96,7 @@ pub struct FrameContext<'f> {
     pub camera: Camera,
     /// The same on the device.
     pub eye: &'f CameraBinding,
-    /// What culling decided.
+    /// The decision of the culling.
     pub decision: &'f Decision,
     /// Queries of the device.
     pub delayed: &'f DelayedQueries,
@@ -104,14 +104,14 @@ pub struct FrameContext<'f> {
     pub doors: &'f Doors,
     /// Leaves of doors.
     pub leaves: &'f Leaves,
-    /// What is drawn.
+    /// The lists of the frame.
     pub lists: &'f DrawLists,
-    /// What is hidden by hand.
+    /// Objects hidden by hand.
     pub hidden: &'f Hidden,
     /// Ground.
     pub terrain: Option<&'f Terrain>,
     /// Tubes.
-    pub tubes: Option<&'f Pipes>,
+    pub tubes: Option<&'f TubeRenderer>,
     /// Lines and faces over the scene.
     pub overlay: &'f Overlay,
     /// The plane that cuts.
@@ -124,7 +124,7 @@ pub struct FrameContext<'f> {
     pub is_smooth: bool,
     /// The alarm is on.
     pub alarm: bool,
-    /// What was culled is shown.
+    /// Show culled objects.
     pub shows_culled: bool,
     /// Mirrors are drawn.
     pub has_mirrors: bool,
@@ -182,7 +182,7 @@ pub(super) fn candidates<'d>(
     decision.objects.iter().copied().chain(asked.iter().map(|(_, object)| *object))
 }
 
-/// What passes keep from frame to frame.
+/// State of the passes.
 pub struct Passes {
     /// Materials and light; made when they are first drawn.
     pub full: Option<Full>,
@@ -192,7 +192,7 @@ pub struct Passes {
     pub alarm: Alarm,
     /// Caps of sections; made when they are first seen.
     pub caps: Option<Caps>,
-    /// What was culled.
+    /// Culled objects.
     pub culled: Culled,
     /// Lines and faces over the scene.
     pub lines: Lines,
@@ -209,9 +209,9 @@ pub struct Passes {
 /// Passes whose begin or end may be timed, in order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Timed {
-    /// What is certain to be drawn.
+    /// Objects that are certain to be drawn.
     Certain,
-    /// What the device decides.
+    /// Objects that the device decides about.
     Decided,
     /// Over the scene.
     Overlay,

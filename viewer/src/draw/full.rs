@@ -14,7 +14,7 @@ use super::shade::Shade;
 use super::smooth::{SAMPLES, Smooth};
 use super::sun::Sun;
 use super::surfaces::{self, Surfaces};
-use super::tubes::{List, Pipes};
+use super::tubes::{List, TubeRenderer};
 use super::tubes_full::TubesInSun;
 use crate::building::Building;
 use crate::looks::{SKY, Surface};
@@ -48,17 +48,17 @@ pub(super) const FULL: &str = concat!(include_str!("geometry.wgsl"), include_str
 /// Entry points of what nothing cuts.
 const NAMES: [&str; 6] = ["lit", "nothing", "solid", "masked", "glass", "screen_depth"];
 
-/// What draws with several samples a pixel.
+/// Pipelines and targets for several samples a pixel.
 struct Many {
     materials: MaterialPipelines,
     sky: wgpu::RenderPipeline,
     smooth: Smooth,
 }
 
-/// What draws a scene as it looks.
+/// Draws a scene with materials and light.
 pub struct Full {
     materials: MaterialPipelines,
-    /// What is behind a plane isn't drawn: with a section, and in mirrors. Made when it is first wanted.
+    /// Pipelines that cut at a plane: for sections and mirrors. Made when they are first needed.
     cut: Option<MaterialPipelines>,
     is_cut: bool,
     /// Made when it is first wanted.
@@ -83,7 +83,7 @@ pub struct Full {
     seen_through: Draws,
 }
 
-/// What is seen through in a frame, by how it is drawn.
+/// Transparent objects of a frame, by how they are drawn.
 #[derive(Default)]
 struct Sorted {
     masked: Vec<Range<u32>>,
@@ -174,7 +174,7 @@ impl Full {
     pub fn new(
         gpu: &Gpu,
         pipelines: &Pipelines,
-        (mesh, pipes): (&Mesh, Option<&Pipes>),
+        (mesh, tubes): (&Mesh, Option<&TubeRenderer>),
         building: &Building,
         is_leaf: &[bool],
         format: TextureFormat,
@@ -195,9 +195,9 @@ impl Full {
             first_coordinates: filled(&first),
             ..pipelines.geometry.clone()
         };
-        let of_tubes = |pipes| TubesInSun::new(gpu, pipelines, pipes, [&layout, &sun.layout], format);
+        let of_tubes = |tubes| TubesInSun::new(gpu, pipelines, tubes, [&layout, &sun.layout], format);
         Ok(Self {
-            tubes: pipes.map(of_tubes),
+            tubes: tubes.map(of_tubes),
             materials: MaterialPipelines::new(gpu, &groups, &module, (format, 1), NAMES),
             cut: None,
             is_cut: false,
@@ -271,7 +271,7 @@ impl Full {
         }
     }
 
-    /// What casts shadows has changed.
+    /// Objects that cast shadows have changed.
     pub fn doors_moved(&mut self) {
         self.sun.is_new = true;
     }
@@ -281,9 +281,9 @@ impl Full {
         let FrameContext { gpu, mesh, is_transparent, hidden, lists, .. } = frame;
         let casts = |o: &usize| !is_transparent[*o] && !self.is_sky[*o] && !mesh.is_hidden(ObjectId(*o as u32));
         let casting = (0..is_transparent.len()).filter(casts).map(|o| &mesh.ranges[o]);
-        if let (Some(tubes), Some(pipes), true) = (&mut self.tubes, frame.tubes, self.sun.is_new) {
-            let objects = pipes.objects().filter(|o| !mesh.is_hidden(*o));
-            tubes.cast_by(gpu, &frame.building.scene, pipes, &self.sun.at(), objects);
+        if let (Some(tubes), Some(source), true) = (&mut self.tubes, frame.tubes, self.sun.is_new) {
+            let objects = source.objects().filter(|o| !mesh.is_hidden(*o));
+            tubes.cast_by(gpu, &frame.building.scene, source, &self.sun.at(), objects);
         }
         let leaves = if hidden.is_any { &hidden.shown_leaves } else { &lists.all_leaves };
         self.sun.cast(frame.pipelines, casting, (frame.leaves, leaves), self.tubes.as_ref(), commands);
@@ -354,7 +354,7 @@ impl Full {
         }
     }
 
-    /// What is certain: solid things and leaves of doors, then pictures with holes.
+    /// Draws opaque objects and leaves of doors, then pictures with holes.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, draws: &Draws, leaves: (&Leaves, &Drawn)) {
         // Depth of all first: only what shows is shaded.
         let materials = self.materials();
@@ -368,7 +368,7 @@ impl Full {
         self.seen_through.first(pass, &materials.masked);
     }
 
-    /// What the device decided to draw of solid things.
+    /// Draws the opaque objects that the device decided about.
     pub fn draw_decided(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, draws: &Draws) {
         self.bind(pass, eye);
         let materials = self.materials();

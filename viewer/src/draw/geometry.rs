@@ -15,7 +15,7 @@ pub struct Geometry {
     pub corners: Buffer,
     /// See the shader.
     pub words: Buffer,
-    /// What triangles are made of; nobody looks at these three unless they are drawn as they look.
+    /// Materials of triangles. Only detail `full` and `smooth` read these three.
     pub made_of: Buffer,
     /// See the shader.
     pub coordinates: Buffer,
@@ -23,7 +23,7 @@ pub struct Geometry {
     pub first_coordinates: Buffer,
 }
 
-/// What binds them.
+/// Layout of their group.
 pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     bind::layout(gpu, ShaderStages::VERTEX, &[STORAGE; 6])
 }

@@ -39,9 +39,9 @@ struct List {
 
 /// A ground that is drawn.
 pub struct Terrain {
-    /// What it is of.
+    /// Its tiles.
     pub land: Land,
-    /// What the last frame showed.
+    /// The selection of the last frame.
     pub shown: Shown,
     /// All that the alarm holds against it.
     whole: GroundScratch,
@@ -143,7 +143,7 @@ impl Terrain {
         self.shown.scratch.worst() + self.whole.worst()
     }
 
-    /// What holds for all patches: `Land` of the shader.
+    /// Uniforms: `Land` of the shader.
     fn words(&self, camera: &Camera, look: Look) -> [u32; LAND as usize / 4] {
         let header = self.land.ground.header();
         let size = header.grid.size();

@@ -32,7 +32,7 @@ const GROUP: u32 = 64;
 /// Workgroups in a row, likewise.
 const ROW: u32 = 1024;
 
-/// What the device keeps of objects from frame to frame, and what it draws of them.
+/// Object states on the device, and the draws that it makes of them.
 pub struct Hiz {
     early: ComputePipeline,
     late: ComputePipeline,
@@ -58,7 +58,7 @@ pub struct Hiz {
     list: List,
 }
 
-/// What is in the frustum.
+/// Objects in the frustum.
 #[derive(Default)]
 struct List {
     /// Whether one sees through it, how near it is, the first corner, and the object.
@@ -180,7 +180,7 @@ impl Hiz {
         self.read.map();
     }
 
-    /// What the device drew of the list, of the last frame that is heard of.
+    /// Objects and triangles that the device drew in the last frame that has been read.
     pub fn receive(&mut self) -> Option<ByDevice> {
         let mut last = None;
         while let Some(counts) = self.read.receive(|(), view| {

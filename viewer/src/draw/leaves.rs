@@ -120,7 +120,7 @@ impl Leaves {
     }
 }
 
-/// What is solid of a door, then what is glass.
+/// Opaque triangles of a door, then glass.
 fn in_order(door: &Door) -> impl Iterator<Item = ([DVec3; 3], Option<&Facet>)> {
     let of = |glass: bool| door.drawn().filter(move |(_, f)| f.is_some_and(|f| f.glass) == glass);
     of(false).chain(of(true))

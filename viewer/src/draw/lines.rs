@@ -13,7 +13,7 @@ pub type Tint = [u8; 4];
 /// Pieces of a ribbon.
 const PIECES: usize = 16;
 
-/// What is to be drawn over the scene.
+/// Lines and faces over the scene.
 #[derive(Default)]
 pub struct Overlay {
     /// Two corners a line.

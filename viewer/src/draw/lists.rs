@@ -1,4 +1,4 @@
-//! What a frame draws: culling, then lists of objects, leaves and tubes, then uploads.
+//! Before the passes of a frame: culling, then lists of objects, leaves and tubes, then uploads.
 
 use super::draws::Draws;
 use super::frame::{FrameContext, FrameRequest, Passes, candidates};
@@ -104,7 +104,7 @@ impl<'b> Renderer<'b> {
         self.doors.seen(decision, &mut lists.reached, &mut lists.doors);
         self.leaves.list(&lists.doors, &mut lists.leaves);
         // 3. Tubes. All that queries decide about is drawn: their answers cannot choose bands.
-        let Some(tubes) = &mut self.pipes else { return };
+        let Some(tubes) = &mut self.tubes else { return };
         let has_queries = request.culled_by.is_some() && decision.asks == Asks::Queries;
         let is_shown = |o: ObjectId| !mesh.is_hidden(o);
         let objects = candidates(decision, &culling.delayed, has_queries).filter(|o| is_shown(*o));
@@ -133,7 +133,7 @@ impl<'b> Renderer<'b> {
         self.cap(request.camera.eye.as_dvec3());
     }
 
-    /// What passes read, and what they keep; `None` before anything was decided.
+    /// The context and the passes; `None` before the first decision.
     pub(super) fn context<'f>(
         &'f mut self,
         request: &'f FrameRequest<'_>,
@@ -158,7 +158,7 @@ impl<'b> Renderer<'b> {
             lists: &self.lists,
             hidden: &self.hidden,
             terrain: self.terrain.as_ref(),
-            tubes: self.pipes.as_ref(),
+            tubes: self.tubes.as_ref(),
             overlay: request.overlay,
             section: self.section,
             marking: self.marking,

@@ -1,6 +1,6 @@
 //! Which triangles of a frame are drawn and seen, which are drawn in vain, and which are culled; and how many pixels each kind fills.
 //!
-//! What the culling decided is drawn once more, by its own camera, as numbers of triangles; what has a pixel there is seen.
+//! The drawn set is drawn once more, by the camera that culled, as numbers of triangles; triangles with a pixel are seen.
 
 use super::bind::{self, ITEM_TEXTURE, STORAGE, WRITABLE, view};
 use super::draws::Draws;
@@ -40,7 +40,7 @@ pub enum Marking {
 pub struct Marked {
     /// The frame that decided what is drawn.
     pub frame: u64,
-    /// Pixels that triangles of each kind fill, in the order of [`KINDS`], whatever lies before them.
+    /// Pixels that triangles of each kind fill, hidden ones included, in the order of [`KINDS`].
     pub pixels: [u64; 3],
     drawn: Vec<u32>,
     seen: Vec<u32>,
@@ -77,7 +77,7 @@ pub struct Marks {
     tinted: [wgpu::RenderPipeline; 2],
     marks: wgpu::Buffer,
     eye: CameraBinding,
-    /// The first words: whatever was marked before is gone with them.
+    /// Words that clear the marks.
     words: Vec<u32>,
     read: ReadbackRing<u64>,
     /// The frame whose decision is marked.
@@ -196,7 +196,7 @@ impl Marks {
         }
     }
 
-    /// What is drawn has changed: the next frame is marked anew.
+    /// The drawn set has changed: the next frame is marked anew.
     pub fn forget(&mut self) {
         self.of = None;
     }
@@ -214,7 +214,7 @@ impl Marks {
         self.read.map();
     }
 
-    /// What has come, one frame after the other.
+    /// The next frame that has been read.
     pub fn receive(&mut self) -> Option<Marked> {
         self.read
             .receive(|frame, view| {

@@ -72,7 +72,7 @@ impl Mesh {
         self.ranges.len() as u32
     }
 
-    /// What is drawn of an object.
+    /// The corners of an object that are drawn.
     pub fn drawn(&self, object: ObjectId) -> Range<u32> {
         let Range { start, end } = self.ranges[object.index()];
         if self.is_hidden(object) { start..start } else { start..end }
@@ -94,7 +94,7 @@ impl Mesh {
 
 /// Places of a scene, each once, and the number of the place of each of its positions; those of tubes have none.
 fn welded(scene: &Scene) -> (Vec<[u32; 3]>, Vec<u32>) {
-    // What is added makes both zeros one.
+    // Adding zero makes -0 and 0 the same bits.
     let bits = |p: &DVec3| (p.as_vec3() + Vec3::ZERO).to_array().map(f32::to_bits);
     let mut is_of_tube = vec![false; if scene.tubes.tubes.is_empty() { 0 } else { scene.positions.len() }];
     for object in scene.objects.iter().filter(|object| object.is_tube()) {
@@ -144,9 +144,9 @@ const SHELLS: f32 = 2.0;
 /// Runs of corners to draw: of neighbours one.
 #[derive(Default)]
 pub struct Runs {
-    /// What nothing is seen through.
+    /// Opaque objects.
     pub solid: Vec<Range<u32>>,
-    /// What is drawn as a screen door.
+    /// Transparent objects, drawn as screens.
     pub transparent: Vec<Range<u32>>,
     keys: Vec<(i32, u32, u32)>,
 }

@@ -18,7 +18,7 @@ use wgpu::{BufferUsages, CommandEncoder, ShaderStages, TextureFormat, TextureVie
 
 /// Most mirrors; of more, the first go.
 pub const MOST: usize = 4;
-/// What is behind everything in a mirror.
+/// The background in a mirror.
 const DARK: wgpu::Color = wgpu::Color { r: 0.72, g: 0.82, b: 0.86, a: 1.0 };
 
 /// Mirrors of a building, and what they show in a frame.
@@ -159,7 +159,7 @@ impl Mirrors {
             runs.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
             leaves.bind(&mut pass, &place.eye);
             drawn.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
-            tubes.into_iter().for_each(|(pipes, list)| pipes.draw(&mut pass, &place.eye, list));
+            tubes.into_iter().for_each(|(tubes, list)| tubes.draw(&mut pass, &place.eye, list));
         }
     }
 

@@ -47,9 +47,9 @@ pub struct Pipelines {
     others: Option<[Pair; 2]>,
     is_cut: bool,
     format: TextureFormat,
-    /// What binds a camera.
+    /// Layout of a camera's group.
     pub layout: wgpu::BindGroupLayout,
-    /// What binds triangles.
+    /// Layout of the triangles' group.
     pub geometry_layout: wgpu::BindGroupLayout,
     /// Those of the scene.
     pub geometry: Geometry,
@@ -193,7 +193,7 @@ pub fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthSt
     }
 }
 
-/// What render pipelines of the viewer differ in.
+/// A render pipeline of the viewer.
 pub struct PipelineDesc<'r> {
     /// The shaders.
     pub module: &'r wgpu::ShaderModule,
@@ -201,9 +201,9 @@ pub struct PipelineDesc<'r> {
     pub corner: &'r str,
     /// The buffer that corners come from, if there is one.
     pub corners: Option<wgpu::VertexBufferLayout<'r>>,
-    /// What corners make.
+    /// How corners make primitives.
     pub topology: wgpu::PrimitiveTopology,
-    /// What is bound.
+    /// Layouts of the groups.
     pub groups: &'r [Option<&'r wgpu::BindGroupLayout>],
     /// Depth, if it is looked at.
     pub depth: Option<wgpu::DepthStencilState>,
@@ -266,13 +266,13 @@ pub fn compute(
     })
 }
 
-/// What a pipeline binds.
+/// The layout of a pipeline.
 pub fn layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
     let wanted = wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: groups, ..Default::default() };
     gpu.device.create_pipeline_layout(&wanted)
 }
 
-/// What pipelines of the scene share.
+/// Makes pipelines of the scene.
 struct Maker<'m> {
     gpu: &'m Gpu,
     groups: &'m [Option<&'m wgpu::BindGroupLayout>],

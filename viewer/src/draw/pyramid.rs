@@ -49,7 +49,7 @@ struct Level {
     view: TextureView,
     /// Texels.
     size: [u32; 2],
-    /// What it is made from: width and height.
+    /// Width and height of the level before.
     read: wgpu::Buffer,
     /// Binds the level before; none for the finest, whose depth may be another one in each frame.
     group: Option<BindGroup>,

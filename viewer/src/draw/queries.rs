@@ -1,4 +1,4 @@
-//! Occlusion queries that nobody waits for: boxes are drawn against the depth of what is certain to show, answers are turned into
+//! Occlusion queries without waiting: boxes are drawn against the depth of the certain objects, answers are turned into
 //! indirect draws on the device, in the same frame, and copied to where the processor reads them later.
 
 use super::bind::{self, STORAGE, WRITABLE};
@@ -26,7 +26,7 @@ pub struct Queries {
     corners: wgpu::Buffer,
     answers: wgpu::Buffer,
     slots: wgpu::Buffer,
-    /// What is drawn: solid things, then the rest.
+    /// The draws: opaque objects, then the rest.
     pub draws: Draws,
     group: wgpu::BindGroup,
     read: ReadbackRing<Questions>,
@@ -35,7 +35,7 @@ pub struct Queries {
     spare: Vec<Questions>,
 }
 
-/// What hangs on the questions of a frame.
+/// Objects that wait for the answers of a frame.
 #[derive(Default)]
 struct Slots {
     /// Whether one sees through it, and the question, the first corner and the number of corners: of neighbours one.
@@ -71,17 +71,17 @@ impl Slots {
     }
 }
 
-/// What was asked in a frame.
+/// Questions of a frame.
 #[derive(Default)]
 struct Questions {
     /// Nodes that were asked about.
     nodes: Vec<u32>,
-    /// What hangs on each question.
+    /// Objects and triangles by question.
     hanging: Vec<ByDevice>,
 }
 
 impl Queries {
-    /// For so many objects.
+    /// For a number of objects.
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, objects: usize) -> Self {
         let device = &gpu.device;
         let module = shader(gpu, include_str!("boxes.wgsl"));

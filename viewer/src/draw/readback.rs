@@ -23,7 +23,7 @@ struct Slot<T> {
 }
 
 impl<T> ReadbackRing<T> {
-    /// With room for so many bytes a frame.
+    /// With a number of bytes a frame.
     pub fn new(gpu: &Gpu, bytes: u64) -> Self {
         let slot = |_| Slot { buffer: gpu.buffer(bytes, BufferUsages::COPY_DST | BufferUsages::MAP_READ), kept: None };
         let (sender, mapped) = channel();

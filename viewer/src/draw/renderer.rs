@@ -19,7 +19,7 @@ use super::queries::Queries;
 use super::slice::Section;
 use super::targets::Targets;
 use super::timer::Timer;
-use super::tubes::Pipes;
+use super::tubes::TubeRenderer;
 use crate::building::Building;
 use crate::culling::{ByDevice, Culling, Oracle};
 use crate::doors::Doors;
@@ -30,12 +30,12 @@ use enfilade::gpu::{Gpu, GpuError};
 use glam::DVec3;
 use wgpu::TextureFormat;
 
-/// What the device has answered, of the last frame or of earlier ones.
+/// Answers of the device, of the last frame or of earlier ones.
 #[derive(Clone, Debug, Default)]
 pub struct Readback {
     /// The device's milliseconds.
     pub device_ms: Option<f64>,
-    /// What the device drew of what it decides.
+    /// Objects and triangles that the device decided to draw.
     pub conditional: ByDevice,
     /// Missed pixels, while the alarm is on.
     pub missed: Option<Missed>,
@@ -80,8 +80,8 @@ pub struct Renderer<'b> {
     /// Ground, if there is one.
     pub terrain: Option<Terrain>,
     /// Tubes, if there are any.
-    pub pipes: Option<Pipes>,
-    /// What was culled is shown.
+    pub tubes: Option<TubeRenderer>,
+    /// Show culled objects.
     pub shows_culled: bool,
     pub(super) building: &'b Building,
     pub(super) passes: Passes,
@@ -132,7 +132,7 @@ impl<'b> Renderer<'b> {
             timer: Timer::new(&gpu),
         };
         let renderer = Self {
-            pipes: Pipes::new(&gpu, &pipelines, building, format).map_err(|e| e.to_string())?,
+            tubes: TubeRenderer::new(&gpu, &pipelines, building, format).map_err(|e| e.to_string())?,
             lists: DrawLists::new(&gpu, &mesh, &is_transparent, &leaves, doors.doors.len()),
             targets: Targets::new(&gpu, size),
             eye: pipelines.eye(&gpu),
@@ -200,7 +200,7 @@ impl<'b> Renderer<'b> {
     /// One line: its buffers do not fit; the detail stays as it was.
     pub fn set_detail(&mut self, detail: Detail) -> Result<(), String> {
         if detail != Detail::Plain && self.passes.full.is_none() {
-            let (mesh, is_leaf) = ((&self.mesh, self.pipes.as_ref()), &self.doors.is_leaf);
+            let (mesh, is_leaf) = ((&self.mesh, self.tubes.as_ref()), &self.doors.is_leaf);
             let full = Full::new(&self.gpu, &self.pipelines, mesh, self.building, is_leaf, self.format);
             self.passes.full = Some(full.map_err(|e| e.to_string())?);
         }
@@ -339,7 +339,7 @@ impl<'b> Renderer<'b> {
         self.drawn().triangles
     }
 
-    /// What the last frame drew, as far as is known.
+    /// Objects and triangles of the last frame, as far as is known.
     pub fn drawn(&self) -> ByDevice {
         self.culling.last.as_ref().map_or(ByDevice::default(), |d| d.drawn(self.readback.conditional))
     }

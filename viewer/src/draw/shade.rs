@@ -15,7 +15,7 @@ const REACH: (f64, f64) = (0.7, 0.05);
 /// Of shade.
 const SHADE: TextureFormat = TextureFormat::R8Unorm;
 
-/// What draws it.
+/// Draws shade and edges.
 pub struct Shade {
     corners: wgpu::RenderPipeline,
     smoothed: wgpu::RenderPipeline,

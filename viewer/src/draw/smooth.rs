@@ -10,7 +10,7 @@ use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureView};
 /// Samples a pixel: what every device has.
 pub const SAMPLES: u32 = 4;
 
-/// What is drawn into, of one size.
+/// Render targets with several samples a pixel, of one size.
 pub struct Smooth {
     size: [u32; 2],
     colour: TextureView,

@@ -69,7 +69,7 @@ impl<'b> Split<'b> {
         drawn
     }
 
-    /// What draws the right half of the last frame over another picture. `None` before the first frame.
+    /// Paints the right half of the last frame over another picture. `None` before the first frame.
     pub fn half(&self) -> Option<Half<'_>> {
         self.picture.as_ref().map(|(_, _, group)| Half { pipeline: &self.pipeline, group, over: None })
     }

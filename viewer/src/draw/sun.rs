@@ -34,7 +34,7 @@ pub struct Sun {
     pub shadows: TextureView,
     /// Whether that is to be drawn.
     pub is_new: bool,
-    /// What binds it alone.
+    /// Layout of its own group.
     pub layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,

@@ -1,4 +1,4 @@
-//! What a corner's face is made of, and the materials and pictures that it names.
+//! Materials of triangles, and the materials and pictures on the device.
 
 use super::bind::{self, DEPTH_TEXTURE, STORAGE, UNIFORM, view};
 use super::mesh::Mesh;
@@ -13,7 +13,7 @@ use image::RgbaImage;
 use image::imageops::{FilterType, resize};
 use wgpu::{BindingType, BufferUsages, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
 
-/// What triangles are made of, as [`super::geometry::Geometry`] has it.
+/// Materials of triangles, as [`super::geometry::Geometry`] has them.
 pub struct Surfaces {
     /// By triangle: the material in the lower half of a word, and the face's normal in the upper one.
     pub of_triangles: Vec<u32>,
@@ -51,7 +51,7 @@ impl Surfaces {
     }
 }
 
-/// What a triangle of an object is made of, and its texture coordinates, wherever it has been moved to; without one, it is of a door.
+/// Material and texture coordinates of a triangle of an object, wherever it has been moved to; of no object: of a door.
 pub fn of_triangle(scene: &Scene, looks: &Looks, of: Option<(ObjectId, u32)>, [a, b, c]: [DVec3; 3]) -> (u32, [u32; 3]) {
     let material = of.map_or(Some(looks.made), |(object, _)| looks.of_objects.get(object.index()).copied());
     let word = u32::from(material.unwrap_or_default()) | packed((b - a).cross(c - a)) << 16;
@@ -79,7 +79,7 @@ fn packed(n: DVec3) -> u32 {
     byte(folded(p.x, p.y)) | byte(folded(p.y, p.x)) << 8
 }
 
-/// What binds the sun, materials and pictures.
+/// Layout of the group of the sun, materials and pictures.
 pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
     let layers = BindingType::Texture {
         sample_type: TextureSampleType::Float { filterable: true },

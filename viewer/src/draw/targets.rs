@@ -1,4 +1,4 @@
-//! What is drawn into: depth, items, and a picture that can be read where there is no window.
+//! Render targets: depth, items, and a picture that can be read without a window.
 
 use super::pass::depth_attachment;
 use super::pipelines::{DEPTH, ITEMS};

@@ -75,10 +75,10 @@ impl Default for Look {
 
 /// Bands that are drawn by a camera.
 pub struct List {
-    /// What was chosen.
+    /// The chosen bands.
     pub selection: Selection,
     bands: wgpu::Buffer,
-    /// What the rings are worked out by, and what is drawn.
+    /// Groups for computing rings, and for drawing.
     groups: [wgpu::BindGroup; 2],
     words: Vec<u32>,
     /// By number of sides: how many bands there are.
@@ -87,10 +87,10 @@ pub struct List {
 }
 
 /// Tubes of a scene.
-pub struct Pipes {
+pub struct TubeRenderer {
     /// How they are drawn.
     pub look: Look,
-    /// How thin ones are drawn in this model where nobody says.
+    /// The default for thin tubes in this model.
     pub usual: Thin,
     /// Those that the frame draws.
     pub drawn: List,
@@ -100,7 +100,7 @@ pub struct Pipes {
     bare: List,
     /// Those that it doesn't draw, while they are shown.
     pub culled: List,
-    /// What lists are made of.
+    /// Sections and pipelines that lists share.
     pub source: Source,
     /// Bytes that they take on the device, without lists of frames.
     pub bytes: u64,
@@ -113,9 +113,9 @@ pub struct Pipes {
     no_items: wgpu::RenderPipeline,
 }
 
-/// What lists of bands are made of.
+/// Sections and pipelines that lists of bands share.
 pub struct Source {
-    /// What binds a list that is drawn.
+    /// Layout of the group of a list.
     pub layout: wgpu::BindGroupLayout,
     runs: Runs,
     /// Works out the rings of a list.
@@ -154,7 +154,7 @@ impl Triangles {
     }
 }
 
-impl Pipes {
+impl TubeRenderer {
     /// Puts the tubes of a scene on a device; `None`: it has none. Pictures are of `format`.
     ///
     /// # Errors
@@ -205,7 +205,7 @@ impl Pipes {
             PipelineDesc { groups: &groups, depth, pixel: Some((pixel, target)), ..PipelineDesc::new(&module, corner) }
                 .pipeline(gpu)
         };
-        // A map of mains is kilometres wide: by their weight, nobody would see any.
+        // A map of mains is kilometres wide: weighed tubes would be invisible.
         let usual = if objects.len() == scene.objects.len() { Thin::Wide } else { Thin::default() };
         Ok(Some(Self {
             look: Look { thin: usual, ..Look::default() },
@@ -224,13 +224,13 @@ impl Pipes {
         }))
     }
 
-    /// Draws them with surfaces that may be off so many pixels, and thin ones some way; `None`: as usual.
+    /// Sets the error limit, pixels, and how thin tubes are drawn; `None`: the default.
     pub fn set(&mut self, pixels: Option<f64>, thin: Option<Thin>) {
         self.look.limit = pixels.unwrap_or(TUBE_PIXELS.usual);
         self.look.thin = thin.unwrap_or(self.usual);
     }
 
-    /// What the frame draws, in a line.
+    /// Segments and triangles of the frame, in a line.
     pub fn say_drawn(&self) -> String {
         let chosen = self.drawn.chosen();
         let [segments, triangles] = [chosen.segments, chosen.triangles].map(|n| number(n as f64));
@@ -242,7 +242,7 @@ impl Pipes {
         self.objects.iter().copied()
     }
 
-    /// What a frame draws of some objects, and, for the alarm, of `all`: by a camera, on pictures of so many pixels.
+    /// Selects bands of some objects and, for the alarm, of `all`: for a camera and a size of pictures.
     pub fn select(
         &mut self,
         gpu: &Gpu,
@@ -259,7 +259,7 @@ impl Pipes {
         self.bare.fill(gpu, scene, &self.source, &at, objects.filter(|_| all.is_some()));
     }
 
-    /// What it doesn't draw, if that is shown; `drawn`: what it does.
+    /// Selects bands of all objects but `drawn`.
     pub fn select_culled(&mut self, gpu: &Gpu, scene: &Scene, (camera, size): (&Camera, [u32; 2]), drawn: &[ObjectId]) {
         let mut is_drawn = vec![false; scene.objects.len()];
         drawn.iter().for_each(|o| is_drawn[o.index()] = true);
@@ -305,7 +305,7 @@ pub struct At {
 }
 
 impl At {
-    /// By a camera, on pictures of so many pixels.
+    /// For a camera and a size of pictures.
     pub fn new(camera: &Camera, size: [u32; 2], look: Look) -> Self {
         let rows = [camera.x, camera.y, camera.w].map(Vec3::as_dvec3);
         let view = View::new(camera.eye.as_dvec3(), rows, f64::from(NEAR), size.map(f64::from), look.limit);
@@ -419,13 +419,13 @@ fn of_mesh(scene: &Scene, tube: &Tube) -> u64 {
     walls + u64::from(if tube.capped && !tube.closed { 2 * cap } else { 0 })
 }
 
-/// What works out rings.
+/// Computes rings.
 fn rings(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::ComputePipeline {
     let module = shader(gpu, concat!(include_str!("bands.wgsl"), include_str!("rings.wgsl")));
     pipelines::compute(gpu, &module, "ring", &[Some(layout)])
 }
 
-/// A buffer for so many bands, with what binds it and its rings.
+/// A buffer for a number of bands, and the groups of bands and rings.
 fn room(gpu: &Gpu, source: &Source, bands: usize) -> (wgpu::Buffer, [wgpu::BindGroup; 2]) {
     let list = gpu.buffer((HEAD + BAND * bands) as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
     let rings = gpu.buffer((RINGS * bands) as u64, BufferUsages::STORAGE);

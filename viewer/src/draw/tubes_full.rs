@@ -2,7 +2,7 @@
 
 use super::pipelines::{CameraBinding, PipelineDesc, Pipelines, depth_state, shader};
 use super::smooth::SAMPLES;
-use super::tubes::{At, List, Pipes, blended};
+use super::tubes::{At, List, TubeRenderer, blended};
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use enfilade::scene::Scene;
@@ -12,7 +12,7 @@ use wgpu::{CompareFunction, TextureFormat};
 pub struct TubesInSun {
     /// For one sample a pixel, and for more.
     solid: [wgpu::RenderPipeline; 2],
-    /// What is thinner than a pixel: blended, without depth.
+    /// Tubes thinner than a pixel: blended, without depth.
     thin: wgpu::RenderPipeline,
     shadow: wgpu::RenderPipeline,
     casting: List,
@@ -23,7 +23,7 @@ impl TubesInSun {
     pub fn new(
         gpu: &Gpu,
         pipelines: &Pipelines,
-        pipes: &Pipes,
+        tubes: &TubeRenderer,
         [layout, of_sun]: [&wgpu::BindGroupLayout; 2],
         format: TextureFormat,
     ) -> Self {
@@ -34,7 +34,7 @@ impl TubesInSun {
             include_str!("tubes_full.wgsl")
         );
         let module = shader(gpu, source);
-        let groups = [Some(&pipelines.layout), Some(layout), Some(&pipes.source.layout)];
+        let groups = [Some(&pipelines.layout), Some(layout), Some(&tubes.source.layout)];
         let solid = |samples| {
             let depth = Some(depth_state(true, CompareFunction::Greater));
             let pixel = Some(("solid_tube", format.into()));
@@ -50,12 +50,12 @@ impl TubesInSun {
             }
             .pipeline(gpu),
             shadow: PipelineDesc {
-                groups: &[None, Some(of_sun), Some(&pipes.source.layout)],
+                groups: &[None, Some(of_sun), Some(&tubes.source.layout)],
                 depth: Some(depth_state(true, CompareFunction::Less)),
                 ..PipelineDesc::new(&module, "shadow")
             }
             .pipeline(gpu),
-            casting: List::new(gpu, &pipes.source),
+            casting: List::new(gpu, &tubes.source),
         }
     }
 
@@ -64,11 +64,11 @@ impl TubesInSun {
         &mut self,
         gpu: &Gpu,
         scene: &Scene,
-        pipes: &Pipes,
+        tubes: &TubeRenderer,
         sun: &At,
         objects: impl Iterator<Item = ObjectId> + Clone,
     ) {
-        self.casting.fill(gpu, scene, &pipes.source, sun, objects);
+        self.casting.fill(gpu, scene, &tubes.source, sun, objects);
     }
 
     /// Draws their depth for the sun, in a pass that has it.

@@ -55,7 +55,7 @@ impl Session<'_> {
         Some(lines)
     }
 
-    /// What was drawn, by what it went through.
+    /// Triangles, objects, cells, portals and queries.
     fn drawn(&self, last: &Decision, drawn: ByDevice) -> [String; 3] {
         let (objects, all) = (self.document.building.scene.objects.len(), self.document.building.scene.triangles.len());
         [

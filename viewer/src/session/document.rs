@@ -67,7 +67,7 @@ impl<'b> Document<'b> {
         culler.cell_of(p, &mut self.scratch.borrow_mut())
     }
 
-    /// What a ray meets, with leaves where they are now; a leaf without triangles of the model is nothing.
+    /// The first surface on a ray, with leaves where they are now. A leaf that the viewer made gives nothing.
     pub(super) fn ahead(&self, renderer: &Renderer<'_>, eye: DVec3, direction: DVec3) -> Option<Hit> {
         let rays = self.rays.get_or_init(|| RayScene::new(&self.building.scene));
         let wall = pick::pick(rays, eye, direction, &|hit| {

@@ -57,7 +57,7 @@ impl Session<'_> {
                 self.panels.rebind.stop();
             }
             Command::SetGroundLimit(limit) => self.renderer.terrain.iter_mut().for_each(|t| t.land.limit = limit),
-            Command::SetTubeLook(look) => self.renderer.pipes.iter_mut().for_each(|tubes| tubes.look = look),
+            Command::SetTubeLook(look) => self.renderer.tubes.iter_mut().for_each(|tubes| tubes.look = look),
         }
     }
 

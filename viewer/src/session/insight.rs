@@ -17,12 +17,12 @@ use enfilade_measure::walkthrough::tour::tour;
 /// Frames at most of a profile of a generated path. More: it takes minutes on a software driver. Fewer: small rooms are passed by.
 const MOST_FRAMES: usize = 300;
 
-/// What explains the culling.
+/// State of the tools that explain the culling.
 #[derive(Default)]
 pub struct Insight<'b> {
     /// Another mode, in the right half of the picture.
     pub split: Option<Split<'b>>,
-    /// What lies over that half.
+    /// Lines and faces over that half.
     pub(super) overlay: Overlay,
     /// The last profile.
     pub profile: Option<Profile<'b>>,
@@ -171,7 +171,7 @@ impl<'b> Session<'b> {
         Ok(())
     }
 
-    /// The frame of the profile that somebody is at.
+    /// The frame of the profile at which the walker stands.
     pub(super) fn frame_of_profile(&self) -> Option<usize> {
         self.insight.at.filter(|(_, there)| !self.motion.walker.has_gone_from(there)).map(|(frame, _)| frame)
     }

@@ -81,7 +81,7 @@ impl Session<'_> {
         }
     }
 
-    /// What is written at points of the scene: `cells` are reached.
+    /// Labels of the scene: names of rooms whose cells are reached, and lengths.
     pub fn labels(&self, cells: &[CellId]) -> Vec<Label> {
         let mut labels = if self.view.layers.names { self.names(cells) } else { Vec::new() };
         let camera = self.camera();
@@ -95,7 +95,7 @@ impl Session<'_> {
         labels
     }
 
-    /// Names and areas of rooms whose cells are reached, the nearest first; for who looks at a section, of those that it cuts.
+    /// Names and areas of rooms whose cells are reached, the nearest first; with a section in view, of the rooms that it cuts.
     fn names(&self, cells: &[CellId]) -> Vec<Label> {
         let reached: HashSet<CellId> = cells.iter().copied().collect();
         let (camera, eye) = (self.camera(), self.motion.walker.eye);

@@ -92,23 +92,23 @@ impl Session<'_> {
         let passes = |o: ObjectId| o != NOBODY && scene.objects[o.index()].role == Role::Door && !doors.is_hung[o.index()];
         let (terrain, origin) = (&renderer.terrain, document.building.file.origin);
         let ground = |p: DVec3| terrain.as_ref().and_then(|terrain| terrain.land.height(p, origin));
-        // A long frame moves nobody far.
+        // A long frame does not move the walker far.
         motion.walker.go(seconds.min(0.1), input, &document.solid, &passes, &ground);
     }
 
-    /// What the walker sees.
+    /// The walker's camera.
     pub fn camera(&self) -> Camera {
         let [width, height] = self.size().map(f64::from);
         self.motion.walker.camera(self.view.fov_y, width / height)
     }
 
-    /// The mouse moved by so many pixels.
+    /// Turns by a movement of the mouse, pixels.
     pub fn look(&mut self, by: DVec2) {
         let by = by * (MOUSE * self.user.preferences.sensitivity);
         self.motion.walker.turn(by.x, if self.user.preferences.inverted { by.y } else { -by.y });
     }
 
-    /// The wheel turned by so many notches, away from the person.
+    /// Changes speed or field of view by notches of the wheel; away from the person is positive.
     pub fn wheel(&mut self, notches: f64, zooms: bool) {
         if zooms {
             self.view.fov_y = closer(self.view.fov_y.to_degrees(), notches).to_radians();
@@ -148,7 +148,7 @@ impl Session<'_> {
         self.motion.walker = to;
         self.motion.walker.flies |= self.is_frozen();
         self.panels.plan.follow(DVec2::new(to.eye.x, to.eye.z));
-        // Nobody walked there.
+        // The trail does not lead there.
         self.motion.trail.clear();
     }
 }

@@ -53,7 +53,7 @@ impl Session<'_> {
             pair: selection.pair,
             section: Some(&self.section).filter(|cut| cut.is_on),
             terrain: renderer.terrain.as_ref().filter(|terrain| terrain.land.shows_tiles),
-            tubes: renderer.pipes.as_ref().filter(|tubes| tubes.look.shows_sides),
+            tubes: renderer.tubes.as_ref().filter(|tubes| tubes.look.shows_sides),
             note: self.note.as_ref().map(|(line, _)| line.as_str()),
             facts: &facts,
             sheets: &selection.sheets,

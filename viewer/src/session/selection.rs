@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3, Vec3};
 /// A point this far before a surface, metres, is in the cell from which the surface is seen.
 const BEFORE: f64 = 0.02;
 
-/// What a person has chosen.
+/// The selection.
 #[derive(Default)]
 pub struct Selection {
     /// Objects that were picked or found last.
@@ -98,7 +98,7 @@ impl Selection {
 }
 
 impl Session<'_> {
-    /// What the middle of the view, or another point of the screen, shows.
+    /// The first surface at a point of the screen.
     pub(super) fn ahead(&self, at: DVec2) -> Option<Hit> {
         self.document.ahead(&self.renderer, self.motion.walker.eye, self.camera().ray(at).normalize())
     }
@@ -184,7 +184,7 @@ impl Session<'_> {
         }
         let mut chosen = vec![false; self.document.building.scene.objects.len()];
         self.selection.objects.iter().for_each(|o| chosen[o.index()] = true);
-        // A leaf is one thing, whatever it is made of.
+        // A leaf is hidden as a whole.
         for door in &self.renderer.doors.doors {
             if door.objects().any(|o| chosen[o.index()]) {
                 door.objects().for_each(|o| chosen[o.index()] = true);

@@ -7,7 +7,7 @@ use crate::mode::ViewMode;
 use crate::settings::{FIELD_OF_VIEW, Layers};
 use enfilade::runtime::FrameMode;
 
-/// What is shown, and how.
+/// View settings.
 #[derive(Clone, Debug)]
 pub struct ViewSettings {
     /// How frames are culled.
@@ -18,7 +18,7 @@ pub struct ViewSettings {
     looks: Detail,
     /// Colours.
     pub tints: Tints,
-    /// What lies over the picture.
+    /// Layers over the picture.
     pub layers: Layers,
     /// While the culling is frozen, show what was culled.
     pub culled: bool,

@@ -1,4 +1,4 @@
-//! What frames cost, as lines that go on.
+//! Graphs of the cost of the last frames.
 
 use crate::units::number;
 use std::collections::VecDeque;
@@ -6,14 +6,14 @@ use std::collections::VecDeque;
 /// Frames that are shown.
 const FRAMES: usize = 300;
 
-/// What a frame cost.
+/// The cost of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     /// Triangles, objects, the milliseconds of culling, of all else on the processor and of the device, queries.
     pub values: [f64; 6],
 }
 
-/// What the values of a [`Sample`] are called.
+/// Names of the values of a [`Sample`].
 const NAMES: [&str; 6] = ["triangles", "objects", "culling ms", "rest of CPU ms", "GPU ms", "queries"];
 const COLOURS: [egui::Color32; 6] = [
     egui::Color32::from_rgb(240, 200, 90),

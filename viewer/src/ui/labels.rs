@@ -1,4 +1,4 @@
-//! What is painted on the scene under all panels: names and lengths, rectangles of portals, a cross in the middle.
+//! Labels on the scene, under all panels: names and lengths, rectangles of portals, a cross in the middle.
 
 use crate::culling::Decision;
 use crate::measure::Label;

@@ -1,4 +1,4 @@
-//! What colours stand for.
+//! Legends of colours.
 
 use crate::colours::Tints;
 use crate::draw::marks::KINDS;

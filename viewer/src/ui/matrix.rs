@@ -45,7 +45,7 @@ fn sides(file: &PvsFile) -> Option<(&BitMatrix, &BitMatrix)> {
     sides.or(file.cell_rows.as_ref().map(|rows| (rows, rows)))
 }
 
-/// What a file says of a pair, in words.
+/// The verdict of a file on a pair, in words.
 pub fn verdict(file: &PvsFile, from: CellId, to: CellId) -> &'static str {
     let Some((lower, upper)) = sides(file) else { return "not kept in the file" };
     match (lower.get(from.index(), to.index()), upper.get(from.index(), to.index()), file.bounds.is_some()) {

@@ -23,7 +23,7 @@ use crate::colours::Tints;
 use crate::commands::{Command, Entry};
 use crate::culling::Decision;
 use crate::draw::ground::Terrain;
-use crate::draw::tubes::Pipes;
+use crate::draw::tubes::TubeRenderer;
 use crate::elements::Sheet;
 use crate::explain::Explanation;
 use crate::keymap::KeyMap;
@@ -62,11 +62,11 @@ impl Panels {
     }
 }
 
-/// What panels show.
+/// The data of all panels.
 pub struct PanelData<'a> {
     /// The building.
     pub building: &'a Building,
-    /// What is shown.
+    /// View settings.
     pub view: &'a ViewSettings,
     /// Preferences of the person.
     pub preferences: &'a Preferences,
@@ -82,7 +82,7 @@ pub struct PanelData<'a> {
     pub counters_beside: Option<&'a [String]>,
     /// Labels of the scene.
     pub labels: &'a [Label],
-    /// What culling decided.
+    /// The decision of the culling.
     pub decision: Option<&'a Decision>,
     /// Triangles and pixels by kind.
     pub kinds: Option<([u64; 3], [u64; 3])>,
@@ -103,7 +103,7 @@ pub struct PanelData<'a> {
     /// The ground, if its tiles are shown.
     pub terrain: Option<&'a Terrain>,
     /// Tubes, if their sides are shown.
-    pub tubes: Option<&'a Pipes>,
+    pub tubes: Option<&'a TubeRenderer>,
     /// A line at the bottom.
     pub note: Option<&'a str>,
     /// Facts of what was picked or found.
@@ -155,7 +155,7 @@ pub fn show(ui: &mut egui::Ui, shown: &PanelData<'_>, panels: &mut Panels) -> Ve
     commands
 }
 
-/// What is painted on the scene, and counters.
+/// Labels on the scene, and counters.
 fn over_the_scene(ui: &mut egui::Ui, shown: &PanelData<'_>) {
     let view = shown.view;
     labels::show(ui, shown.labels, 1.0 / shown.preferences.text);

@@ -18,7 +18,7 @@ const SIZE: egui::Vec2 = egui::vec2(300.0, 240.0);
 const PAPER: egui::Color32 = egui::Color32::from_rgb(250, 249, 246);
 const UNSEEN: egui::Color32 = egui::Color32::from_rgb(228, 228, 224);
 const OPEN: egui::Color32 = egui::Color32::from_rgb(214, 228, 214);
-/// What is around the cells, in parts of their longer side.
+/// Margin around the cells, as a part of their longer side.
 const MARGIN: f64 = 0.05;
 /// How much nearer and farther than the whole it is looked at.
 const ZOOMS: [f64; 2] = [0.5, 100.0];
@@ -29,7 +29,7 @@ const LABEL: (f32, f32) = (11.0, 2.0);
 /// Slices of a cell that are nearer than this, metres, touch.
 const TOUCH: f64 = 0.02;
 
-/// What a plan shows of a visit.
+/// The visit on the plan.
 pub struct Visit<'a> {
     /// Rooms with names.
     pub rooms: &'a [Room],
@@ -89,7 +89,7 @@ struct Label {
     slices: Vec<Vec<DVec2>>,
 }
 
-/// What a plan shows of a storey.
+/// The plan of a storey.
 struct Drawing {
     /// Slices of cells, open ones first.
     cells: Vec<(CellId, Vec<Vec<DVec2>>)>,
@@ -153,7 +153,7 @@ impl Plan {
         }
     }
 
-    /// The storey that somebody with their eye at a height is on.
+    /// The storey for a height of the eye.
     pub fn here(&self, eye: f64) -> usize {
         let off = |s: &Storey| (s.floor + crate::body::EYE - eye).abs();
         (0..self.storeys.len()).min_by(|&a, &b| off(&self.storeys[a]).total_cmp(&off(&self.storeys[b]))).unwrap_or(0)
@@ -177,7 +177,7 @@ impl Plan {
         }
     }
 
-    /// One storey up or down: shows it; who asks for it once more goes there, so then it is returned.
+    /// Shows one storey up or down. If it is shown already, it is returned, to go there.
     pub fn turn(&mut self, up: bool, eye: f64) -> Option<usize> {
         let (here, shown) = (self.here(eye), self.shown(eye));
         if if up { shown > here } else { shown < here } {

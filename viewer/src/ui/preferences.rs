@@ -12,7 +12,7 @@ const STEP: f64 = 0.1;
 /// Room for the title and around the panel, points.
 const MARGIN: f32 = 80.0;
 
-/// What a person can change.
+/// Values that the panel changes.
 #[derive(Clone, Copy, PartialEq)]
 struct Chosen {
     preferences: Preferences,

@@ -11,7 +11,7 @@ const WORDS: f32 = 14.0;
 
 type Line = (&'static str, egui::Color32, fn(&Cost) -> f64);
 
-/// What is drawn, and how.
+/// The graphs: name, colour and value of each line.
 const GRAPHS: [&[Line]; 3] = [
     &[
         ("ms a frame", egui::Color32::from_rgb(110, 190, 250), |cost| cost.ms),

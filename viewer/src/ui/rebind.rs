@@ -4,7 +4,7 @@ use crate::commands::Command;
 use crate::keymap::{Bound, KeyMap, all};
 use winit::keyboard::KeyCode;
 
-/// What is being given another key.
+/// The action whose key is being changed.
 #[derive(Default)]
 pub struct Rebind {
     waiting: Option<Bound>,

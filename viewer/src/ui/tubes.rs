@@ -1,7 +1,7 @@
 //! The panel of tubes: how fine they are, and what they cost.
 
 use crate::commands::Command;
-use crate::draw::tubes::{Pipes, THIN};
+use crate::draw::tubes::{THIN, TubeRenderer};
 use crate::settings::{Range, TUBE_PIXELS};
 use crate::units::number;
 
@@ -13,8 +13,8 @@ const PANEL: [f32; 2] = [8.0, 90.0];
 const MEGA: f64 = 1e6;
 
 /// Draws it. `sections`: how many there are.
-pub fn show(ui: &mut egui::Ui, pipes: &Pipes, sections: usize) -> Option<Command> {
-    let mut look = pipes.look;
+pub fn show(ui: &mut egui::Ui, tubes: &TubeRenderer, sections: usize) -> Option<Command> {
+    let mut look = tubes.look;
     let window = egui::Window::new("Tubes").id(egui::Id::unique("tubes")).anchor(egui::Align2::LEFT_CENTER, PANEL);
     window.collapsible(false).auto_sized().show(ui.ctx(), |ui| {
         let slider = |ui: &mut egui::Ui, value: &mut f64, range: &Range, text: &str| {
@@ -24,14 +24,14 @@ pub fn show(ui: &mut egui::Ui, pipes: &Pipes, sections: usize) -> Option<Command
         ui.label("Thinner than a pixel:");
         ui.horizontal(|ui| THIN.map(|(thin, name)| ui.selectable_value(&mut look.thin, thin, name)));
         slider(ui, &mut look.most, &WIDER, "times wider at most");
-        ui.label(pipes.say_drawn());
-        let over = pipes.drawn.chosen().over;
+        ui.label(tubes.say_drawn());
+        let over = tubes.drawn.chosen().over;
         if over > 0 {
             ui.label(format!("{over} chords are farther off: they can be no finer"));
         }
-        let [bytes, of_mesh] = [pipes.bytes, pipes.bytes_of_mesh].map(|bytes| bytes as f64 / MEGA);
+        let [bytes, of_mesh] = [tubes.bytes, tubes.bytes_of_mesh].map(|bytes| bytes as f64 / MEGA);
         ui.label(format!("{} sections, {bytes:.2} MB; as a mesh {of_mesh:.2} MB", number(sections as f64)));
         ui.small("Blue to red: 4, 8, 16, 32, and 64 sides or more. Lines: rings that are drawn.");
     });
-    (look != pipes.look).then_some(Command::SetTubeLook(look))
+    (look != tubes.look).then_some(Command::SetTubeLook(look))
 }

@@ -9,7 +9,7 @@ const MARGIN: f32 = 170.0;
 /// The list is no lower than this, points.
 const LOWEST: f32 = 60.0;
 
-/// What is shown.
+/// The start screen.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Welcome {
     /// Files that were opened, the latest first, and whether they are there still.
@@ -18,7 +18,7 @@ pub struct Welcome {
     pub line: Option<String>,
 }
 
-/// What was clicked.
+/// A click on the start screen.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Chosen {
     /// A file to open.

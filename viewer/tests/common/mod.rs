@@ -9,6 +9,7 @@ use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::renderer::Renderer;
@@ -92,4 +93,27 @@ pub fn visit(building: &Building, oracle: Oracle, size: [u32; 2]) -> (Canvas, Se
     let canvas = Canvas::new(&gpu, size);
     let renderer = Renderer::new(gpu, building, oracle, size, PICTURE).unwrap();
     (canvas, Session::new(building, renderer))
+}
+
+/// Compares a picture with a golden one; `ENFILADE_GOLDEN=write` writes that anew. Drivers differ at edges: one pixel in a hundred may.
+pub fn compare(name: &str, picture: &Picture) {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("png");
+    if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
+        picture.save(&golden).unwrap();
+    }
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.png"));
+    picture.save(&out).unwrap();
+    let wanted = read(&golden);
+    assert_eq!(wanted.len(), picture.pixels().len(), "{name}: size");
+    let differs = |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 12);
+    let different = picture.pixels().iter().zip(&wanted).filter(differs).count();
+    assert!(different * 100 <= wanted.len(), "{name}: {different} pixels differ; see {}", out.display());
+    // A picture of nothing would be of one colour.
+    assert!(wanted.iter().filter(|p| **p != wanted[0]).count() * 4 > wanted.len(), "{name} shows nothing");
+}
+
+/// Pixels of a picture.
+pub fn read(path: &Path) -> Vec<[u8; 3]> {
+    let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    picture.to_rgb8().pixels().map(|pixel| pixel.0).collect()
 }
