@@ -16,7 +16,6 @@ use enfilade_viewer::headless::Walk;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::walker::MoveInput;
-use std::path::Path;
 use std::sync::OnceLock;
 
 const SIZE: [u32; 2] = [320, 180];

@@ -14,7 +14,6 @@ use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::frame::FrameRequest;
-use enfilade_viewer::draw::lines::Overlay;
 use enfilade_viewer::draw::marks::Marking;
 use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::headless::Walk;

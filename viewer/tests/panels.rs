@@ -16,7 +16,9 @@ use std::path::PathBuf;
 /// What a panel gives after a click on each of some labels.
 fn clicked<T>(labels: &[&str], panel: impl Fn(&mut egui::Ui) -> Vec<T>) -> Vec<T> {
     let given = RefCell::new(Vec::new());
-    let mut harness = Harness::builder().with_size([640.0, 480.0]).build_ui(|ui| given.borrow_mut().extend(panel(ui)));
+    // High enough for the list of all keys. Sliders have their names beside them.
+    let builder = Harness::builder().with_size([640.0, 1600.0]).with_accessibility_check(false);
+    let mut harness = builder.build_ui(|ui| given.borrow_mut().extend(panel(ui)));
     harness.run();
     for label in labels {
         harness.get_by_label(label).click();
