@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// What a panel gives after a click on each of some labels.
 fn clicked<T>(labels: &[&str], panel: impl Fn(&mut egui::Ui) -> Vec<T>) -> Vec<T> {
     let given = RefCell::new(Vec::new());
-    // High enough for the list of all keys. Sliders have their names beside them.
+    // High enough for the list of all keys. The number fields of sliders have no name of their own.
     let builder = Harness::builder().with_size([640.0, 1600.0]).with_accessibility_check(false);
     let mut harness = builder.build_ui(|ui| given.borrow_mut().extend(panel(ui)));
     harness.run();

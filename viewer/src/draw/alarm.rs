@@ -32,7 +32,7 @@ pub fn compare(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut Com
         return;
     }
     if frame.hidden.is_any {
-        frame.hidden.stand_in(frame.pipelines, frame.eye, frame.targets, frame.leaves, commands);
+        frame.hidden.stand_in(frame, commands);
     }
     if let Some(tubes) = frame.tubes {
         tubes.stand_in(frame.eye, frame.targets, commands);

@@ -1,10 +1,9 @@
 //! What is left out of pictures by hand. It hides nothing from the alarm: what shows only because a thing in front was taken away by hand isn't
 //! missed, so the alarm takes that thing as drawn.
 
+use super::frame::FrameContext;
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
-use super::pipelines::{CameraBinding, Pipelines};
-use super::targets::Targets;
 use crate::doors::Doors;
 use enfilade::ObjectId;
 
@@ -55,17 +54,11 @@ impl Hidden {
     }
 
     /// Draws the depth of what is left out, for the alarm.
-    pub fn stand_in(
-        &self,
-        pipelines: &Pipelines,
-        eye: &CameraBinding,
-        targets: &Targets,
-        leaves: &Leaves,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
-        let mut pass = targets.adds_depth(commands);
+    pub fn stand_in(&self, frame: &FrameContext<'_>, commands: &mut wgpu::CommandEncoder) {
+        let FrameContext { pipelines, eye, .. } = frame;
+        let mut pass = frame.targets.adds_depth(commands);
         pipelines.bind(&mut pass, eye);
         pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.transparent);
-        leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);
+        frame.leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);
     }
 }

@@ -53,9 +53,9 @@ pub fn show(
 fn rows(ui: &mut egui::Ui, Chosen { preferences, fov_y, detail }: &mut Chosen) {
     egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
         let mut slider = |label: &str, value: &mut f64, range: Range, unit: &str| {
-            ui.label(label);
+            let name = ui.label(label).id;
             let slider = egui::Slider::new(value, range.least..=range.most).suffix(unit);
-            ui.add(slider.logarithmic(range.is_factor).max_decimals(2));
+            ui.add(slider.logarithmic(range.is_factor).max_decimals(2)).labelled_by(name);
             ui.end_row();
         };
         slider("Mouse sensitivity", &mut preferences.sensitivity, SENSITIVITY, "");
