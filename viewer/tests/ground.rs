@@ -7,9 +7,7 @@ use common::{building, needs_device, path, shipped};
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
 use enfilade::runtime::{Camera, FrameMode, Rect};
-use enfilade_terrain::{
-    Disk, Ground, GroundError, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make,
-};
+use enfilade_terrain::{Ground, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -24,7 +22,7 @@ use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::{DVec2, DVec3};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -183,36 +181,12 @@ fn the_alarm_sees_ground_that_was_left_out() {
     assert!(missed.pixels > 10_000 && missed.objects[0].0.index() == ground, "{missed:?}");
 }
 
-/// Answers with one tile a frame, from a file.
-struct Slow {
-    file: Vec<u8>,
-    header: enfilade_terrain::Header,
-    asked: VecDeque<u32>,
-    is_due: bool,
-}
-
-impl Disk for Slow {
-    fn ask(&mut self, tile: u32) -> bool {
-        self.asked.push_back(tile);
-        true
-    }
-
-    fn take(&mut self, bytes: &mut [u8]) -> Option<(u32, Result<(), GroundError>)> {
-        self.is_due ^= true;
-        let tile = if self.is_due { self.asked.pop_front()? } else { return None };
-        let (at, length) = (self.header.place(tile) as usize, self.header.tile_bytes(tile));
-        bytes[..length].copy_from_slice(&self.file[at..at + length]);
-        Some((tile, Ok(())))
-    }
-}
-
 #[test]
 fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
     needs_device!();
     let path = made("cracks", mountains());
     let whole = Ground::open(&path, ALL).unwrap();
-    let slow =
-        Slow { file: std::fs::read(&path).unwrap(), header: whole.header().clone(), asked: VecDeque::new(), is_due: false };
+    let slow = Scripted::new(&path, &whole, 0, 1);
     // As many slots as hold a part of the tiles.
     let late = Ground::from_disk(&whole, Box::new(slow), whole.cache_bytes() / 4);
     // The villa is out of sight, 200 m up; the top of the picture looks down by 15 degrees.

@@ -13,6 +13,9 @@ use enfilade_viewer::ui::{hud, preferences, rebind, section, toolbar};
 use std::cell::RefCell;
 use std::path::PathBuf;
 
+/// Vertical opening angle, radians: of whole degrees, as the slider shows them.
+const FOV: f64 = std::f64::consts::FRAC_PI_2;
+
 /// What a panel gives after a click on each of some labels.
 fn clicked<T>(labels: &[&str], panel: impl Fn(&mut egui::Ui) -> Vec<T>) -> Vec<T> {
     let given = RefCell::new(Vec::new());
@@ -43,13 +46,13 @@ fn every_action_has_a_button_that_does_it() {
 fn settings_give_a_command_for_what_changes_and_none_for_the_rest() {
     let (keys, waiting) = (KeyMap::default(), Rebind::default());
     let usual = Preferences::default();
-    let panel = |ui: &mut egui::Ui| preferences::show(ui, &usual, 1.0, Detail::Full, (&keys, &waiting));
+    let panel = |ui: &mut egui::Ui| preferences::show(ui, &usual, FOV, Detail::Full, (&keys, &waiting));
     assert_eq!(clicked(&[], panel), []);
     assert_eq!(clicked(&["smooth"], panel), [Command::SetDetail(Detail::Smooth)]);
     let inverted = Preferences { inverted: true, ..usual };
     assert_eq!(clicked(&["up and down inverted"], panel), [Command::SetPreferences(inverted)]);
     let fast = Preferences { speed: 3.0, ..usual };
-    let changed = |ui: &mut egui::Ui| preferences::show(ui, &fast, 1.0, Detail::Full, (&keys, &waiting));
+    let changed = |ui: &mut egui::Ui| preferences::show(ui, &fast, FOV, Detail::Full, (&keys, &waiting));
     let reset = clicked(&["As they were first"], changed);
     assert!(
         matches!(reset[..], [Command::SetPreferences(first), Command::SetFieldOfView(_)] if first == usual),
