@@ -5,19 +5,19 @@ mod waiting;
 
 use crate::args::Args;
 use crate::building::{Building, EARLY};
+use crate::commands::Action;
 use crate::culling::Oracle;
 use crate::dialog::Dialog;
-use crate::draw::frame::Stage;
+use crate::draw::renderer::Renderer;
 use crate::gamepad::pads::Pads;
 use crate::ground::{self, Land};
-use crate::kept::Kept;
 use crate::keymap::KeyMap;
 use crate::mode::ViewMode;
 use crate::opening::Opening;
+use crate::output_files::OutputFiles;
 use crate::screen::Screen;
 use crate::session::Session;
 use crate::settings::{LastPlace, Settings};
-use crate::ui::keys::Action;
 use crate::ui::welcome::Welcome;
 use crate::walker::Walker;
 use enfilade_measure::walkthrough::path::CameraPath;
@@ -35,9 +35,9 @@ use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
 
 /// Pixels of a notch of the wheel, for touchpads, which tell pixels.
 const NOTCH: f64 = 50.0;
-/// A button that goes up within so many pixels of where it went down has clicked.
+/// A button that goes up within this many pixels of where it went down has clicked.
 const CLICK: f64 = 4.0;
-/// What there is of a building by and by, in words.
+/// The steps of opening a building, in words.
 const THERE: [&str; EARLY + 1] = ["the model", "cells and portals", "everything"];
 
 /// Opens the window, and returns when it is shut.
@@ -51,10 +51,10 @@ pub fn run(args: &Args) -> Result<(), String> {
     let mut event_loop =
         EventLoop::new().map_err(|e| format!("no window can be opened: {e}; --shot and --bench need none"))?;
     let mut args = args.clone();
-    // What is wrong with it is told before a window opens.
+    // Errors of the ground come before a window opens.
     let mut land = ground::open(&args)?;
     while let Some(file) = visit(&mut event_loop, &args, path.take(), land.take())? {
-        // What goes with the file that was shown goes with it.
+        // Arguments that belong to the last file end with it.
         (args.file, args.model, args.path) = (Some(file), None, None);
         (args.ground, args.place) = (None, None);
     }
@@ -89,7 +89,7 @@ struct App<'a> {
     /// Played from its beginning when the building is there.
     path: Option<CameraPath>,
     opening: &'a Opening,
-    /// Ground, for the first stage; it goes from stage to stage.
+    /// Ground, for the first renderer; it goes from renderer to renderer.
     land: Option<Land>,
     settings: Settings,
     window: Option<Arc<Window>>,
@@ -99,7 +99,7 @@ struct App<'a> {
     failure: Option<String>,
     /// A file to show next.
     dropped: Option<PathBuf>,
-    /// What is shown where there is no building.
+    /// The start screen.
     welcome: Welcome,
     dialog: Option<Dialog>,
     /// Which of what opening gives is shown; see [`Opening::best`].
@@ -183,7 +183,7 @@ impl<'a> App<'a> {
         }
         self.walk(seconds);
         let (Some(session), Some(screen)) = (&mut self.session, &mut self.screen) else { return Ok(()) };
-        session.show.crosshair = self.grabbed || session.show.hud;
+        session.view.crosshair = self.grabbed || session.view.hud;
         // 4. The picture.
         session.opening = opening.share();
         let input = self.winit.as_mut().map(|winit| winit.take_egui_input(&window)).unwrap_or_default();
@@ -191,12 +191,12 @@ impl<'a> App<'a> {
         if let Some(winit) = &mut self.winit {
             winit.handle_platform_output(&window, output);
         }
-        screen.present(texture, Some(&session.stage.gpu));
+        screen.present(texture, Some(&session.renderer.gpu));
         if !std::mem::replace(&mut self.drawn, true) {
-            eprintln!("first frame after {:.2} s, on {}", self.started.elapsed().as_secs_f64(), session.stage.gpu.name);
+            eprintln!("first frame after {:.2} s, on {}", self.started.elapsed().as_secs_f64(), session.renderer.gpu.name);
         }
         // 5. What buttons ask of the window.
-        let asked = std::mem::take(&mut session.asked);
+        let asked = std::mem::take(&mut session.window);
         if asked.full_screen {
             full_screen(&window);
         }
@@ -210,7 +210,7 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// A building is there, or more is known of it: who has gone anywhere goes on from there.
+    /// Shows a building, or the same one with more known of it: a walker that has moved stays where it is.
     fn begin(&mut self, number: usize, building: &'a Building) -> Result<(), String> {
         let (Some(window), Some(screen)) = (self.window.clone(), &mut self.screen) else { return Ok(()) };
         let hash = building.file.model_hash;
@@ -219,30 +219,34 @@ impl<'a> App<'a> {
             Some(before) => before.remember(&mut self.settings),
             None => self.last_place = self.settings.place(hash).cloned(),
         }
-        let gone = before.as_ref().map(|before| before.walker).filter(|walker| walker.has_gone_from(&self.begun));
-        let mode = before.as_ref().map(|before| before.show.mode);
+        let gone = before.as_ref().map(|before| before.motion.walker).filter(|walker| walker.has_gone_from(&self.begun));
+        let mode = before.as_ref().map(|before| before.view.mode);
         let ongoing = before.as_mut().map(Session::ongoing);
-        let land = before.as_mut().and_then(|before| before.stage.terrain.take()).map(|terrain| terrain.land);
+        let land = before.as_mut().and_then(|before| before.renderer.terrain.take()).map(|terrain| terrain.land);
         let land = land.or(self.land.take());
-        let Some(gpu) = before.map(|before| before.stage.gpu).or_else(|| screen.take_gpu()) else { return Ok(()) };
+        let Some(gpu) = before.map(|before| before.renderer.gpu).or_else(|| screen.take_gpu()) else { return Ok(()) };
         let oracle = self.args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
         let (format, size) = (screen.format(), screen.size());
-        let mut stage = Stage::new(gpu, building, oracle, size, format)?;
-        land.map_or(Ok(()), |land| stage.set_ground(land))?;
-        let mut session = Session::new(building, stage, format, size)?;
+        let mut renderer = Renderer::new(gpu, building, oracle, size, format)?;
+        land.map_or(Ok(()), |land| renderer.set_ground(land))?;
+        let mut session = Session::new(building, renderer);
         let settings = &self.settings;
         let mode = mode.or(self.args.mode).or(settings.mode.parse::<ViewMode>().ok());
         session.begin(self.last_place.as_ref());
-        self.begun = session.walker;
-        session.walker = gone.unwrap_or(session.walker);
+        self.begun = session.motion.walker;
+        session.motion.walker = gone.unwrap_or(session.motion.walker);
         session.apply(settings);
-        session.show.mode = mode.unwrap_or(session.show.mode);
+        session.view.mode = mode.unwrap_or(session.view.mode);
         if self.shown.is_none() {
             self.remember_file();
-            session.show.detail = self.args.detail.unwrap_or(session.show.detail);
-            session.show.layers.alarm |= self.args.alarm;
+            session.view.detail = self.args.detail.unwrap_or(session.view.detail);
+            session.view.layers.alarm |= self.args.alarm;
         }
-        self.args.model.as_ref().or(self.args.file.as_ref()).inspect(|file| session.kept = Kept::beside(file));
+        self.args
+            .model
+            .as_ref()
+            .or(self.args.file.as_ref())
+            .inspect(|file| session.document.output = OutputFiles::beside(file));
         if let Some(ongoing) = ongoing {
             session.go_on(ongoing);
         }
@@ -251,8 +255,8 @@ impl<'a> App<'a> {
         }
         self.shown = Some(number);
         eprintln!("{} after {:.2} s", THERE[number], self.started.elapsed().as_secs_f64());
-        let side = session.stage.gpu.limits.max_texture_dimension_2d as usize;
-        self.winit = Some(listen(&session.egui.context, &window, Some(side)));
+        let side = session.renderer.gpu.limits.max_texture_dimension_2d as usize;
+        self.winit = Some(listen(&session.interface.context, &window, Some(side)));
         window.set_title(&format!("{} - Enfilade", building.scene.name));
         self.session = Some(session);
         Ok(())
@@ -293,7 +297,7 @@ impl<'a> App<'a> {
 
     /// Which key does what.
     fn keys(&self) -> &KeyMap {
-        self.session.as_ref().map_or(&self.settings.keys, |session| &session.keys)
+        self.session.as_ref().map_or(&self.settings.keys, |session| &session.user.keys)
     }
 
     fn keep_settings(&self) {
@@ -345,7 +349,7 @@ impl<'a> App<'a> {
 
     /// Whether a field of the interface takes the keys.
     fn is_typed(&self) -> bool {
-        self.session.as_ref().is_some_and(|session| session.egui.context.text_edit_focused())
+        self.session.as_ref().is_some_and(|session| session.interface.context.text_edit_focused())
     }
 
     fn button(&mut self, is_down: bool) {
@@ -373,7 +377,7 @@ impl<'a> App<'a> {
     }
 }
 
-/// What panels hear of a window; their pictures are no larger than a `side` of texels.
+/// Events of a window for panels, whose textures have at most `side` texels a side.
 fn listen(context: &egui::Context, window: &Window, side: Option<usize>) -> egui_winit::State {
     let scale = Some(window.scale_factor() as f32);
     egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, window.theme(), side)
@@ -441,7 +445,7 @@ impl ApplicationHandler for App<'_> {
                     ElementState::Released => drop(self.held.remove(&code)),
                     ElementState::Pressed if event.repeat => {}
                     ElementState::Pressed if self.session.as_mut().is_some_and(|session| session.takes_key(code)) => {}
-                    // What is typed into a field or a panel does nothing else.
+                    // A key that a field or a panel takes does nothing else.
                     ElementState::Pressed if code != KeyCode::Escape && (taken || self.is_typed()) => {}
                     ElementState::Pressed => {
                         self.held.insert(code);

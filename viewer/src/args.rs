@@ -43,9 +43,9 @@ pub struct Args {
     /// How to draw: plain, in flat colours; full, as it looks; or smooth, with four samples a pixel [default: full; plain for --bench]
     #[arg(long, value_enum, value_name = "DETAIL")]
     pub detail: Option<Detail>,
-    /// Who answers occlusion queries [default: the device, but software where the device is software itself]
+    /// The engine for occlusion queries [default: the device, but software if the driver is software]
     #[arg(long, value_enum)]
-    pub oracle: Option<Asked>,
+    pub oracle: Option<OracleArg>,
     /// Compare every frame with a picture of everything; with --shot or --bench, exit with 1 where pixels are missed
     #[arg(long)]
     pub alarm: bool,
@@ -78,18 +78,18 @@ pub struct Args {
 
 /// See [`Oracle`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
-pub enum Asked {
+pub enum OracleArg {
     /// Queries of the device that draws.
     Device,
     /// A depth buffer on the processor.
     Software,
 }
 
-impl From<Asked> for Oracle {
-    fn from(asked: Asked) -> Self {
+impl From<OracleArg> for Oracle {
+    fn from(asked: OracleArg) -> Self {
         match asked {
-            Asked::Device => Self::Device,
-            Asked::Software => Self::Software,
+            OracleArg::Device => Self::Device,
+            OracleArg::Software => Self::Software,
         }
     }
 }
@@ -111,7 +111,7 @@ pub enum Shown {
     Graphs,
     /// The keys.
     Keys,
-    /// What is seen, drawn in vain and culled, in colours.
+    /// Colours of triangles: seen, drawn in vain, culled.
     Waste,
     /// The view culled by the frustum alone in the right half.
     Split,

@@ -2,9 +2,9 @@
 
 use crate::args::Args;
 use crate::culling::{ByDevice, Oracle};
-use crate::draw::frame::{Stage, Wish};
-use crate::draw::lines::Overlay;
-use crate::headless::Headless;
+use crate::draw::frame::FrameRequest;
+use crate::draw::renderer::Renderer;
+use crate::headless::{Headless, Walk};
 use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
 use enfilade::runtime::Scratch;
@@ -15,12 +15,15 @@ use std::time::Instant;
 /// Size of frames, where none is given.
 const SIZE: [u32; 2] = [960, 540];
 
+/// Frames before those that are timed.
+const WARM_UP: usize = 3;
+
 /// A mode on a path.
 #[derive(Serialize, Debug)]
 pub struct Line {
     /// The mode's name.
     pub mode: &'static str,
-    /// Who answered occlusion queries, if any were asked.
+    /// The engine for occlusion queries, if there were any.
     pub oracle: &'static str,
     /// Frames of the path.
     pub frames: usize,
@@ -80,7 +83,7 @@ pub fn bench(args: &Args) -> Result<bool, String> {
     let mut held = Headless::open(args)?;
     let modes: Vec<ViewMode> = args.mode.map_or(ViewMode::ALL.to_vec(), |mode| vec![mode]);
     let mut is_whole = true;
-    let lines = held.with_stage(args, args.size.unwrap_or(SIZE), |walk| {
+    let lines = held.with_renderer(args, args.size.unwrap_or(SIZE), |walk| {
         modes.iter().map(|&mode| line(walk, mode, args.alarm)).collect::<Result<Vec<Line>, String>>()
     })??;
     for line in lines {
@@ -90,98 +93,110 @@ pub fn bench(args: &Args) -> Result<bool, String> {
     Ok(is_whole)
 }
 
-fn line(walk: &mut crate::headless::Walk<'_, '_>, mode: ViewMode, alarm: bool) -> Result<Line, String> {
-    let overlay = Overlay::default();
+fn line(walk: &mut Walk<'_, '_>, mode: ViewMode, alarm: bool) -> Result<Line, String> {
     let frames = walk.path.frames.len();
-    let (mut times, mut cull, mut sum, mut queries, mut missed) = (Vec::new(), 0.0, ByDevice::default(), 0, 0);
-    let mut ground = OfGround::new(&walk.stage);
-    let mut tubes = [0u64; 4];
-    walk.stage.restart();
+    walk.renderer.restart();
     // Drivers compile when they first draw.
-    let mut cpu = None;
-    for timed in [false, true] {
-        cpu = if timed { cpu_ms() } else { cpu };
-        for frame in 0..if timed { frames } else { frames.min(3) } {
-            let camera = walk.camera(frame);
-            let wish = |alarm| Wish {
-                camera,
-                culled_by: Some(camera),
-                mode,
-                alarm,
-                timed: false,
-                overlay: &overlay,
-                mirrors: None,
-            };
-            let start = Instant::now();
-            walk.draw(wish(false))?;
-            walk.stage.settle().map_err(|e| e.to_string())?;
-            let ms = start.elapsed().as_secs_f64() * 1e3;
-            let drawn = walk.stage.drawn();
-            if !timed {
-                continue;
-            }
-            times.push(ms);
-            ground.add(&walk.stage, walk.file(), camera.eye);
-            sum = sum.with(drawn);
-            let decision = walk.stage.culling.last.as_ref();
-            of_tubes(walk, &mut tubes);
-            cull += decision.map_or(0.0, |d| d.ms);
-            queries += decision.map_or(0, |d| d.stats.queries);
-        }
+    for frame in 0..frames.min(WARM_UP) {
+        draw(walk, frame, mode)?;
     }
-    let cpu = cpu_ms().zip(cpu).map(|(end, begin)| (end - begin) / frames.max(1) as f64);
+    let (mut sums, begin) = (Sums::new(&walk.renderer), cpu_ms());
+    for frame in 0..frames {
+        let ms = draw(walk, frame, mode)?;
+        sums.add(walk, frame, ms);
+    }
+    let cpu_ms = cpu_ms().zip(begin).map(|(end, begin)| (end - begin) / frames.max(1) as f64);
+    let mut missed_pixels = None;
     if alarm {
-        walk.stage.restart();
+        walk.renderer.restart();
         for frame in 0..frames {
-            let camera = walk.camera(frame);
-            missed += walk.missed(camera, mode)?.map_or(0, |m| u64::from(m.pixels));
+            let missed = walk.missed(walk.camera(frame), mode)?.map_or(0, |missed| u64::from(missed.pixels));
+            *missed_pixels.get_or_insert(0) += missed;
         }
     }
-    let all = times.len().max(1) as f64;
-    let oracle = match mode {
-        ViewMode::Hiz => Oracle::Device.name(),
-        ViewMode::Culled(mode) if mode.has_queries() => walk.stage.culling.oracle.name(),
-        ViewMode::Culled(_) => "none",
-    };
-    let tubes = tubes.map(|sum| walk.stage.pipes.as_ref().map(|_| sum as f64 / all));
-    let fps = times.len() as f64 * 1e3 / times.iter().sum::<f64>();
-    times.sort_by(f64::total_cmp);
-    let at =
-        |share: f64| times.get(((times.len() as f64 * share) as usize).min(times.len().max(1) - 1)).copied().unwrap_or(0.0);
-    Ok(Line {
-        mode: mode.name(),
-        oracle,
-        frames,
-        fps,
-        ms_median: at(0.5),
-        ms_p99: at(0.99),
-        cpu_ms: cpu,
-        cull_ms: cull / all,
-        objects_mean: sum.objects as f64 / all,
-        triangles_mean: sum.triangles as f64 / all,
-        ground_triangles_mean: ground.mean(0),
-        ground_triangles_inside: ground.mean(1),
-        ground_hides_mean: ground.hides(),
-        tube_triangles_mean: tubes[0],
-        tube_segments_mean: tubes[1],
-        tube_segments_all: tubes[2],
-        tube_segments_over: tubes[3],
-        tube_bytes: walk.stage.pipes.as_ref().map(|pipes| [pipes.bytes, pipes.bytes_of_mesh]),
-        queries_mean: queries as f64 / all,
-        missed_pixels: alarm.then_some(missed),
-    })
+    Ok(Line { cpu_ms, missed_pixels, ..sums.line(walk, mode) })
 }
 
-/// Adds what a frame draws of tubes: triangles, segments, all segments of its objects, segments that are too far off.
-fn of_tubes(walk: &crate::headless::Walk<'_, '_>, sums: &mut [u64; 4]) {
-    let (Some(pipes), Some(decision)) = (&walk.stage.pipes, &walk.stage.culling.last) else { return };
-    let chosen = pipes.drawn.chosen();
-    let all: usize = decision.objects.iter().map(|o| walk.scene().objects[o.index()].segments.len()).sum();
-    let added = [chosen.triangles, chosen.segments, all as u64, chosen.over];
-    sums.iter_mut().zip(added).for_each(|(sum, n)| *sum += n);
+/// Draws a frame to its end. Returns its milliseconds.
+fn draw(walk: &mut Walk<'_, '_>, frame: usize, mode: ViewMode) -> Result<f64, String> {
+    let request = FrameRequest::new(walk.camera(frame), mode);
+    let start = Instant::now();
+    walk.draw(request)?;
+    walk.renderer.settle().map_err(|e| e.to_string())?;
+    Ok(start.elapsed().as_secs_f64() * 1e3)
 }
 
-/// What frames draw of the ground.
+/// Sums over frames.
+struct Sums {
+    times: Vec<f64>,
+    cull_ms: f64,
+    drawn: ByDevice,
+    queries: u64,
+    ground: OfGround,
+    /// Of tubes: triangles, segments, all segments of the objects that are drawn, segments beyond the error limit.
+    tubes: [u64; 4],
+}
+
+impl Sums {
+    fn new(renderer: &Renderer<'_>) -> Self {
+        let ground = OfGround::new(renderer);
+        Self { times: Vec::new(), cull_ms: 0.0, drawn: ByDevice::default(), queries: 0, ground, tubes: [0; 4] }
+    }
+
+    fn add(&mut self, walk: &Walk<'_, '_>, frame: usize, ms: f64) {
+        let renderer = &walk.renderer;
+        self.times.push(ms);
+        self.ground.add(renderer, walk.file(), walk.camera(frame).eye);
+        self.drawn = self.drawn.with(renderer.drawn());
+        let Some(decision) = &renderer.culling.last else { return };
+        self.cull_ms += decision.ms;
+        self.queries += decision.stats.queries;
+        if let Some(tubes) = &renderer.tubes {
+            let chosen = tubes.drawn.chosen();
+            let all: usize = decision.objects.iter().map(|o| walk.scene().objects[o.index()].segments.len()).sum();
+            let added = [chosen.triangles, chosen.segments, all as u64, chosen.over];
+            self.tubes.iter_mut().zip(added).for_each(|(sum, n)| *sum += n);
+        }
+    }
+
+    fn line(mut self, walk: &Walk<'_, '_>, mode: ViewMode) -> Line {
+        let (renderer, frames) = (&walk.renderer, self.times.len());
+        let all = frames.max(1) as f64;
+        let oracle = match mode {
+            ViewMode::Hiz => Oracle::Device.name(),
+            ViewMode::Culled(mode) if mode.has_queries() => renderer.culling.oracle.name(),
+            ViewMode::Culled(_) => "none",
+        };
+        let tubes = self.tubes.map(|sum| renderer.tubes.as_ref().map(|_| sum as f64 / all));
+        let fps = frames as f64 * 1e3 / self.times.iter().sum::<f64>();
+        self.times.sort_by(f64::total_cmp);
+        let at = |share: f64| self.times.get(((frames as f64 * share) as usize).min(frames.max(1) - 1)).copied();
+        Line {
+            mode: mode.name(),
+            oracle,
+            frames,
+            fps,
+            ms_median: at(0.5).unwrap_or(0.0),
+            ms_p99: at(0.99).unwrap_or(0.0),
+            cpu_ms: None,
+            cull_ms: self.cull_ms / all,
+            objects_mean: self.drawn.objects as f64 / all,
+            triangles_mean: self.drawn.triangles as f64 / all,
+            ground_triangles_mean: self.ground.mean(0),
+            ground_triangles_inside: self.ground.mean(1),
+            ground_hides_mean: self.ground.hides(),
+            tube_triangles_mean: tubes[0],
+            tube_segments_mean: tubes[1],
+            tube_segments_all: tubes[2],
+            tube_segments_over: tubes[3],
+            tube_bytes: renderer.tubes.as_ref().map(|tubes| [tubes.bytes, tubes.bytes_of_mesh]),
+            queries_mean: self.queries as f64 / all,
+            missed_pixels: None,
+        }
+    }
+}
+
+/// Ground in the frames of a path.
 struct OfGround {
     scratch: Scratch,
     has_ground: bool,
@@ -192,16 +207,16 @@ struct OfGround {
 }
 
 impl OfGround {
-    fn new(stage: &Stage<'_>) -> Self {
-        let scratch = Scratch::for_culler(&stage.culling.culler);
-        Self { scratch, has_ground: stage.terrain.is_some(), sums: Default::default(), hidden: 0 }
+    fn new(renderer: &Renderer<'_>) -> Self {
+        let scratch = Scratch::for_culler(&renderer.culling.culler);
+        Self { scratch, has_ground: renderer.terrain.is_some(), sums: Default::default(), hidden: 0 }
     }
 
-    fn add(&mut self, stage: &Stage<'_>, file: &PvsFile, eye: Vec3) {
-        let Some(terrain) = &stage.terrain else { return };
+    fn add(&mut self, renderer: &Renderer<'_>, file: &PvsFile, eye: Vec3) {
+        let Some(terrain) = &renderer.terrain else { return };
         let triangles = terrain.shown.triangles();
         self.hidden += terrain.shown.objects as u64;
-        let cell = stage.culling.culler.cell_of(eye, &mut self.scratch);
+        let cell = renderer.culling.culler.cell_of(eye, &mut self.scratch);
         let is_inside = cell.is_some_and(|cell| !file.cells[cell.index()].open);
         for (sum, frames) in &mut self.sums[..1 + usize::from(is_inside)] {
             (*sum, *frames) = (*sum + triangles, *frames + 1);

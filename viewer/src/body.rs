@@ -9,11 +9,11 @@ use std::f64::consts::TAU;
 
 /// Height of the eye above the floor, metres.
 pub const EYE: f64 = 1.6;
-/// What is stepped on, metres: two steps of stairs. Higher: chairs are climbed. Lower: steep stairs stop people.
+/// Height that a person steps onto, metres: two steps of stairs. Higher: chairs are climbed. Lower: steep stairs stop people.
 pub const STEP: f64 = 0.45;
-/// What a person needs above the floor, metres. Higher: low cellars have no place. Lower: heads touch ceilings.
+/// Height of a person, metres. Higher: low cellars have no place. Lower: heads touch ceilings.
 pub const TALL: f64 = 1.9;
-/// A floor deeper down than this is none: where nothing is below, nobody falls. Some models have no slabs at all.
+/// A floor farther down than this, metres, is ignored: without a floor, a walker does not fall. Some models have no slabs.
 pub const DEEPEST: f64 = 30.0;
 
 /// The vertical part of a floor's unit normal is larger than this. More: ramps are no floors. Less: people stand on walls that lean.
@@ -42,7 +42,7 @@ impl<'a> Space<'a> {
         self.cost.get()
     }
 
-    /// What a ray meets first; `along` is a unit vector.
+    /// The first surface on a ray; `along` is a unit vector.
     pub fn first(&self, from: DVec3, along: DVec3) -> Option<crate::collision::Touch> {
         let (touch, cost) = self.solid.first(from, along, f64::INFINITY, self.passes);
         self.cost.set(self.cost.get() + cost);

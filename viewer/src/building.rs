@@ -1,4 +1,4 @@
-//! What is looked at: a model with its `.pvs` file, found, read or baked.
+//! A building: a model with its `.pvs` file, found, read or baked.
 
 use crate::elements::Author;
 use crate::looks::Looks;
@@ -25,7 +25,7 @@ pub struct Building {
     pub file: PvsFile,
     /// Materials and pictures.
     pub looks: Arc<Looks>,
-    /// What the model says of its elements.
+    /// Elements of the model.
     pub author: Author,
 }
 
@@ -45,7 +45,7 @@ impl Building {
         Self { scene: Arc::new(scene), file, looks: Arc::new(looks), author: Author::default() }
     }
 
-    /// Asks this model when somebody wants to know more of its elements.
+    /// Reads elements from this model when they are first needed.
     pub fn told_by(self, model: &Path) -> Self {
         Self { author: Author::of(model), ..self }
     }
@@ -143,7 +143,7 @@ impl Building {
         }
         let file = baked.map_err(failed)?.file;
         if to.exists() {
-            // What it was isn't lost.
+            // The old file is kept.
             let old = to.with_extension("pvs.old");
             let kept = std::fs::rename(to, &old);
             eprintln!(
@@ -166,7 +166,7 @@ fn looks(scene: &Scene, model: &Path, options: &ImportOptions, progress: Progres
     looks
 }
 
-/// What is kept of a bake that is stopped. `None`: nothing is; somebody else is at it, or nothing can be written there.
+/// The journal of an interrupted bake. `None`: another process uses it, or the folder cannot be written.
 fn journal(path: &Path, digest: Digest) -> Option<Journal> {
     match Journal::open(path, digest) {
         // Of an older model or program: it is the viewer's own, and worth nothing any more.

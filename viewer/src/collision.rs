@@ -1,4 +1,4 @@
-//! What a person bumps into: triangles in a grid over the plan, looked at around a point or along a ray.
+//! Collision: triangles in a grid over the plan, searched around a point or along a ray.
 
 use enfilade::ObjectId;
 use enfilade::scene::Scene;
@@ -72,7 +72,7 @@ impl Face {
     }
 
     /// Where a ray meets it, from either side (Moeller, Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997).
-    fn meets(&self, from: DVec3, along: DVec3) -> Option<f64> {
+    pub fn meets(&self, from: DVec3, along: DVec3) -> Option<f64> {
         let [a, b, c] = self.corners;
         let (u, v, w) = (b - a, c - a, from - a);
         let (across, side) = (along.cross(v), w.cross(u));
@@ -83,7 +83,7 @@ impl Face {
     }
 }
 
-/// What a ray meets first.
+/// The first surface on a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Touch {
     /// How far along, metres.
@@ -107,7 +107,7 @@ pub struct Solid<'s> {
     heights: Vec<[f32; 2]>,
     /// By triangle: whose it is.
     owners: Vec<ObjectId>,
-    /// What stands there besides, such as doors that are shut.
+    /// Other triangles, such as shut doors.
     more: Vec<Face>,
 }
 
@@ -156,7 +156,7 @@ impl<'s> Solid<'s> {
         solid
     }
 
-    /// Puts other triangles in the way, in place of those that were; they are nobody's.
+    /// Replaces the other triangles; they belong to no object.
     pub fn put_in_the_way(&mut self, triangles: &[[DVec3; 3]]) {
         self.more = triangles.iter().map(|&corners| Face { corners, object: NOBODY }).collect();
     }
@@ -182,7 +182,7 @@ impl<'s> Solid<'s> {
         all
     }
 
-    /// What a ray meets first of what isn't passed, no farther than `limit` metres; `along` is a unit vector. And what it cost.
+    /// The first surface on a ray of those that are not passed, within `limit` metres, and the cost; `along` is a unit vector.
     pub fn first(&self, from: DVec3, along: DVec3, limit: f64, passes: &dyn Fn(ObjectId) -> bool) -> (Option<Touch>, usize) {
         let (start, way) = (flat(from), flat(along));
         let Some([mut near, far]) = self.crossing(start, way, limit) else { return (None, 0) };
@@ -269,7 +269,7 @@ impl<'s> Solid<'s> {
 
     fn square_of(&self, p: DVec2) -> [usize; 2] {
         let at = ((p - self.min) / self.square).to_array();
-        // What isn't over the grid is over its rim.
+        // Points beside the grid belong to its rim.
         [0, 1].map(|i| (at[i].max(0.0) as usize).min(self.across[i] - 1))
     }
 }

@@ -4,7 +4,7 @@ use enfilade::file::PvsFile;
 use enfilade::scene::{Role, Scene};
 use enfilade_measure::walkthrough::picture::{hsv, hue};
 
-/// How objects are coloured. All but the first are plain, whatever the detail.
+/// How objects are coloured. All but the first are drawn plain.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tints {

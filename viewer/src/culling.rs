@@ -1,7 +1,7 @@
-//! Who decides what a frame draws: a mode, with what it keeps from frame to frame.
+//! Culling of the viewer: a mode, and its state from frame to frame.
 
 use crate::building::Building;
-use crate::delayed_queries::Late;
+use crate::delayed_queries::DelayedQueries;
 use crate::draw::queries;
 use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
@@ -11,7 +11,7 @@ use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameMode, F
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
 
-/// Who answers occlusion queries.
+/// The engine for occlusion queries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Oracle {
     /// The device that draws: answers are used there in the same frame, and read later.
@@ -21,7 +21,7 @@ pub enum Oracle {
 }
 
 impl Oracle {
-    /// Who answers soonest: a device that draws on the processor is slower at boxes than a depth buffer that is made for them.
+    /// The faster engine: a software driver is slower at boxes than the library's depth buffer.
     pub fn best(gpu: &enfilade::gpu::Gpu) -> Self {
         if gpu.is_software { Self::Software } else { Self::Device }
     }
@@ -46,18 +46,18 @@ pub const MODES: [FrameMode; 7] = [
     FrameMode::Auto,
 ];
 
-/// What the device decides of a frame.
+/// The part of a frame that the device decides.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Asks {
     /// Nothing.
     Nothing,
-    /// What occlusion queries say: the plan of [`Culling::late`].
+    /// Occlusion queries: the plan of [`Culling::delayed`].
     Queries,
-    /// What may show before a pyramid of depth: see [`crate::draw::hiz`].
+    /// Objects before a pyramid of depth: see [`crate::draw::hiz`].
     Pyramid,
 }
 
-/// What the device drew of what it decides.
+/// Objects and triangles that the device decided to draw.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ByDevice {
     /// Objects.
@@ -73,16 +73,16 @@ impl ByDevice {
     }
 }
 
-/// What was decided for a frame.
+/// The decision for a frame.
 #[derive(Clone, Debug)]
 pub struct Decision {
     /// The frame that it was made in.
     pub frame: u64,
     /// How.
     pub method: FrameMode,
-    /// To draw, whatever the device says; of a method that asks it queries, what is certain; where it has a pyramid, what is in the frustum.
+    /// Objects to draw: all; with queries, the certain ones; with a pyramid, those in the frustum.
     pub objects: Vec<ObjectId>,
-    /// What the device decides.
+    /// Objects that the device decides about.
     pub asks: Asks,
     /// The camera that it is for.
     pub camera: Camera,
@@ -115,7 +115,7 @@ impl Decision {
         }
     }
 
-    /// What was drawn, with what was heard of the device.
+    /// Objects and triangles drawn, with the answers of the device.
     pub fn drawn(&self, by_device: ByDevice) -> ByDevice {
         let certain = ByDevice { objects: self.stats.objects, triangles: self.stats.triangles };
         if self.asks == Asks::Nothing { certain } else { certain.with(by_device) }
@@ -152,9 +152,9 @@ pub struct Culling<'b> {
     pub culler: Culler,
     /// Culls.
     pub frames: FrameCuller,
-    /// What the device is asked.
-    pub late: Late,
-    /// Who is asked.
+    /// Queries of the device.
+    pub delayed: DelayedQueries,
+    /// The engine.
     pub oracle: Oracle,
     /// The last decision.
     pub last: Option<Decision>,
@@ -180,7 +180,7 @@ impl<'b> Culling<'b> {
         Self {
             culler,
             frames,
-            late: Late::new(&building.file),
+            delayed: DelayedQueries::new(&building.file),
             oracle,
             last: None,
             building,
@@ -208,7 +208,7 @@ impl<'b> Culling<'b> {
     pub fn decide(&mut self, frame: u64, camera: &Camera, near: f64, mode: impl Into<ViewMode>) -> &Decision {
         let start = Instant::now();
         let mode = mode.into();
-        // 1. How. Answers of a device come a frame late, and then asking costs more than it saves.
+        // 1. How. Answers of a device come a frame delayed, and then asking costs more than it saves.
         let method = match (mode.of_library(), self.oracle) {
             (FrameMode::Auto, Oracle::Device) => FrameMode::Both,
             (mode, _) => self.frames.choose(&self.culler, camera, mode),
@@ -235,10 +235,10 @@ impl<'b> Culling<'b> {
         (decision.camera, decision.home, decision.stats) = (*camera, visible.home, visible.stats);
         // 3. What to ask the device.
         if asks == Asks::Queries {
-            self.late.plan(camera, &decision.objects, queries::MOST);
-            refill(&mut decision.objects, &self.late.sure);
+            self.delayed.plan(camera, &decision.objects, queries::MOST);
+            refill(&mut decision.objects, &self.delayed.sure);
             let triangles = decision.objects.iter().map(|&o| u64::from(self.culler.triangles(o))).sum();
-            let (objects, queries) = (decision.objects.len() as u64, self.late.questions.len() as u64);
+            let (objects, queries) = (decision.objects.len() as u64, self.delayed.questions.len() as u64);
             decision.stats = FrameStats { objects, triangles, queries, ..decision.stats };
         }
         decision.ms = start.elapsed().as_secs_f64() * 1e3;
@@ -249,7 +249,7 @@ impl<'b> Culling<'b> {
     pub fn restart(&mut self) {
         self.last = None;
         self.frames.restart(&self.culler);
-        self.late = Late::new(&self.building.file);
+        self.delayed = DelayedQueries::new(&self.building.file);
     }
 }
 

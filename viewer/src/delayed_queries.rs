@@ -1,10 +1,9 @@
 //! Coherent hierarchical culling whose answers come some frames late to the processor, and in time to the device.
 //!
 //! Based on: Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware occlusion queries made useful*, 2004.
-//! Deviation: what was hidden is asked about as there, but nobody waits for the answer. The device itself turns it into an indirect draw
-//! of this very frame ([`crate::draw::queries`]), so what comes into sight is drawn in the frame in which it does, and the processor never
-//! stalls. It reads the answers when they come, a frame or two later, to choose better questions; what it knows late costs triangles, not
-//! pixels.
+//! Deviation: queries are chosen as there, without waiting for answers. The device turns an answer into an indirect draw of the same frame
+//! ([`crate::draw::queries`]), so an object that comes into sight is drawn in that frame, and the processor never stalls. The processor reads
+//! answers a frame or two later and chooses its next queries by them. Late answers cost triangles, and no pixels.
 
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
@@ -19,7 +18,7 @@ use glam::Vec3;
 const LARGEST: u64 = 20_000;
 /// Nodes with fewer triangles than this are asked about as one. Higher: fewer questions. Lower: less is drawn.
 const SMALLEST: u64 = 400;
-/// What shows is asked about again in every so many frames. Higher: fewer questions. Lower: what went out of sight is left sooner.
+/// A visible node is queried again after this many frames. Higher: fewer queries. Lower: hidden nodes are dropped sooner.
 const AGAIN: u64 = 8;
 /// Boxes grow by this share of their distance from the eye and of their size: more than what rounding to `f32` on the way to the screen
 /// can move them. Smaller: boxes that are flush with what is in them lose a pixel.
@@ -36,7 +35,7 @@ pub struct Question {
     pub most: Vec3,
 }
 
-/// What is known of a node.
+/// State of a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
     shows: bool,
@@ -46,8 +45,8 @@ struct State {
     visited: u64,
 }
 
-/// What one camera needs from frame to frame, and what the last frame came to.
-pub struct Late {
+/// State of one camera from frame to frame, and the plan of the last frame.
+pub struct DelayedQueries {
     tree: Hierarchy,
     mask: Mask,
     states: Vec<State>,
@@ -60,7 +59,7 @@ pub struct Late {
     pub conditional: Vec<(u32, ObjectId)>,
 }
 
-impl Late {
+impl DelayedQueries {
     /// Makes a tree of a file's objects.
     pub fn new(file: &PvsFile) -> Self {
         let boxes: Vec<Aabb> =
@@ -79,7 +78,7 @@ impl Late {
         }
     }
 
-    /// Chooses questions about `objects`, at most so many: what is left then is drawn.
+    /// Chooses queries for `objects`, `most` at most; the rest is drawn.
     pub fn plan(&mut self, camera: &Camera, objects: &[ObjectId], most: usize) {
         self.frame += 1;
         self.mask.set(&self.tree, objects);

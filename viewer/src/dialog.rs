@@ -30,7 +30,7 @@ impl Dialog {
         let (tell, answer) = channel();
         std::thread::spawn(move || {
             let file = pollster::block_on(dialog).map(|file| file.path().to_owned());
-            // Nobody listens any more where the window was shut.
+            // The window may be shut by now.
             let _ = tell.send(match file {
                 None if FAILURE.take() => Err(NONE.to_owned()),
                 file => Ok(file),
@@ -57,7 +57,7 @@ static FAILURE: Failure = Failure(Mutex::new(false));
 impl Failure {
     fn listen() {
         FAILURE.take();
-        // The first dialog of a run sets it; whoever logs already goes on to.
+        // The first dialog of a run sets it; a logger that is set already stays.
         if log::set_logger(&FAILURE).is_ok() {
             log::set_max_level(LevelFilter::Error);
         }

@@ -1,5 +1,4 @@
-//! What the author of an IFC model says of its elements: read from the model when somebody first picks something or searches, and told
-//! and searched from then on.
+//! Elements of an IFC model with their properties: read from the model at the first pick or search.
 
 use crate::building::Building;
 use enfilade::{CellId, ObjectId};
@@ -9,7 +8,7 @@ use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
-/// What a model says, as soon as somebody asks.
+/// Elements of a model, read at the first use.
 #[derive(Clone, Default)]
 pub struct Author {
     model: Option<PathBuf>,
@@ -55,7 +54,7 @@ pub fn of_cell(building: &Building, cell: CellId) -> Option<&Element> {
     building.author.elements().get(building.file.cells[cell.index()].source.as_deref()?)
 }
 
-/// What an element is called, of which type it is, and its numbers.
+/// Name, class, type and ids of an element.
 pub fn facts(element: &Element) -> Vec<(&'static str, String)> {
     let told = |name: &'static str, value: Option<&str>| value.map(|value| (name, value.to_owned()));
     [

@@ -7,7 +7,7 @@ use enfilade::proof::{Asker, Doubt, Goal, Why};
 use glam::DVec3;
 
 /// An answer for the screen.
-pub struct Told {
+pub struct Explanation {
     /// The sentence.
     pub text: String,
     /// The witness, metres relative to the origin, where there is one.
@@ -15,7 +15,7 @@ pub struct Told {
 }
 
 /// Asks, and says it in a sentence.
-pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: Units) -> Told {
+pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: Units) -> Explanation {
     let name = |cell: CellId| match &file.cells[cell.index()] {
         named if named.source.is_some() => format!("cell {cell} ({})", named.name),
         _ => format!("cell {cell}"),
@@ -29,7 +29,7 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: 
     };
     let why = match asker.why(cell, goal) {
         Ok(why) => why,
-        Err(e) => return Told { text: format!("{what}: the file {e}"), sight: None },
+        Err(e) => return Explanation { text: format!("{what}: the file {e}"), sight: None },
     };
     let who = name(cell);
     let mut sight = None;
@@ -77,5 +77,5 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: 
             format!("Whether {who} sees {what} is not decided: {reason}. It is drawn, to be safe.")
         }
     };
-    Told { text, sight }
+    Explanation { text, sight }
 }

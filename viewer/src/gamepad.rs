@@ -3,10 +3,10 @@
 pub mod pads;
 
 use crate::args::Shown;
+use crate::commands::Action;
 use crate::culling::MODES;
 use crate::settings::Preferences;
-use crate::ui::keys::Action;
-use crate::walker::Wants;
+use crate::walker::MoveInput;
 use glam::{DVec2, DVec3};
 
 /// Radians a second that a stick at its edge turns by.
@@ -41,7 +41,7 @@ pub enum Button {
     Select,
 }
 
-/// What a button does.
+/// Action of a button.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Does {
     Act(Action),
@@ -49,7 +49,7 @@ enum Does {
     Mode(isize),
 }
 
-/// What each button does.
+/// Actions of the buttons.
 const BUTTONS: [(Button, Does); 10] = [
     (Button::South, Does::Act(Action::Door)),
     (Button::East, Does::Act(Action::Fly)),
@@ -63,7 +63,7 @@ const BUTTONS: [(Button, Does); 10] = [
     (Button::Select, Does::Act(Action::Layer(Shown::Plan))),
 ];
 
-/// What there is, in words; buttons by where they lie.
+/// Help; buttons by their position.
 pub const HELP: [(&str, &str); 5] = [
     ("Left stick, right stick", "walk; look"),
     ("Triggers, shoulders", "down and up, flying; faster"),
@@ -72,7 +72,7 @@ pub const HELP: [(&str, &str); 5] = [
     ("Start, Select", "buttons; plan"),
 ];
 
-/// What a button does, while frames are culled by the mode with this number in [`MODES`].
+/// The action of a button, while frames are culled by the mode with this number in [`MODES`].
 pub fn action(button: Button, mode: usize) -> Option<Action> {
     let (_, does) = BUTTONS.iter().find(|(of, _)| *of == button)?;
     Some(match *does {
@@ -81,14 +81,14 @@ pub fn action(button: Button, mode: usize) -> Option<Action> {
     })
 }
 
-/// Where somebody wants to go: the left stick walks, triggers go down and up, a shoulder hurries.
-pub fn wants(held: &Held, preferences: &Preferences) -> Wants {
+/// Movement: the left stick walks, triggers go down and up, a shoulder hurries.
+pub fn wants(held: &Held, preferences: &Preferences) -> MoveInput {
     let left = beyond_rest(held.left, preferences.dead_zone);
     let [down, up] = held.triggers.map(|trigger| beyond_rest(DVec2::new(trigger, 0.0), preferences.dead_zone).x.max(0.0));
-    Wants { to: DVec3::new(left.x, up - down, left.y), hurry: held.shoulder }
+    MoveInput { to: DVec3::new(left.x, up - down, left.y), hurry: held.shoulder }
 }
 
-/// How fast somebody turns, radians a second, to the right and up: by the right stick, finer near its middle.
+/// Turning, radians a second, to the right and up: by the right stick, finer near its middle.
 pub fn turn(held: &Held, preferences: &Preferences) -> DVec2 {
     let right = beyond_rest(held.right, preferences.dead_zone);
     let by = right * right.length() * TURN * preferences.stick;
@@ -127,8 +127,8 @@ mod tests {
     #[test]
     fn triggers_go_down_and_up_and_a_shoulder_hurries() {
         let of = |triggers, shoulder| wants(&Held { triggers, shoulder, ..Held::default() }, &with(0.0, 1.0, false));
-        assert_eq!(of([0.0, 1.0], false), Wants { to: DVec3::Y, hurry: false });
-        assert_eq!(of([0.5, 0.0], true), Wants { to: -DVec3::Y * 0.5, hurry: true });
+        assert_eq!(of([0.0, 1.0], false), MoveInput { to: DVec3::Y, hurry: false });
+        assert_eq!(of([0.5, 0.0], true), MoveInput { to: -DVec3::Y * 0.5, hurry: true });
         assert_eq!(of([1.0, 1.0], false).to, DVec3::ZERO);
         // Some triggers rest at -1.
         assert_eq!(of([-1.0, 0.0], false).to, DVec3::ZERO);

@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 
 /// Faces that are looked at, at most, for one way: some tenths of a second.
 const MOST_LOOKS: usize = 12_000_000;
-/// Things are looked at from so many of their diagonals away, and no nearer or farther than this, metres. Nearer: they overfill the picture.
+/// Distance of a view of an object, in its diagonals; and its least and greatest value, metres. Nearer: objects overfill the picture.
 /// Farther: they are dots.
 const AWAY: (f64, [f64; 2]) = (1.6, [2.2, 10.0]);
 /// A place from which so much of a thing is seen is taken at once. More: the eye goes far for the last corner. Less: a desk stands before
@@ -33,7 +33,7 @@ const TOUCH: f64 = 0.02;
 pub struct Guide<'a> {
     /// It.
     pub building: &'a Building,
-    /// What is in the way.
+    /// Collision.
     pub solid: &'a Solid<'a>,
     /// Its closed cells.
     pub rooms: &'a [Room],

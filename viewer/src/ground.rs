@@ -13,14 +13,14 @@ use std::time::{Duration, Instant};
 
 /// Bytes of the cache of tiles: at 33 x 33 samples of two bytes some 15,000 tiles, 30 million triangles.
 const CACHE: u64 = 32 << 20;
-/// Tiles are loaded for where the camera will be in so many seconds.
+/// Tiles are loaded for the place of the camera this many seconds ahead.
 const AHEAD: f64 = 0.5;
-/// Tiles are loaded before a window is seen where an open cell is at most so many portals away: 1 is a room with a window, 2 the rooms beside
-/// it. More: tiles that nobody comes to see. Fewer: who runs is at the window before they are there.
+/// Tiles are loaded if an open cell is at most this many portals away: 1 is a room with a window, 2 the rooms beside it. More: tiles that are
+/// never seen. Fewer: a running walker is at the window before they are loaded.
 const HOPS: u32 = 2;
 /// How long the tiles under a building may take to come at the start, before it is placed by what is there.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Where nobody has said, no sample is drawn farther from its place than so many pixels.
+/// Default error of a sample on the screen, pixels.
 const PIXELS: f64 = 1.0;
 /// Of coordinates, what the rounding of an eye to 32 bits, and of the way it looks, may amount to.
 const ROUNDING: f64 = 1e-6;
@@ -46,12 +46,12 @@ pub struct Land {
     started: Instant,
 }
 
-/// What of a ground a frame shows; of each way to cull one.
+/// The ground that a frame shows; each way to cull has its own.
 #[derive(Default)]
 pub struct Shown {
-    /// What was selected.
+    /// The selection.
     pub scratch: GroundScratch,
-    /// What of it nearer ground doesn't hide, once something was selected.
+    /// The part that nearer ground does not hide.
     pub horizon: Option<Horizon>,
     /// Objects that the frame doesn't draw since ground hides them.
     pub objects: usize,
@@ -61,7 +61,7 @@ pub struct Shown {
     pub is_expected: bool,
     /// Where it was looked at from, in the ground's coordinates.
     pub camera: Option<Camera>,
-    /// What the frame has loaded.
+    /// Tiles that the frame has loaded.
     pub loading: Loading,
 }
 
@@ -94,7 +94,7 @@ fn open_file(path: &Path, place: Option<Placement>) -> Result<Land, String> {
 }
 
 impl Land {
-    /// Of a ground. Where nobody says otherwise, the building's origin is on the surface in the ground's middle.
+    /// Of a ground. By default, the building's origin is on the surface in the ground's middle.
     pub fn new(ground: Ground, place: Option<Placement>) -> Self {
         let mut land = Self {
             ground,
@@ -206,7 +206,7 @@ impl Land {
         self.load_at(self.started.elapsed().as_secs_f64(), size, shown);
     }
 
-    /// The same, so many seconds after the start.
+    /// The same, some seconds after the start.
     pub fn load_at(&mut self, seconds: f64, size: [u32; 2], shown: &mut Shown) {
         let Some(camera) = shown.camera else { return };
         self.motion.see(&camera, seconds);

@@ -1,11 +1,11 @@
-//! Frames without a window: the same stage, drawn on a picture.
+//! Frames without a window: the same renderer, drawn on a picture.
 
 use crate::args::{Args, Shown};
 use crate::building::Building;
 use crate::culling::Oracle;
 use crate::draw::alarm::Missed;
-use crate::draw::frame::{Stage, Wish};
-use crate::draw::lines::Overlay;
+use crate::draw::frame::FrameRequest;
+use crate::draw::renderer::Renderer;
 use crate::draw::targets::{Canvas, PICTURE};
 use crate::ground::{self, Land};
 use crate::looks::Detail;
@@ -26,13 +26,13 @@ use wgpu::{DownlevelFlags, Features};
 const PATIENCE: Duration = Duration::from_secs(20);
 /// Size of pictures, where none is given.
 const SIZE: [u32; 2] = [1280, 720];
-/// What an adapter must have, and what it is called.
+/// Features that an adapter must have, with their names.
 pub const NEEDS: [(DownlevelFlags, &str); 3] = [
     (DownlevelFlags::INDIRECT_EXECUTION, "indirect draws"),
     (DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
     (DownlevelFlags::FRAGMENT_WRITABLE_STORAGE, "storage that fragments write"),
 ];
-/// What is used where an adapter has it.
+/// Features that are used if an adapter has them.
 pub const WISHES: Features = Features::TIMESTAMP_QUERY;
 
 /// A building, opened without a window.
@@ -47,8 +47,8 @@ pub struct Headless {
 pub struct Walk<'w, 'b> {
     /// The frames.
     pub path: &'w CameraPath,
-    /// What draws them.
-    pub stage: Stage<'b>,
+    /// Draws them.
+    pub renderer: Renderer<'b>,
     canvas: Canvas,
     aspect: f64,
     building: &'b Building,
@@ -75,18 +75,18 @@ impl Headless {
         Ok(Self { building, path, land })
     }
 
-    /// Runs something with a stage of `size` pixels.
-    pub fn with_stage<T>(
+    /// Runs something with a renderer of `size` pixels.
+    pub fn with_renderer<T>(
         &mut self,
         args: &Args,
         size: [u32; 2],
         run: impl FnOnce(&mut Walk<'_, '_>) -> T,
     ) -> Result<T, String> {
         let mut walk = Walk::new(&self.building, &self.path, args.oracle.map(Oracle::from), size)?;
-        walk.stage.set_detail(args.detail.unwrap_or(Detail::Plain))?;
-        walk.stage.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
-        walk.stage.culling.set_min_pixels(args.min_pixels);
-        self.land.take().map_or(Ok(()), |land| walk.stage.set_ground(land))?;
+        walk.renderer.set_detail(args.detail.unwrap_or(Detail::Plain))?;
+        walk.renderer.tubes.iter_mut().for_each(|tubes| tubes.set(args.tube_pixels, args.thin_tubes));
+        walk.renderer.culling.set_min_pixels(args.min_pixels);
+        self.land.take().map_or(Ok(()), |land| walk.renderer.set_ground(land))?;
         Ok(run(&mut walk))
     }
 }
@@ -108,12 +108,12 @@ impl<'w, 'b> Walk<'w, 'b> {
         let gpu = device()?;
         let oracle = oracle.unwrap_or(Oracle::best(&gpu));
         let canvas = Canvas::new(&gpu, size);
-        let mut stage = Stage::new(gpu, building, oracle, size, PICTURE)?;
+        let mut renderer = Renderer::new(gpu, building, oracle, size, PICTURE)?;
         // Paths lead through doors, and rows take them as open.
-        stage.doors.set_all(true);
-        stage.doors_changed();
-        stage.paint(crate::colours::colours(&building.scene, &building.file, Default::default()));
-        Ok(Self { path, stage, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
+        renderer.doors.set_all(true);
+        renderer.doors_changed();
+        renderer.paint(crate::colours::colours(&building.scene, &building.file, Default::default()));
+        Ok(Self { path, renderer, canvas, aspect: f64::from(size[0]) / f64::from(size[1]), building })
     }
 
     /// Objects.
@@ -131,35 +131,33 @@ impl<'w, 'b> Walk<'w, 'b> {
         self.path.camera(frame, self.building.file.origin, self.aspect)
     }
 
-    /// Draws a frame; nobody waits for it.
-    pub fn draw(&mut self, wish: Wish<'_>) -> Result<(), String> {
-        self.stage.frame(wish, &self.canvas.view, None).map_err(|e| e.to_string())
+    /// Draws a frame without waiting for it.
+    pub fn draw(&mut self, request: FrameRequest<'_>) -> Result<(), String> {
+        self.renderer.frame(request, &self.canvas.view, None).map_err(|e| e.to_string())
     }
 
-    /// What a frame misses.
+    /// Missed pixels of a frame.
     pub fn missed(&mut self, camera: Camera, mode: impl Into<ViewMode>) -> Result<Option<Missed>, String> {
-        let overlay = Overlay::default();
-        let (culled_by, mode, mirrors) = (Some(camera), mode.into(), None);
-        self.draw(Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors })?;
-        self.stage.settle().map_err(|e| e.to_string())?;
-        let number = self.stage.frame;
-        Ok(self.stage.heard.missed.clone().filter(|missed| missed.frame == number))
+        self.draw(FrameRequest { alarm: true, ..FrameRequest::new(camera, mode) })?;
+        self.renderer.settle().map_err(|e| e.to_string())?;
+        let number = self.renderer.frame;
+        Ok(self.renderer.readback.missed.clone().filter(|missed| missed.frame == number))
     }
 
     /// The picture as it is.
     pub fn picture(&self) -> Result<Picture, String> {
-        self.canvas.read(&self.stage.gpu).map_err(|e| e.to_string())
+        self.canvas.read(&self.renderer.gpu).map_err(|e| e.to_string())
     }
 }
 
 /// Draws on until the tiles that are wanted are there.
 fn wait_for_ground(session: &mut Session<'_>, canvas: &Canvas) -> Result<(), String> {
     let start = Instant::now();
-    let is_whole = |session: &Session<'_>| session.stage.terrain.as_ref().is_none_or(|terrain| terrain.shown.is_whole());
+    let is_whole = |session: &Session<'_>| session.renderer.terrain.as_ref().is_none_or(|terrain| terrain.shown.is_whole());
     while !session.is_frozen() && !is_whole(session) && start.elapsed() < PATIENCE {
         std::thread::sleep(Duration::from_millis(2));
         session.draw(&canvas.view, egui::RawInput::default(), 0.0)?;
-        session.stage.settle().map_err(|e| e.to_string())?;
+        session.renderer.settle().map_err(|e| e.to_string())?;
     }
     Ok(())
 }
@@ -181,15 +179,15 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
     let gpu = device()?;
     let canvas = Canvas::new(&gpu, size);
     let oracle = args.oracle.map_or(Oracle::best(&gpu), Oracle::from);
-    let mut stage = Stage::new(gpu, &held.building, oracle, size, PICTURE)?;
-    held.land.take().map_or(Ok(()), |land| stage.set_ground(land))?;
-    stage.pipes.iter_mut().for_each(|pipes| pipes.set(args.tube_pixels, args.thin_tubes));
-    stage.culling.set_min_pixels(args.min_pixels);
-    let mut session = Session::new(&held.building, stage, PICTURE, size)?;
-    session.show.mode = args.mode.unwrap_or(session.show.mode);
-    session.show.detail = args.detail.unwrap_or_default();
-    session.show.layers.alarm = args.alarm;
-    session.show.hud = !args.show.is_empty();
+    let mut renderer = Renderer::new(gpu, &held.building, oracle, size, PICTURE)?;
+    held.land.take().map_or(Ok(()), |land| renderer.set_ground(land))?;
+    renderer.tubes.iter_mut().for_each(|tubes| tubes.set(args.tube_pixels, args.thin_tubes));
+    renderer.culling.set_min_pixels(args.min_pixels);
+    let mut session = Session::new(&held.building, renderer);
+    session.view.mode = args.mode.unwrap_or(session.view.mode);
+    session.view.detail = args.detail.unwrap_or_default();
+    session.view.layers.alarm = args.alarm;
+    session.view.hud = !args.show.is_empty();
     // The walk up to here, so that graphs and the walked path are those of a walk.
     let first = if args.show.is_empty() { args.frame } else { 0 };
     for frame in (first..=args.frame).filter(|&f| args.freeze.is_none_or(|freeze| f <= freeze || f == args.frame)) {
@@ -208,18 +206,18 @@ pub fn shot(args: &Args, to: &Path) -> Result<bool, String> {
             args.show.iter().for_each(|&shown| session.show_this(shown));
         }
         session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
-        session.stage.settle().map_err(|e| e.to_string())?;
+        session.renderer.settle().map_err(|e| e.to_string())?;
         wait_for_ground(&mut session, &canvas)?;
     }
     // Again, with what was heard of the last frame; then with panels at their size.
     let again = if args.show.is_empty() { usize::from(args.alarm) } else { 2 };
     for _ in 0..again {
         session.draw(&canvas.view, egui::RawInput::default(), 1.0 / 60.0)?;
-        session.stage.settle().map_err(|e| e.to_string())?;
+        session.renderer.settle().map_err(|e| e.to_string())?;
     }
-    let picture = canvas.read(&session.stage.gpu).map_err(|e| e.to_string())?;
+    let picture = canvas.read(&session.renderer.gpu).map_err(|e| e.to_string())?;
     picture.save(to).map_err(|e| format!("{}: {e}", to.display()))?;
-    let Some(missed) = session.stage.heard.missed.as_ref().filter(|_| args.alarm) else { return Ok(true) };
+    let Some(missed) = session.renderer.readback.missed.as_ref().filter(|_| args.alarm) else { return Ok(true) };
     eprintln!("{}", session.say_missed(missed));
     Ok(missed.pixels == 0)
 }

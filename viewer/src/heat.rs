@@ -27,7 +27,7 @@ pub fn of_objects(profile: &Profile<'_>, tints: Tints) -> Vec<[u8; 3]> {
         _ => profile.seen.iter().map(|&n| f64::from(n)).collect(),
     };
     let most = values.iter().copied().fold(0.0, f64::max);
-    // What is drawn in vain differs by powers of ten: half of the scale is a hundredth of the most.
+    // Costs in vain differ by powers of ten: half of the scale is a hundredth of the most.
     let share = |value: f64| match tints {
         Tints::InVain => (1.0 + 99.0 * value / most).log10() / 2.0,
         _ => value / most,
@@ -36,7 +36,7 @@ pub fn of_objects(profile: &Profile<'_>, tints: Tints) -> Vec<[u8; 3]> {
     colours.chain([NEVER]).collect()
 }
 
-/// What the ends of the scale stand for.
+/// Labels at both ends of the scale.
 pub fn ends(profile: &Profile<'_>, tints: Tints) -> [String; 2] {
     let frames = profile.costs.len().max(1);
     match tints {

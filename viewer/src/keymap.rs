@@ -1,12 +1,12 @@
-//! Which key does what: the table of [`crate::ui::keys`], with what a person has changed.
+//! Which key does what: the table of [`crate::commands`], with the changes of a person.
 
-use crate::ui::keys::{Action, CHORDS, HOLDS, Hold, KEYS};
+use crate::commands::{Action, Entry, HOLDS, Hold, TABLE, entry_of};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use winit::keyboard::KeyCode;
 
-/// What a key is for.
+/// An action or a movement, which has a key.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Bound {
     /// Does something once.
@@ -25,7 +25,7 @@ const LETTERS: usize = 24;
 /// Which key does what.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct KeyMap {
-    /// What isn't as in the table.
+    /// Keys that differ from the table.
     changed: Vec<(Bound, KeyCode)>,
     /// Entries of the settings that mean nothing, and why.
     ignored: Vec<String>,
@@ -33,8 +33,8 @@ pub struct KeyMap {
 
 /// All that a key may be for: what, the usual key, its name, and a label.
 pub fn all() -> impl Iterator<Item = (Bound, KeyCode, &'static str, &'static str)> {
-    let held = HOLDS.iter().map(|&(code, name, hold, label, _)| (Bound::Hold(hold), code, name, label));
-    held.chain(KEYS.iter().map(|&(code, name, action, label, _)| (Bound::Act(action), code, name, label)))
+    let held = HOLDS.iter().map(|held| (Bound::Hold(held.hold), held.key.0, held.key.1, held.label));
+    held.chain(TABLE.iter().map(|entry| (Bound::Act(entry.action), entry.key.0, entry.key.1, entry.label)))
 }
 
 impl KeyMap {
@@ -49,18 +49,15 @@ impl KeyMap {
         self.key(Bound::Hold(hold)).is_some_and(is_down)
     }
 
-    /// What a key does once, while Ctrl or Shift is held.
+    /// The action of a key, with Ctrl or Shift held.
     pub fn action(&self, code: KeyCode, [ctrl, shift]: [bool; 2]) -> Option<Action> {
-        if let Some((_, action, _)) = CHORDS.iter().find(|(of, ..)| ctrl && *of == code) {
-            return Some(*action);
+        let chord = |entry: &&Entry| entry.chord.is_some_and(|(of, _)| ctrl && of == code);
+        if let Some(entry) = TABLE.iter().find(chord) {
+            return Some(entry.action);
         }
-        match self.of(code) {
-            Some((Bound::Act(Action::Hide), _)) if shift => Some(Action::ShowAll),
-            Some((Bound::Act(Action::Section), _)) if shift => Some(Action::TurnSection),
-            Some((Bound::Act(Action::Mode(mode)), _)) if shift => Some(Action::OtherMode(mode)),
-            Some((Bound::Act(action), _)) => Some(action),
-            _ => None,
-        }
+        let Some((Bound::Act(action), _)) = self.of(code) else { return None };
+        let shifted = entry_of(action).and_then(|entry| entry.shifted);
+        Some(shifted.filter(|_| shift).unwrap_or(action))
     }
 
     /// Its key in words, for the list and the buttons.
@@ -69,8 +66,9 @@ impl KeyMap {
         match (usual, self.key(bound)) {
             (Some((_, code, name, _)), Some(key)) if key == code => name.to_owned(),
             (_, Some(key)) => {
-                let chord = CHORDS.iter().find(|(_, action, _)| bound == Bound::Act(*action));
-                name_of(key) + &chord.map_or_else(String::new, |(.., chord)| format!(", {chord}"))
+                let entry = TABLE.iter().find(|entry| bound == Bound::Act(entry.action));
+                let chord = entry.and_then(|entry| entry.chord);
+                name_of(key) + &chord.map_or_else(String::new, |(_, chord)| format!(", {chord}"))
             }
             _ => String::new(),
         }
@@ -115,7 +113,7 @@ impl KeyMap {
         (!told.is_empty()).then(|| format!("keys in the settings that are ignored: {told}"))
     }
 
-    /// What a key is for, and its label.
+    /// The action or movement of a key, and its label.
     fn of(&self, code: KeyCode) -> Option<(Bound, &'static str)> {
         all().find(|(bound, ..)| self.key(*bound) == Some(code)).map(|(bound, _, _, label)| (bound, label))
     }
@@ -173,7 +171,7 @@ impl<'d> Deserialize<'d> for KeyMap {
 
 /// A key in words.
 pub fn name_of(code: KeyCode) -> String {
-    // What the table says, if that is one key.
+    // The name in the table, if that is one key.
     if let Some((_, _, name, _)) = all().find(|(_, of, name, _)| *of == code && !name.contains(['+', ','])) {
         return name.to_owned();
     }
@@ -216,7 +214,7 @@ mod tests {
     #[test]
     fn every_action_and_every_held_key_can_have_another_key() {
         let bounds: Vec<Bound> = all().map(|(bound, ..)| bound).collect();
-        assert_eq!(bounds.len(), KEYS.len() + HOLDS.len());
+        assert_eq!(bounds.len(), TABLE.len() + HOLDS.len());
         for bound in bounds {
             let mut map = KeyMap::default();
             let before = map.key(bound).unwrap();
@@ -240,7 +238,7 @@ mod tests {
         assert_eq!(map.give(FLY, KeyCode::KeyF), Err("F is for Freeze already".to_owned()));
         assert_eq!(map.give(AHEAD, KeyCode::Escape), Err("Esc stays as it is".to_owned()));
         assert!(map.is_usual());
-        // What nobody has any more is free.
+        // A key that no action has is free.
         map.give(Bound::Act(Action::Freeze), KeyCode::F20).unwrap();
         map.give(FLY, KeyCode::KeyF).unwrap();
         assert_eq!(map.action(KeyCode::KeyF, [false; 2]), Some(Action::Fly));

@@ -1,7 +1,7 @@
 //! The window onto Enfilade: walk through a building, and see what is not drawn.
 //!
-//! [`draw::frame`] is a frame from top to bottom. [`session`] is what a person does in a building, without a window, so that pictures and
-//! tests run the same code; [`app`] is the window. [`delayed_queries`] chooses occlusion queries whose answers nobody waits for.
+//! [`commands`] is the table of all actions. [`session`] is a visit to a building without a window, so that pictures and tests run the same
+//! code; [`app`] is the window. [`ui`] has the panels. [`draw::frame`] lists the passes of a frame. [`culling`] decides what they draw.
 
 pub mod app;
 pub mod args;
@@ -10,6 +10,7 @@ pub mod body;
 pub mod building;
 pub mod collision;
 pub mod colours;
+pub mod commands;
 pub mod culling;
 pub mod delayed_queries;
 pub mod dialog;
@@ -17,18 +18,18 @@ pub mod doors;
 pub mod draw;
 pub mod elements;
 pub mod explain;
-pub mod freed;
+pub mod find;
 pub mod gamepad;
 pub mod go;
 pub mod ground;
 pub mod headless;
 pub mod heat;
-pub mod kept;
 pub mod keymap;
 pub mod looks;
 pub mod measure;
 pub mod mode;
 pub mod opening;
+pub mod output_files;
 pub mod overlays;
 pub mod pick;
 pub mod plan_file;
@@ -41,6 +42,8 @@ pub mod settings;
 pub mod start;
 pub mod ui;
 pub mod units;
+pub mod unstuck;
+
 pub mod walker;
 
 use args::Args;

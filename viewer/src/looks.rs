@@ -1,5 +1,6 @@
-//! What things are made of: materials and pictures, as a graphics processor takes them.
+//! Looks: materials and pictures, as a graphics processor takes them.
 
+use enfilade::parallel::map_range;
 use enfilade::scene::{ImportOptions, Material, Picture, Role, Scene};
 use enfilade_formats::picture;
 use image::imageops::{FilterType, resize};
@@ -22,7 +23,7 @@ const LARGEST: (u32, u64) = (8192, 300 << 20);
 const MOST_LEAN: f32 = 100.0;
 const MOST_SHINE: f32 = 1e6;
 
-/// What fragments are coloured by, as the shader has it.
+/// A material, as the shader has it.
 #[repr(C)]
 #[derive(Clone, Copy, PartialEq, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Surface {
@@ -84,7 +85,7 @@ pub struct Looks {
     pub made: u16,
     /// Pictures of one size, square.
     pub pictures: Vec<RgbaImage>,
-    /// What could not be read, a line each.
+    /// Pictures that could not be read, a line each.
     pub notes: Vec<String>,
 }
 
@@ -111,7 +112,7 @@ impl Looks {
             texels
         };
         let mut numbers = vec![NO_PICTURE; wanted.len()];
-        for (k, texels) in in_parallel(wanted.len(), &read) {
+        for (k, texels) in map_range(0..wanted.len(), read).into_iter().enumerate() {
             match texels {
                 Ok(texels) => {
                     numbers[k] = looks.pictures.len() as u32;
@@ -195,25 +196,4 @@ fn texels(bytes: &[u8], side: u32) -> Result<RgbaImage, String> {
         return Ok(picture);
     }
     Ok(resize(&picture, side, side, FilterType::Triangle))
-}
-
-/// Each `k` below `count` with `work(k)`, on all cores.
-fn in_parallel<T: Send>(count: usize, work: &(dyn Fn(usize) -> T + Sync)) -> Vec<(usize, T)> {
-    let (next, threads) = (AtomicUsize::new(0), std::thread::available_parallelism().map_or(1, usize::from));
-    let mut all: Vec<(usize, T)> = std::thread::scope(|scope| {
-        let one = || {
-            let mut mine = Vec::new();
-            loop {
-                let k = next.fetch_add(1, Ordering::Relaxed);
-                if k >= count {
-                    return mine;
-                }
-                mine.push((k, work(k)));
-            }
-        };
-        let started: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(one)).collect();
-        started.into_iter().flat_map(|thread| thread.join().unwrap_or_default()).collect()
-    });
-    all.sort_by_key(|(k, _)| *k);
-    all
 }

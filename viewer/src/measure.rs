@@ -3,16 +3,16 @@
 use enfilade::runtime::Camera;
 use glam::{DVec2, DVec3};
 
-/// A corner within so many pixels of a click is meant.
+/// Distance of a click from the corner that it means, pixels.
 const CORNER: f64 = 14.0;
-/// An edge within so many is, where no corner is.
+/// Distance of a click from the edge that it means, pixels.
 const EDGE: f64 = 9.0;
 /// Faces whose normals have a larger cosine than this are parallel (0.8 degrees).
 const PARALLEL: f64 = 0.9999;
 /// A point behind the eye, or so near to its plane, metres, is nowhere on the screen.
 const NEAR: f64 = 1e-3;
 
-/// What a click met.
+/// The feature that a click met.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum On {
     /// A corner of a triangle.
@@ -30,7 +30,7 @@ pub struct Point {
     pub at: DVec3,
     /// The normal of the face that was met.
     pub normal: DVec3,
-    /// What it is.
+    /// A corner, an edge or a face.
     pub on: On,
 }
 
@@ -50,6 +50,21 @@ pub struct Measure {
     pub first: Option<Point>,
     /// All of them.
     pub done: Vec<Measured>,
+}
+
+/// Text at a point of the picture.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Label {
+    /// The middle, pixels.
+    pub at: DVec2,
+    /// The text.
+    pub text: String,
+    /// Size of the text, points.
+    pub size: f32,
+    /// 0 (invisible) to 1.
+    pub opacity: f32,
+    /// It is left out where it would lie on a label before it.
+    pub yields: bool,
 }
 
 impl Measured {

@@ -33,7 +33,7 @@ impl ViewMode {
         }
     }
 
-    /// What the library does of it.
+    /// The mode of the library.
     pub const fn of_library(self) -> FrameMode {
         match self {
             Self::Culled(mode) => mode,

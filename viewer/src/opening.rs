@@ -22,7 +22,7 @@ const STAGES: [(&str, f64); 10] = [
 ];
 const TOLD: f64 = 0.05;
 
-/// What the thread that opens a building tells.
+/// News of the thread that opens a building.
 #[derive(Default)]
 pub struct Opening {
     early: [OnceLock<Building>; EARLY],
@@ -35,7 +35,7 @@ pub struct Opening {
 /// How far it is.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Share {
-    /// What is done now.
+    /// The current stage.
     pub stage: String,
     /// Of all, 0 to 1.
     pub done: f64,
@@ -52,7 +52,7 @@ impl Opening {
             let begun = progress.as_ref().map_or_else(Instant::now, |(_, _, begun)| *begun);
             *progress = Some((stage.to_owned(), done, begun));
         };
-        // Nobody else sets them.
+        // This thread alone sets them.
         let early = |number: usize, building: Building| drop(self.early[number].set(building));
         let whole = Building::open(file, args.model.as_deref(), &tell, &self.stop, Some(&early));
         drop(self.whole.set(whole));

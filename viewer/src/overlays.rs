@@ -1,4 +1,4 @@
-//! What is marked in the picture: portals, narrowed frusta, what was picked.
+//! Lines and faces over the scene: portals, narrowed frusta, picked objects.
 
 use crate::culling::Decision;
 use crate::draw::lines::{Overlay, Tint};
@@ -70,7 +70,7 @@ fn pyramid(overlay: &mut Overlay, camera: &Camera, rect: &Rect, from: f32, to: f
 /// The depth of a portal's middle, metres.
 fn distance(file: &PvsFile, camera: &Camera, portal: PortalId) -> f32 {
     let winding = &file.portals[portal.index()].winding;
-    camera.w.dot(crate::session::middle(winding) - camera.eye).max(0.05)
+    camera.w.dot(crate::doors::middle(winding) - camera.eye).max(0.05)
 }
 
 /// The box of a picked object.
@@ -98,21 +98,5 @@ pub fn path(overlay: &mut Overlay, profile: &Profile<'_>, origin: DVec3) {
     for (frame, cost) in profile.costs.iter().enumerate().skip(1) {
         let [r, g, b] = heat::colour(cost.ms / most);
         overlay.line(at(frame - 1), at(frame), [r, g, b, 255]);
-    }
-}
-
-/// Rectangles of the portals that were seen through, on the screen.
-pub fn rectangles(ui: &egui::Ui, last: Option<&Decision>) {
-    let screen = ui.ctx().content_rect();
-    let painter = ui.ctx().layer_painter(egui::LayerId::background());
-    let at = |p: glam::Vec2| {
-        let part = egui::vec2(0.5 + 0.5 * p.x, 0.5 - 0.5 * p.y);
-        screen.min + part * screen.size()
-    };
-    for crossed in last.into_iter().flat_map(|d| &d.portals) {
-        let rect =
-            egui::Rect::from_two_pos(at(crossed.rect.min.max(-glam::Vec2::ONE)), at(crossed.rect.max.min(glam::Vec2::ONE)));
-        let stroke = egui::Stroke::new(1.5, egui::Color32::from_rgb(255, 150, 30));
-        painter.rect_stroke(rect, 0.0, stroke, egui::StrokeKind::Inside);
     }
 }

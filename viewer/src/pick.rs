@@ -1,9 +1,9 @@
-//! What a ray meets.
+//! Picking: the first surface on a ray.
 
 use enfilade::scene::rays::{Hit, RayScene};
 use glam::DVec3;
 
-/// A wall that is passed by is behind whoever is this far beyond it, metres. More: what lies on it is passed by, too.
+/// A ray goes on this far beyond a surface that it passes, metres. More: surfaces that lie on it are passed, too.
 const BEYOND: f64 = 1e-4;
 
 /// The first thing that a ray meets that isn't passed by.

@@ -38,13 +38,13 @@ impl Recording {
         (self.path.frames.len() - 1) as f64 / FRAMES_A_SECOND
     }
 
-    /// What was recorded.
+    /// The recorded path.
     pub fn end(self) -> CameraPath {
         self.path
     }
 }
 
-/// Where a path is after so many seconds; `None` after its end.
+/// The place on a path after some seconds; `None` after its end.
 pub fn at(path: &CameraPath, seconds: f64) -> Option<PathFrame> {
     let frame = seconds * FRAMES_A_SECOND;
     let last = path.frames.len().checked_sub(1)?;

@@ -1,8 +1,9 @@
 //! A window's surface: what frames are drawn on, and messages while there is nothing to draw.
 
-use crate::draw::frame::{Painter, colour};
+use crate::draw::frame::Painter;
+use crate::draw::interface::Interface;
+use crate::draw::pass::begin_flat;
 use crate::headless::{NEEDS, WISHES};
-use crate::ui::paint::Egui;
 use enfilade::gpu::Gpu;
 use std::sync::Arc;
 use wgpu::{CurrentSurfaceTexture, SurfaceConfiguration, TextureFormat, TextureView};
@@ -18,7 +19,7 @@ pub struct Screen {
     gpu: Option<Gpu>,
     /// The device, as far as surfaces need it.
     device: wgpu::Device,
-    egui: Egui,
+    egui: Interface,
 }
 
 impl Screen {
@@ -49,11 +50,11 @@ impl Screen {
             color_space: Default::default(),
         };
         surface.configure(&gpu.device, &config);
-        let egui = Egui::new(&gpu, format);
+        let egui = Interface::new(&gpu, format);
         Ok(Self { surface, config, device: gpu.device.clone(), gpu: Some(gpu), egui })
     }
 
-    /// What its panels are made in.
+    /// The context of its panels.
     pub fn context(&self) -> &egui::Context {
         &self.egui.context
     }
@@ -119,10 +120,7 @@ impl Screen {
         let output = self.egui.run(input, size, panels);
         let mut commands = gpu.device.create_command_encoder(&Default::default());
         self.egui.prepare(gpu, &mut commands);
-        let pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[colour(view, Some(BACK))],
-            ..Default::default()
-        });
+        let pass = begin_flat(&mut commands, view, Some(BACK));
         self.egui.paint(pass.forget_lifetime());
         gpu.queue.submit([commands.finish()]);
         Ok(output)

@@ -1,4 +1,4 @@
-//! What is remembered from one run to the next, as JSON in the folder where the system keeps settings.
+//! Settings that are kept from one run to the next, as JSON in the system's folder for settings.
 
 use crate::colours::Tints;
 use crate::draw::tubes::Thin;
@@ -17,12 +17,12 @@ const MODELS: usize = 64;
 /// Files that were opened; beyond, the oldest is forgotten.
 const RECENT: usize = 12;
 
-/// What a number of a person's may be.
+/// Range of a setting.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
     /// No less.
     pub least: f64,
-    /// Where nobody has said.
+    /// The default.
     pub usual: f64,
     /// No more.
     pub most: f64,
@@ -32,7 +32,7 @@ pub struct Range {
 
 /// Vertical opening angle, degrees: less is a telescope, more shows nothing but edges.
 pub const FIELD_OF_VIEW: Range = Range { least: 20.0, usual: 65.0, most: 110.0, is_factor: false };
-/// How fast somebody walks and flies, times the usual: slower is standing, faster goes through a house in a picture.
+/// Speed, times the usual: slower is standing, faster crosses a house in a frame.
 pub const SPEED: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
 /// How far the mouse turns, times the usual: a person can't aim beyond.
 pub const SENSITIVITY: Range = Range { least: 0.1, usual: 1.0, most: 10.0, is_factor: true };
@@ -56,12 +56,12 @@ impl Range {
     }
 }
 
-/// The speed after so many notches of the wheel, away from a person.
+/// The speed after some notches of the wheel.
 pub fn faster(speed: f64, notches: f64) -> f64 {
     SPEED.clamp(speed * FASTER.powf(notches))
 }
 
-/// The opening angle, degrees, after so many notches.
+/// The opening angle, degrees, after some notches of the wheel.
 pub fn closer(fov_y_degrees: f64, notches: f64) -> f64 {
     FIELD_OF_VIEW.clamp(fov_y_degrees - CLOSER * notches)
 }
@@ -78,7 +78,7 @@ pub struct Preferences {
     pub speed: f64,
     /// See [`TEXT`].
     pub text: f64,
-    /// What lengths and areas are told in.
+    /// Units of lengths and areas.
     pub units: Units,
     /// See [`STICK`].
     pub stick: f64,
@@ -100,7 +100,7 @@ impl Default for Preferences {
     }
 }
 
-/// What is remembered. A file that can't be read is as none: settings are never in the way.
+/// Settings. A file that cannot be read counts as none.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
@@ -110,7 +110,7 @@ pub struct Settings {
     pub detail: Option<Detail>,
     /// Colours of objects.
     pub tints: Tints,
-    /// What is shown over the picture.
+    /// Layers over the picture.
     #[serde(flatten)]
     pub layers: Layers,
     /// Without weight.
@@ -125,7 +125,7 @@ pub struct Settings {
     /// How tubes are drawn.
     #[serde(flatten)]
     pub tubes: OfTubes,
-    /// Where somebody was last, by model; the latest last.
+    /// The last place in each model; the latest last.
     #[serde(deserialize_with = "whole_places")]
     pub places: Vec<LastPlace>,
     /// Files that were opened, the latest first.
@@ -151,7 +151,7 @@ impl Default for OfTubes {
     }
 }
 
-/// Where somebody was when a model was left.
+/// The last place in a model.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct LastPlace {
     /// [`enfilade::file::PvsFile::model_hash`], hexadecimal.
@@ -165,7 +165,7 @@ pub struct LastPlace {
 }
 
 impl LastPlace {
-    /// Somebody there; `None` where it isn't within a model's bounds or a number means nothing.
+    /// A walker there; `None` outside of a model's bounds, or for numbers that are not finite.
     pub fn walker(&self, bounds: &Aabb) -> Option<Walker> {
         let eye = DVec3::from(self.eye);
         if !bounds.contains(eye) || !self.yaw.is_finite() || !self.pitch.is_finite() {
@@ -191,7 +191,7 @@ fn whole_names<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<String>, D::Error
     Ok(names.filter(|name| !name.is_empty()).take(RECENT).collect())
 }
 
-/// What may lie over the picture: shown or not.
+/// Layers over the picture: shown or not.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Layers {
@@ -205,7 +205,7 @@ pub struct Layers {
     pub matrix: bool,
     /// Graphs of what frames cost.
     pub graphs: bool,
-    /// What a comparison with a picture of everything finds missed.
+    /// The missed-pixel alarm.
     pub alarm: bool,
     /// Names of rooms in the scene.
     pub names: bool,
@@ -280,13 +280,13 @@ impl Settings {
         settings
     }
 
-    /// Where somebody was last in a model.
+    /// The last place in a model.
     pub fn place(&self, model: u128) -> Option<&LastPlace> {
         let model = key(model);
         self.places.iter().rev().find(|place| place.model == model)
     }
 
-    /// Remembers where somebody is in a model.
+    /// Keeps the place in a model.
     pub fn leave(&mut self, model: u128, eye: [f64; 3], yaw: f64, pitch: f64) {
         let model = key(model);
         self.places.retain(|place| place.model != model);

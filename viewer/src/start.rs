@@ -22,7 +22,7 @@ use view::view;
 
 /// Faces that are looked at, at most, for a start: some tenths of a second. Each next resort may look at as many again.
 const MOST_LOOKS: usize = 12_000_000;
-/// Of the places of a room, so many are compared.
+/// Places of a room that are compared.
 const COMPARED: usize = 24;
 /// Of the places anywhere in a model.
 const COMPARED_ANYWHERE: usize = 96;
@@ -32,11 +32,11 @@ const RAYS: usize = 32;
 const INDOORS: f64 = 0.7;
 /// A ceiling higher than this, metres, is that of a shaft or a hall: of rooms with names, others are better.
 const HIGHEST: f64 = 6.0;
-/// What a metre of free space beside a place is worth, in logarithms of how far one sees.
+/// Benefit of a metre of free space beside a place, in logarithms of the length of the view.
 const SPACIOUS: f64 = 0.5;
 /// Shares of rays are compared in steps of one over this.
 const STEPS: f64 = 10.0;
-/// Points along each side of the box of a cell in which nobody can stand.
+/// Points along each side of the box of a cell that is too small to stand in.
 const POINTS: usize = 8;
 /// How far before a model one stands to see all of it, and how far above its middle, in its diagonals.
 const BEFORE: (f64, f64) = (1.0, 0.3);
@@ -48,12 +48,12 @@ pub fn start(building: &Building, solid: &Solid<'_>) -> (DVec3, DVec3) {
     if bounds.is_empty() {
         return (DVec3::ZERO, DVec3::NEG_Z);
     }
-    // One sees through doors: they are open. Panes end lines, so that nobody looks out at nothing.
+    // Views pass doors. Panes end views, since outside is often nothing.
     let is_open = |o: ObjectId| scene.objects.get(o.index()).is_none_or(|o| o.role == Role::Door && !o.glass);
     let (space, sight) = (Space::new(solid, &|_| false), Space::new(solid, &is_open));
     let chooser = Chooser { scene, space, sight, rays: sphere(RAYS) };
     let rooms = rooms(file, scene);
-    // On a doll's house nobody stands, but in it.
+    // A doll's house is entered, and not stood on.
     let is_for_people = bounds.size().max_element() >= TALL;
     let stands = chooser.indoors(&rooms).or_else(|| is_for_people.then(|| chooser.anywhere()).flatten());
     let fullest = || rooms.iter().max_by_key(|room| file.placement.ones(room.cell.index()).count());
@@ -109,8 +109,8 @@ impl Chooser<'_> {
         self.best(&places, COMPARED_ANYWHERE, false).map(|(_, feet)| feet)
     }
 
-    /// Of some places, evenly chosen, the one that is most indoors, and how much it is, up to [`INDOORS`]; of those, the one with the
-    /// deepest view and the most space. Of a room that the author named, nobody doubts which side of its walls it is on.
+    /// The best of some places, evenly chosen: the most indoors (up to [`INDOORS`], returned with it), then the deepest view and the most
+    /// space. In a room that the author named, backs of faces count as walls, too.
     fn best(&self, places: &[Place], most: usize, is_named: bool) -> Option<(f64, DVec3)> {
         let compared = places.len().min(most);
         let mut best: Option<([f64; 2], DVec3)> = None;
@@ -128,7 +128,7 @@ impl Chooser<'_> {
         best.map(|(worth, feet)| (worth[0], feet))
     }
 
-    /// The point of a cell that is farthest from all faces, for a model in which nobody can stand.
+    /// The point of a cell that is farthest from all faces, for a model without a place to stand.
     fn afloat(&self, room: &Room) -> Option<DVec3> {
         let (mut best, limit): (Option<(f64, DVec3)>, _) = (None, self.cost() + MOST_LOOKS);
         for piece in &room.pieces {

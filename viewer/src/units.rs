@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 /// Metres of a foot, and of an inch.
 const FOOT: f64 = 0.3048;
 const INCH: f64 = 0.0254;
-/// Inches are rounded to so many parts, and a foot has twelve.
+/// Parts of an inch that are written. A foot has twelve inches.
 const TENTHS: f64 = 10.0;
 const FOOT_IN_TENTHS: f64 = 12.0 * TENTHS;
 
-/// What a person reads lengths in.
+/// Units of lengths.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Units {
@@ -21,7 +21,7 @@ pub enum Units {
 }
 
 impl Units {
-    /// A length of so many metres: `2.45 m`, or `8' 0.5"`. Hundredths of a metre, or tenths of an inch.
+    /// A length: `2.45 m`, or `8' 0.5"`. Hundredths of a metre, or tenths of an inch.
     pub fn length(self, metres: f64) -> String {
         match self {
             Self::Metres => format!("{} m", rounded(metres, 2)),
@@ -36,7 +36,7 @@ impl Units {
         }
     }
 
-    /// An area of so many square metres, to a tenth: `18.4 m²`, or `198.1 ft²`.
+    /// An area, to a tenth: `18.4 m²`, or `198.1 ft²`.
     pub fn area(self, square_metres: f64) -> String {
         match self {
             Self::Metres => format!("{} m²", rounded(square_metres, 1)),
@@ -44,7 +44,7 @@ impl Units {
         }
     }
 
-    /// A speed of so many metres a second, to a tenth: `2.4 m/s`, or `7.9 ft/s`.
+    /// A speed, to a tenth: `2.4 m/s`, or `7.9 ft/s`.
     pub fn speed(self, metres_a_second: f64) -> String {
         match self {
             Self::Metres => format!("{} m/s", rounded(metres_a_second, 1)),
@@ -53,7 +53,17 @@ impl Units {
     }
 }
 
-/// A number with so many digits after the point; nothing is never less than nothing.
+/// A number in few digits.
+pub fn number(x: f64) -> String {
+    match x {
+        _ if x >= 1e6 => format!("{:.2} M", x / 1e6),
+        _ if x >= 10_000.0 => format!("{:.1} k", x / 1e3),
+        _ if x.fract() == 0.0 => format!("{x}"),
+        _ => format!("{x:.2}"),
+    }
+}
+
+/// A number with a number of digits after the point; -0 is written as 0.
 fn rounded(number: f64, digits: usize) -> String {
     let text = format!("{number:.digits$}");
     match text.strip_prefix('-') {

@@ -5,7 +5,7 @@
 
 use crate::body::{DEEPEST, EYE, STEP, TALL};
 use crate::collision::Solid;
-use crate::freed;
+use crate::unstuck;
 use enfilade::ObjectId;
 use enfilade::runtime::Camera;
 use glam::{DVec2, DVec3, Vec3Swizzles};
@@ -20,7 +20,7 @@ const LEAST: f64 = 1e-9;
 
 /// Half of how broad a person is, metres: a door of 0.6 m is wide enough.
 const RADIUS: f64 = 0.24;
-/// How much more room there is where somebody is freed to, metres: none of the faces around pushes.
+/// Extra room of a place that a stuck walker is moved to, metres: no face around it pushes.
 const ROOM: f64 = 0.01;
 /// Heights of the spheres' middles above the floor, metres.
 const SPHERES: [f64; 3] = [STEP + RADIUS, 1.05, 1.45];
@@ -38,9 +38,9 @@ const GONE: f64 = 0.3;
 /// Up and down, no farther than this, radians.
 const STEEPEST: f64 = 1.55;
 
-/// What a person wants to do.
+/// Input of a person.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
-pub struct Wants {
+pub struct MoveInput {
     /// To the right, up and forward, -1 to 1 each.
     pub to: DVec3,
     /// Faster.
@@ -61,7 +61,7 @@ pub struct Walker {
     /// Times the usual.
     pub speed: f64,
     falling: f64,
-    /// Walked from here before, so not shut in: nothing lets a walker into what is solid.
+    /// It has walked from here before, so it is not stuck: no walk leads into a solid.
     walked: bool,
 }
 
@@ -73,7 +73,7 @@ impl Walker {
         Self { eye, yaw, pitch: pitch.clamp(-STEEPEST, STEEPEST), flies, speed: 1.0, falling: 0.0, walked: false }
     }
 
-    /// Whether somebody who stood as `before` has gone or looked elsewhere since; falling to the floor isn't going.
+    /// Whether the walker has moved or turned since `before`; a fall to the floor does not count.
     pub fn has_gone_from(&self, before: &Self) -> bool {
         let turned = (self.yaw - before.yaw).abs().max((self.pitch - before.pitch).abs());
         self.eye.xz().distance(before.eye.xz()) > GONE || turned > GONE
@@ -96,7 +96,7 @@ impl Walker {
         self.speed * if self.flies { FLY } else { WALK }
     }
 
-    /// What it sees; `fov_y` in radians, `aspect` is width over height.
+    /// Its camera; `fov_y` in radians, `aspect` is width over height.
     pub fn camera(&self, fov_y: f64, aspect: f64) -> Camera {
         Camera::look_at(self.eye, self.eye + self.forward(), fov_y, aspect)
     }
@@ -105,7 +105,7 @@ impl Walker {
     pub fn go(
         &mut self,
         seconds: f64,
-        wants: &Wants,
+        wants: &MoveInput,
         solid: &Solid<'_>,
         passes: &dyn Fn(ObjectId) -> bool,
         ground: &dyn Fn(DVec3) -> Option<f64>,
@@ -119,9 +119,9 @@ impl Walker {
             (self.falling, self.walked) = (0.0, false);
             return;
         }
-        // 1. Whoever was put into something, or flew there, gets out of it by the first step.
+        // 1. The first step leads out of a solid.
         if (wants.to.x, wants.to.z) != (0.0, 0.0) && !std::mem::replace(&mut self.walked, true) {
-            self.eye = freed::way_out(solid, self.eye, RADIUS + ROOM, passes).unwrap_or(self.eye);
+            self.eye = unstuck::way_out(solid, self.eye, RADIUS + ROOM, passes).unwrap_or(self.eye);
         }
         // 2. Sideways, and out of walls, in strides.
         let way = (right * wants.to.x + level * wants.to.z).clamp_length_max(1.0) * far;
@@ -152,7 +152,7 @@ impl Walker {
         }
     }
 
-    /// A floor, or the ground where that is above it. Ground over the head is none to somebody who stands on a floor: a cellar is under it.
+    /// A floor, or the ground where that is higher. Ground above the walker is ignored: a cellar is below it.
     fn floor_or_ground(
         &self,
         solid: &Solid<'_>,
@@ -193,7 +193,7 @@ impl Walker {
                     let away = middle - face.closest(middle);
                     let depth = RADIUS - away.length();
                     let side = away.xz();
-                    // What is straight above or below pushes nobody sideways.
+                    // A face straight above or below does not push sideways.
                     if depth > deepest
                         && side.length() > UPHILL * away.length()
                         && side.length() > LEAST
@@ -250,7 +250,7 @@ mod tests {
         let solid = Solid::new(&scene);
         let mut walker = Walker::new(from - scene.origin, DVec3::NEG_Z, false);
         for _ in 0..(seconds * 60.0) as usize {
-            walker.go(1.0 / 60.0, &Wants { to, hurry: false }, &solid, &|_| false, &|_| None);
+            walker.go(1.0 / 60.0, &MoveInput { to, hurry: false }, &solid, &|_| false, &|_| None);
         }
         (walker, walker.eye + scene.origin)
     }
@@ -271,7 +271,7 @@ mod tests {
         let scene = scene();
         let (solid, mut walker) = (Solid::new(&scene), walker);
         for _ in 0..150 {
-            walker.go(1.0 / 60.0, &Wants { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false, &|_| None);
+            walker.go(1.0 / 60.0, &MoveInput { to: DVec3::NEG_Z, hurry: false }, &solid, &|_| false, &|_| None);
         }
         assert!((walker.eye.y + scene.origin.y - EYE).abs() < 0.02);
     }
@@ -294,15 +294,16 @@ mod tests {
             // Not farther than to its nearest side, and a body and a stride from there; on the floor.
             let nearest = ((max - min) * 0.5).with_y(f64::INFINITY).min_element();
             assert!(at.distance(inside) < nearest + 2.0 * RADIUS + 0.2 && (at.y - EYE).abs() < 1e-6, "{what}: {at}");
-            // Who stands still is left alone: nobody is moved who doesn't ask for it.
+            // Without input, the walker stays.
             let (_, at) = walk(inside, DVec3::ZERO, 0.1);
             assert!(at.distance(inside) < 0.5, "{what}: {at}");
         }
-        // Who flew into something and walks on from there.
+        // A walker that flew into a solid.
         let (scene, inside) = (scene(), ((ROCK.0 + ROCK.1) * 0.5).with_y(EYE));
         let (solid, mut walker) =
             (Solid::new(&scene), Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, false));
-        let go = |walker: &mut Walker| walker.go(0.01, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
+        let go =
+            |walker: &mut Walker| walker.go(0.01, &MoveInput { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
         go(&mut walker);
         (walker.flies, walker.eye) = (true, inside - scene.origin);
         go(&mut walker);
@@ -326,7 +327,7 @@ mod tests {
         let solid = Solid::new(&scene);
         let mut walker = Walker::new(DVec3::new(0.0, EYE, 1.0) - scene.origin, DVec3::X, true);
         for _ in 0..60 {
-            walker.go(1.0 / 60.0, &Wants { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
+            walker.go(1.0 / 60.0, &MoveInput { to: DVec3::Z, hurry: false }, &solid, &|_| false, &|_| None);
         }
         assert!(walker.eye.x + scene.origin.x > 5.0);
     }

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, shipped};
+use common::{building, needs_device, shipped};
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -51,9 +51,7 @@ fn bad_input_is_one_line_that_names_it() {
 
 #[test]
 fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
-    if !has_device("a_shot_is_a_picture_and_the_alarm_is_an_exit_code") {
-        return;
-    }
+    needs_device!();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_shot");
     std::fs::create_dir_all(&folder).unwrap();
     let (pvs, lying, png) = (folder.join("villa.pvs"), folder.join("lying.pvs"), folder.join("shot.png"));
@@ -74,8 +72,7 @@ fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
     let output = shot(&pvs, &["--frame", "9", "--alarm"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(String::from_utf8_lossy(&output.stderr).contains("missed pixels: 0"), "{output:?}");
-    let picture = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&png).unwrap())).read_info().unwrap();
-    assert_eq!((picture.info().width, picture.info().height), (320, 180));
+    assert_eq!(image::image_dimensions(&png).unwrap(), (320, 180));
     // Rows that leave everything out.
     let output = shot(&lying, &["--frame", "9", "--alarm"]);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
@@ -86,9 +83,7 @@ fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
 
 #[test]
 fn a_shot_of_the_start_is_the_same_whoever_was_there() {
-    if !has_device("a_shot_of_the_start_is_the_same_whoever_was_there") {
-        return;
-    }
+    needs_device!();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_start");
     std::fs::create_dir_all(folder.join("enfilade")).unwrap();
     let pvs = folder.join("villa.pvs");
@@ -113,9 +108,7 @@ fn a_shot_of_the_start_is_the_same_whoever_was_there() {
 
 #[test]
 fn a_bench_is_a_line_a_mode() {
-    if !has_device("a_bench_is_a_line_a_mode") {
-        return;
-    }
+    needs_device!();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_bench");
     std::fs::create_dir_all(&folder).unwrap();
     let pvs = folder.join("villa.pvs");

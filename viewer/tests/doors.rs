@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, shipped};
+use common::{building, needs_device};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
@@ -13,21 +13,18 @@ use enfilade_formats::import;
 use enfilade_scenes::{Kind, generate};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::doors::{Door, SECONDS};
 use enfilade_viewer::draw::alarm::Missed;
-use enfilade_viewer::draw::frame::{Stage, Wish};
-use enfilade_viewer::draw::lines::Overlay;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
-use enfilade_viewer::headless::device;
+use enfilade_viewer::draw::frame::FrameRequest;
+use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
-use enfilade_viewer::walker::{Walker, Wants};
+use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 
 const SIZE: [u32; 2] = [160, 90];
 
@@ -83,15 +80,12 @@ struct Visit<'b> {
 
 impl<'b> Visit<'b> {
     fn new(building: &'b Building, oracle: Oracle, size: [u32; 2], seed: u64) -> Self {
-        let gpu = device().unwrap();
-        let canvas = Canvas::new(&gpu, size);
-        let stage = Stage::new(gpu, building, oracle, size, PICTURE).unwrap();
-        let session = Session::new(building, stage, PICTURE, size).unwrap();
+        let (canvas, session) = common::visit(building, oracle, size);
         Self { session, canvas, random: Random(seed) }
     }
 
     fn doors(&self) -> &[Door] {
-        &self.session.stage.doors.doors
+        &self.session.renderer.doors.doors
     }
 
     /// What a frame misses.
@@ -102,13 +96,13 @@ impl<'b> Visit<'b> {
     /// What a frame misses that is culled by another camera, or as the last one was.
     fn missed_by(&mut self, mode: impl Into<ViewMode>, culled_by: Option<Camera>) -> Missed {
         let mode = mode.into();
-        let (camera, overlay, mirrors) = (self.session.camera(), Overlay::default(), None);
-        let wish = Wish { camera, culled_by, mode, alarm: true, timed: false, overlay: &overlay, mirrors };
-        let stage = &mut self.session.stage;
-        stage.frame(wish, &self.canvas.view, None).unwrap();
-        stage.settle().unwrap();
-        let number = stage.frame;
-        stage.heard.missed.clone().filter(|missed| missed.frame == number).expect("counted")
+        let camera = self.session.camera();
+        let request = FrameRequest { culled_by, alarm: true, ..FrameRequest::new(camera, mode) };
+        let renderer = &mut self.session.renderer;
+        renderer.frame(request, &self.canvas.view, None).unwrap();
+        renderer.settle().unwrap();
+        let number = renderer.frame;
+        renderer.readback.missed.clone().filter(|missed| missed.frame == number).expect("counted")
     }
 
     /// Stands so far before a door, to the side that its normal points to, looking at it; the eye as high as a person's above its sill.
@@ -117,7 +111,7 @@ impl<'b> Visit<'b> {
         let floor = opening.middle.y - if opening.is_upright { opening.half.y } else { 0.0 };
         let eye = (opening.middle + opening.n * away + opening.along * along).with_y(floor + EYE);
         let to = opening.middle.with_y(eye.y) - eye;
-        self.session.walker = Walker::new(eye, to, false);
+        self.session.motion.walker = Walker::new(eye, to, false);
     }
 
     /// One step of a walk at random, past doors that are opened and shut at random.
@@ -128,19 +122,19 @@ impl<'b> Visit<'b> {
             let (away, along) = (6.0 * random.unit() - 3.0, 3.0 * random.unit() - 1.5);
             self.stand(door, away, along);
         }
-        self.session.walker.turn(1.2 * (self.random.unit() - 0.5), 0.2 * (self.random.unit() - 0.5));
+        self.session.motion.walker.turn(1.2 * (self.random.unit() - 0.5), 0.2 * (self.random.unit() - 0.5));
         if self.random.unit() < 0.25 {
-            let eye = self.session.walker.eye;
+            let eye = self.session.motion.walker.eye;
             let mut near: Vec<usize> = (0..count).collect();
             near.sort_by(|a, b| {
-                let away = |d: &usize| self.session.stage.doors.doors[*d].opening.middle.distance(eye);
+                let away = |d: &usize| self.session.renderer.doors.doors[*d].opening.middle.distance(eye);
                 away(a).total_cmp(&away(b))
             });
             let door = near[self.random.below(count.min(4))];
             self.session.open_or_shut(door);
         }
         let seconds = [0.05, 0.1, 0.1, 1.0][self.random.below(4)];
-        self.session.go(seconds, &Wants { to: DVec3::Z, hurry: false });
+        self.session.go(seconds, &MoveInput { to: DVec3::Z, hurry: false });
     }
 }
 
@@ -152,9 +146,7 @@ fn ways(oracle: Oracle) -> Vec<ViewMode> {
 
 #[test]
 fn random_walks_past_doors_that_open_and_shut_miss_no_pixel() {
-    if !has_device("random_walks_past_doors_that_open_and_shut_miss_no_pixel") {
-        return;
-    }
+    needs_device!();
     let office = office(8);
     for (name, building) in [("villa", villa()), ("office", &office)] {
         for oracle in [Oracle::Software, Oracle::Device] {
@@ -171,7 +163,7 @@ fn random_walks_past_doors_that_open_and_shut_miss_no_pixel() {
                 let doors = visit.doors();
                 shut += doors.iter().filter(|d| d.is_shut()).count();
                 moving += usize::from(doors.iter().any(|d| d.opens() == d.is_shut()));
-                hidden += visit.session.stage.doors.shut.len();
+                hidden += visit.session.renderer.doors.shut.len();
             }
             assert!(rounded <= 3, "{name}, {oracle:?}: {rounded} pixels at edges in 13 million by the software's answers");
             // That doors were shut, and moved, is what makes it a test.
@@ -182,50 +174,46 @@ fn random_walks_past_doors_that_open_and_shut_miss_no_pixel() {
 
 #[test]
 fn the_alarm_sees_a_portal_that_is_shut_while_its_leaf_is_open() {
-    if !has_device("the_alarm_sees_a_portal_that_is_shut_while_its_leaf_is_open") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, SIZE, 1);
-    visit.session.stage.doors.set_all(true);
-    visit.session.stage.doors_changed();
+    visit.session.renderer.doors.set_all(true);
+    visit.session.renderer.doors_changed();
     let (mut seen, mut culled) = (0, 0);
     for door in 0..visit.doors().len() {
         visit.stand(door, 1.8, 0.0);
         assert_eq!(visit.missed(FrameMode::Portals).pixels, 0);
-        let open = visit.session.stage.triangles();
+        let open = visit.session.renderer.triangles();
         let portals = visit.doors()[door].portals.clone();
-        let culler = &mut visit.session.stage.culling.culler;
+        let culler = &mut visit.session.renderer.culling.culler;
         portals.iter().for_each(|&portal| culler.set_open(portal, false));
         seen += usize::from(visit.missed(FrameMode::Portals).pixels > 100);
         // With its leaf in it, the same portal misses nothing, and less is drawn.
         visit.session.open_or_shut(door);
-        visit.session.stage.doors.step(SECONDS, None);
-        visit.session.stage.doors_changed();
+        visit.session.renderer.doors.step(SECONDS, None);
+        visit.session.renderer.doors_changed();
         assert_eq!(visit.missed(FrameMode::Portals).pixels, 0, "door {door}");
-        culled += usize::from(visit.session.stage.triangles() < open);
+        culled += usize::from(visit.session.renderer.triangles() < open);
         visit.session.open_or_shut(door);
-        visit.session.stage.doors.step(SECONDS, None);
-        visit.session.stage.doors_changed();
+        visit.session.renderer.doors.step(SECONDS, None);
+        visit.session.renderer.doors_changed();
     }
     assert!(seen >= 8 && culled >= 8, "{seen} doors of {} rang the alarm, {culled} hid anything", visit.doors().len());
 }
 
 #[test]
 fn the_alarm_sees_a_leaf_that_is_not_drawn() {
-    if !has_device("the_alarm_sees_a_leaf_that_is_not_drawn") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, SIZE, 1);
     let mut rang = 0;
     for door in 0..visit.doors().len() {
         // Culled with the door behind, drawn with it ahead.
         visit.stand(door, 1.5, 0.0);
         visit.session.open_or_shut(door);
-        visit.session.stage.doors.step(SECONDS, None);
-        visit.session.stage.doors_changed();
-        visit.session.walker.turn(std::f64::consts::PI, 0.0);
+        visit.session.renderer.doors.step(SECONDS, None);
+        visit.session.renderer.doors_changed();
+        visit.session.motion.walker.turn(std::f64::consts::PI, 0.0);
         assert_eq!(visit.missed(FrameMode::Both).pixels, 0);
-        visit.session.walker.turn(std::f64::consts::PI, 0.0);
+        visit.session.motion.walker.turn(std::f64::consts::PI, 0.0);
         let missed = visit.missed_by(FrameMode::Both, None);
         let leaf = visit.doors()[door].first_object().unwrap();
         let pixels = missed.objects.iter().find(|(o, _)| *o == leaf).map_or(0, |found| found.1);
@@ -237,24 +225,22 @@ fn the_alarm_sees_a_leaf_that_is_not_drawn() {
 
 #[test]
 fn a_shut_door_stops_who_walks_and_an_open_one_does_not() {
-    if !has_device("a_shut_door_stops_who_walks_and_an_open_one_does_not") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, SIZE, 1);
     let mut tried = 0;
     for door in 0..visit.doors().len() {
         let passes = |visit: &mut Visit<'_>| {
             visit.stand(door, 1.0, 0.0);
-            (0..60).for_each(|_| visit.session.go(1.0 / 60.0, &Wants { to: DVec3::Z, hurry: false }));
+            (0..60).for_each(|_| visit.session.go(1.0 / 60.0, &MoveInput { to: DVec3::Z, hurry: false }));
             let opening = &visit.doors()[door].opening;
-            opening.n.dot(visit.session.walker.eye - opening.middle)
+            opening.n.dot(visit.session.motion.walker.eye - opening.middle)
         };
         // Of this villa, all stand open.
         assert!(visit.doors()[door].opens());
         let open = passes(&mut visit);
         visit.stand(door, 3.0, 0.0);
         visit.session.open_or_shut(door);
-        visit.session.go(1.0, &Wants::default());
+        visit.session.go(1.0, &MoveInput::default());
         assert!(visit.doors()[door].is_shut());
         let shut = passes(&mut visit);
         assert!(shut > 0.2 && shut < 0.8, "door {door} is shut, and stops at {shut} m");
@@ -265,45 +251,41 @@ fn a_shut_door_stops_who_walks_and_an_open_one_does_not() {
 
 #[test]
 fn nobody_is_shut_in_a_door() {
-    if !has_device("nobody_is_shut_in_a_door") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, SIZE, 1);
     visit.stand(0, 0.1, 0.0);
     visit.session.open_or_shut(0);
-    visit.session.go(2.0, &Wants::default());
+    visit.session.go(2.0, &MoveInput::default());
     assert!(!visit.doors()[0].is_shut(), "shut on who stands in it");
     visit.stand(0, 2.0, 0.0);
-    visit.session.go(2.0, &Wants::default());
+    visit.session.go(2.0, &MoveInput::default());
     assert!(visit.doors()[0].is_shut());
 }
 
 /// Pictures of a door that is shut, half open and open, to be looked at.
 #[test]
 fn a_door_shows_where_it_is() {
-    if !has_device("a_door_shows_where_it_is") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, [640, 360], 1);
-    visit.session.show.hud = false;
-    visit.session.show.mode = FrameMode::Both.into();
+    visit.session.view.hud = false;
+    visit.session.view.mode = FrameMode::Both.into();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let drawn = |visit: &mut Visit<'_>, name: &str| {
         visit.session.draw(&visit.canvas.view, Default::default(), 0.0).unwrap();
-        let picture = visit.canvas.read(&visit.session.stage.gpu).unwrap();
+        let picture = visit.canvas.read(&visit.session.renderer.gpu).unwrap();
         picture.save(&folder.join(format!("door_{name}.png"))).unwrap();
         picture.pixels().to_vec()
     };
     visit.stand(2, 2.4, 0.3);
-    visit.session.walker.flies = true;
+    visit.session.motion.walker.flies = true;
     let open = drawn(&mut visit, "open");
     visit.session.open_or_shut(2);
-    visit.session.go(0.5 * SECONDS, &Wants::default());
+    visit.session.go(0.5 * SECONDS, &MoveInput::default());
     let half = drawn(&mut visit, "half");
-    visit.session.go(SECONDS, &Wants::default());
+    visit.session.go(SECONDS, &MoveInput::default());
     let shut = drawn(&mut visit, "shut");
     visit.session.open_or_shut(2);
-    visit.session.go(SECONDS, &Wants::default());
+    visit.session.go(SECONDS, &MoveInput::default());
     let again = drawn(&mut visit, "again");
     let far = [differ(&open, &half), differ(&half, &shut), differ(&open, &shut)];
     // Of 230,400 pixels.
@@ -312,9 +294,9 @@ fn a_door_shows_where_it_is() {
 }
 
 fn picture(visit: &mut Visit<'_>) -> Vec<[u8; 3]> {
-    visit.session.show.hud = false;
+    visit.session.view.hud = false;
     visit.session.draw(&visit.canvas.view, Default::default(), 0.0).unwrap();
-    visit.canvas.read(&visit.session.stage.gpu).unwrap().pixels().to_vec()
+    visit.canvas.read(&visit.session.renderer.gpu).unwrap().pixels().to_vec()
 }
 
 fn differ(a: &[[u8; 3]], b: &[[u8; 3]]) -> usize {
@@ -323,24 +305,22 @@ fn differ(a: &[[u8; 3]], b: &[[u8; 3]]) -> usize {
 
 #[test]
 fn a_mirror_shows_a_leaf_where_it_is() {
-    if !has_device("a_mirror_shows_a_leaf_where_it_is") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, [320, 180], 1);
     let mut most = 0;
     for door in 0..visit.doors().len() {
         // With the door behind, and a mirror on the wall ahead, beside the doors and windows that face each other here.
         visit.stand(door, 1.5, 0.9);
-        let (eye, away) = (visit.session.walker.eye, visit.doors()[door].opening.n);
-        visit.session.walker = Walker::new(eye, away, true);
+        let (eye, away) = (visit.session.motion.walker.eye, visit.doors()[door].opening.n);
+        visit.session.motion.walker = Walker::new(eye, away, true);
         visit.session.act(Action::Mirror);
         let open = picture(&mut visit);
         // While it moves, nothing is culled that wasn't: what changes is the leaf.
         visit.session.open_or_shut(door);
-        visit.session.go(0.6 * SECONDS, &Wants::default());
+        visit.session.go(0.6 * SECONDS, &MoveInput::default());
         most = most.max(differ(&open, &picture(&mut visit)));
         visit.session.open_or_shut(door);
-        visit.session.go(1.0, &Wants::default());
+        visit.session.go(1.0, &MoveInput::default());
         assert_eq!(differ(&open, &picture(&mut visit)), 0, "door {door}");
     }
     // Of 57,600 pixels, all of them in a mirror.
@@ -349,61 +329,17 @@ fn a_mirror_shows_a_leaf_where_it_is() {
 
 #[test]
 fn a_frozen_view_shows_a_leaf_where_it_is() {
-    if !has_device("a_frozen_view_shows_a_leaf_where_it_is") {
-        return;
-    }
+    needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, [320, 180], 1);
-    visit.session.show.mode = FrameMode::Both.into();
+    visit.session.view.mode = FrameMode::Both.into();
     visit.stand(2, 2.0, 0.0);
     picture(&mut visit);
     visit.session.act(Action::Freeze);
-    let objects = |visit: &Visit<'_>| visit.session.stage.culling.last.as_ref().unwrap().objects.clone();
+    let objects = |visit: &Visit<'_>| visit.session.renderer.culling.last.as_ref().unwrap().objects.clone();
     let (open, drawn) = (picture(&mut visit), objects(&visit));
     visit.session.open_or_shut(2);
-    visit.session.go(1.0, &Wants::default());
+    visit.session.go(1.0, &MoveInput::default());
     let shut = picture(&mut visit);
     assert!(differ(&open, &shut) > 3000, "{} pixels changed", differ(&open, &shut));
     assert_eq!(drawn, objects(&visit), "what is frozen stays");
-}
-
-/// Half of them by either oracle.
-const STEPS: usize = 5000;
-
-/// Ten thousand steps in each building of `ENFILADE_WALKS` (files with colons between; those of `data/buildings` unless given), every step in
-/// another mode, by either oracle.
-#[test]
-#[ignore = "takes minutes; for figures"]
-fn ten_thousand_steps_miss_no_pixel() {
-    let own = || ["villa_rotonda", "office", "gallery100"].map(|name| shipped(name, "glb").display().to_string()).join(":");
-    let files = std::env::var("ENFILADE_WALKS").unwrap_or_else(|_| own());
-    let mut all = 0;
-    for file in files.split(':') {
-        let building = Building::open(Path::new(file), None, &|_, _| {}, &AtomicBool::new(false), None).unwrap();
-        for oracle in [Oracle::Software, Oracle::Device] {
-            let mut visit = Visit::new(&building, oracle, SIZE, 3);
-            let modes = ways(oracle);
-            let (mut pixels, mut frames, mut plain, mut worst, mut shut) = (0, 0, 0, (0, String::new()), 0);
-            let start = std::time::Instant::now();
-            for step in 0..STEPS {
-                visit.step(step);
-                let mode = modes[step % modes.len()];
-                let missed = visit.missed(mode);
-                shut += visit.doors().iter().filter(|d| d.is_shut()).count();
-                (pixels, frames) = (pixels + missed.pixels, frames + u32::from(missed.pixels > 0));
-                plain += if mode.of_library().has_queries() && oracle == Oracle::Software { 0 } else { missed.pixels };
-                if missed.pixels > worst.0 {
-                    worst = (missed.pixels, format!("step {step}, {mode}: {missed:?}"));
-                }
-            }
-            let (count, shut, seconds) = (visit.doors().len(), shut as f64 / STEPS as f64, start.elapsed().as_secs_f64());
-            println!(
-                "{file}, {oracle:?}: {count} doors, {shut:.1} shut, {pixels} pixels missed in {frames} frames, {seconds:.0} s; {}",
-                worst.1
-            );
-            assert_eq!(plain, 0, "{file}: missed without the software's answers");
-            all += pixels;
-        }
-    }
-    // Of rounding at edges, by the software's answers.
-    assert!(all <= AT_EDGES * files.split(':').count() as u32 * 3, "{all} pixels");
 }

@@ -1,9 +1,9 @@
-//! What is found, told, gone to and hidden.
+//! FindTarget is found, told, gone to and hidden.
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path, quickly_baked};
+use common::{building, needs_device, path, quickly_baked};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::{Culler, FrameMode};
 use enfilade::scene::rays::RayScene;
@@ -12,18 +12,15 @@ use enfilade::types::scene::{Look, Trace};
 use enfilade::{CellId, ObjectId};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::Stage;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::find::{FindTarget, Found, MOST, facts, find, objects};
 use enfilade_viewer::go::Guide;
-use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::{Detail, Looks};
 use enfilade_viewer::session::Session;
 use enfilade_viewer::start::rooms::rooms;
-use enfilade_viewer::ui::find::{Found, MOST, What, facts, find, objects};
-use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::units::Units;
-use enfilade_viewer::walker::{Walker, Wants};
+use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec2;
 use std::collections::BTreeSet;
 use testing::boxes::{self, block, p};
@@ -68,10 +65,10 @@ fn rooms_nodes_and_materials_are_found_by_their_names() {
     let house = house();
     let hit = |what, name: &str| Found { what, name: name.to_owned() };
     // In any case; not the cell that nobody named, nor the material that nothing is made of.
-    assert_eq!(find(&house, " oaK"), [hit(What::Room(CellId(1)), "Oak parlour"), hit(What::Material(0), "OAK")]);
-    assert_eq!(find(&house, "lam"), [hit(What::Node(object(&house, "Lamp")), "Lamp")]);
-    assert_eq!(find(&house, "BRASS"), [hit(What::Material(1), "brass")]);
-    assert_eq!(find(&house, "book 59"), [hit(What::Node(object(&house, "book 59")), "book 59")]);
+    assert_eq!(find(&house, " oaK"), [hit(FindTarget::Room(CellId(1)), "Oak parlour"), hit(FindTarget::Material(0), "OAK")]);
+    assert_eq!(find(&house, "lam"), [hit(FindTarget::Node(object(&house, "Lamp")), "Lamp")]);
+    assert_eq!(find(&house, "BRASS"), [hit(FindTarget::Material(1), "brass")]);
+    assert_eq!(find(&house, "book 59"), [hit(FindTarget::Node(object(&house, "book 59")), "book 59")]);
     assert_eq!(find(&house, "book").len(), MOST);
     for nothing in ["", "  ", "cellar"] {
         assert_eq!(find(&house, nothing), [], "{nothing:?}");
@@ -133,68 +130,64 @@ fn what_was_found_is_ahead() {
 
 #[test]
 fn what_is_hidden_has_no_pixel_and_nobody_misses_it() {
-    if !has_device("what_is_hidden_has_no_pixel_and_nobody_misses_it") {
-        return;
-    }
+    needs_device!();
     let villa = building("villa_rotonda");
     [Oracle::Software, Oracle::Device].into_iter().for_each(|oracle| hide_and_show(&villa, oracle));
 }
 
 fn hide_and_show(villa: &Building, oracle: Oracle) {
-    let (gpu, walk) = (device().unwrap(), path("villa_rotonda"));
-    let canvas = Canvas::new(&gpu, SIZE);
-    let stage = Stage::new(gpu, villa, oracle, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
-    (session.show.hud, session.show.layers.alarm) = (false, true);
+    let walk = path("villa_rotonda");
+    let (canvas, mut session) = common::visit(villa, oracle, SIZE);
+    (session.view.hud, session.view.layers.alarm) = (false, true);
     session.stand(&walk, walk.frames.len() / 2);
     // Pixels of one object, which alone is red, and missed ones.
     let pixels = |session: &mut Session<'_>, object: ObjectId| {
         let mut colours = vec![[0; 3]; villa.scene.objects.len() + 1];
         colours[object.index()] = [255, 0, 0];
-        session.stage.paint(colours);
+        session.renderer.paint(colours);
         session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
-        session.stage.settle().unwrap();
-        let picture = canvas.read(&session.stage.gpu).unwrap();
+        session.renderer.settle().unwrap();
+        let picture = canvas.read(&session.renderer.gpu).unwrap();
         let red = picture.pixels().iter().filter(|[r, g, b]| *r > 100 && *g < 60 && *b < 60).count();
-        (red, session.stage.heard.missed.as_ref().expect("counted").pixels)
+        (red, session.renderer.readback.missed.as_ref().expect("counted").pixels)
     };
     let (mut hidden, mut revealed) = (BTreeSet::new(), 0);
     for at in [(-0.6, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, -0.7), (0.3, 0.3)] {
         session.click(DVec2::from(at));
-        let &[object] = session.selected() else { continue };
+        let [object] = session.selection.objects[..] else { continue };
         let seen = pixels(&mut session, object).0;
         session.act(Action::Hide);
-        assert!(session.stage.is_hidden(object) && session.selected().is_empty());
+        assert!(session.renderer.is_hidden(object) && session.selection.objects.is_empty());
         hidden.insert(object);
         for mode in [FrameMode::None, FrameMode::Pvs, FrameMode::Both, FrameMode::Chc] {
-            session.show.mode = mode.into();
+            session.view.mode = mode.into();
             for &object in &hidden {
                 assert_eq!(pixels(&mut session, object), (0, 0), "{mode}: {object}: pixels and missed ones");
             }
         }
         revealed += seen;
-        // What is hidden isn't picked again.
+        // FindTarget is hidden isn't picked again.
         session.click(DVec2::from(at));
-        assert!(!session.selected().iter().any(|o| hidden.contains(o)));
+        assert!(!session.selection.objects.iter().any(|o| hidden.contains(o)));
     }
     assert!(hidden.len() >= 3 && revealed > 2000, "{hidden:?}, {revealed} pixels");
     // In full detail, too, glass and all.
-    session.show.detail = Detail::Full;
+    session.view.detail = Detail::Full;
     session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
-    session.stage.settle().unwrap();
-    assert_eq!(session.stage.heard.missed.as_ref().expect("counted").pixels, 0);
-    session.show.detail = Detail::Plain;
+    session.renderer.settle().unwrap();
+    assert_eq!(session.renderer.readback.missed.as_ref().expect("counted").pixels, 0);
+    session.view.detail = Detail::Plain;
     // Doors, which hide what is behind them while they are shut.
     let (mut doors, mut seen) = (0, 0);
     for door in villa.file.portals.iter().filter(|p| p.kind == PortalKind::Door && p.plane.y.abs() < 0.1) {
         let n = door.plane.truncate().as_dvec3();
-        let middle = enfilade_viewer::session::middle(&door.winding).as_dvec3();
-        session.walker = Walker::new(middle - n * 1.5, n, true);
+        let middle = enfilade_viewer::doors::middle(&door.winding).as_dvec3();
+        session.motion.walker = Walker::new(middle - n * 1.5, n, true);
         // The model has them open.
         session.act(Action::Door);
-        session.go(1.0, &Wants::default());
+        session.go(1.0, &MoveInput::default());
         session.act(Action::Pick);
-        let picked = session.selected().first().copied();
+        let picked = session.selection.objects.first().copied();
         let Some(leaf) = picked.filter(|o| villa.scene.objects[o.index()].role == Role::Door) else { continue };
         seen += pixels(&mut session, leaf).0;
         session.act(Action::Hide);
@@ -210,9 +203,9 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
     for x in [-0.6, 0.0, 0.6] {
         session.click(DVec2::new(x, 0.0));
     }
-    let &[alone] = session.selected() else { panic!("nothing is ahead") };
+    let [alone] = session.selection.objects[..] else { panic!("nothing is ahead") };
     session.act(Action::Isolate);
-    assert!((0..villa.scene.objects.len() as u32).map(ObjectId).all(|o| session.stage.is_hidden(o) == (o != alone)));
+    assert!((0..villa.scene.objects.len() as u32).map(ObjectId).all(|o| session.renderer.is_hidden(o) == (o != alone)));
     assert_eq!(pixels(&mut session, alone).1, 0);
     assert_ne!(villa.scene.objects[alone.index()].role, Role::Door);
 }
@@ -226,38 +219,35 @@ fn elements_are_found_and_told_by_what_their_author_says() {
     // #4131 of the file, by its GlobalId, by its tag within its name, and by a property of its own.
     let id = "2O2Fr$t4X7Zf8NOew3FNld";
     let wall = find(&duplex, id);
-    let [Found { what: What::Node(object), .. }] = wall[..] else { panic!("{wall:?}") };
+    let [Found { what: FindTarget::Node(object), .. }] = wall[..] else { panic!("{wall:?}") };
     assert_eq!(duplex.scene.objects[object.index()].node, id);
     assert_eq!(names("138584"), ["Basic Wall:Interior - Partition (92mm Stud):138584"]);
     // Rooms come first, by their names and then by their GlobalIds.
     assert_eq!(names("foyer")[0], "A101 Foyer");
-    assert!(matches!(find(&duplex, "0BTBFw6f90Nfh9rP1dlXrr")[..], [Found { what: What::Room(_), .. }]));
+    assert!(matches!(find(&duplex, "0BTBFw6f90Nfh9rP1dlXrr")[..], [Found { what: FindTarget::Room(_), .. }]));
     // A class: 14 doors, some of several objects. A type: #38449 relates two of them.
-    let hit = |text: &str, is: fn(&What) -> bool| find(&duplex, text).into_iter().find(|f| is(&f.what)).unwrap().what;
-    let elements = |what: What| {
+    let hit = |text: &str, is: fn(&FindTarget) -> bool| find(&duplex, text).into_iter().find(|f| is(&f.what)).unwrap().what;
+    let elements = |what: FindTarget| {
         let nodes = objects(&duplex, what).into_iter().map(|o| duplex.scene.objects[o.index()].node.as_str());
         nodes.collect::<BTreeSet<_>>()
     };
-    assert_eq!(elements(hit("ifcdoor", |what| matches!(what, What::Class(_)))).len(), 14);
-    let type_of = elements(hit("1250mm x 2010mm", |what| matches!(what, What::Type(_))));
+    assert_eq!(elements(hit("ifcdoor", |what| matches!(what, FindTarget::Class(_)))).len(), 14);
+    let type_of = elements(hit("1250mm x 2010mm", |what| matches!(what, FindTarget::Type(_))));
     assert_eq!(type_of, BTreeSet::from(["1hOSvn6df7F8_7GcBWlRGQ", "1hOSvn6df7F8_7GcBWlRH8"]));
-    let loads = hit("loadbearing: true", |what| matches!(what, What::Property(..)));
+    let loads = hit("loadbearing: true", |what| matches!(what, FindTarget::Property(..)));
     assert!(!elements(loads).is_empty() && !elements(loads).contains(id));
     // A pick tells the class, the GlobalId and properties by their sets.
-    if !has_device(test) {
-        return;
-    }
-    let stage = Stage::new(device().unwrap(), &duplex, Oracle::Software, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(&duplex, stage, PICTURE, SIZE).unwrap();
+    needs_device!();
+    let (_, mut session) = common::visit(&duplex, Oracle::Software, SIZE);
     session.begin(None);
-    session.go_to_found(What::Node(object));
+    session.go_to_found(FindTarget::Node(object));
     let (facts, sheets) = session.told();
     let fact = |name: &str| facts.iter().find(|f| f.0 == name).map(|f| f.1.as_str());
     assert_eq!([fact("Class"), fact("GlobalId"), fact("Tag")], [Some("IfcWallStandardCase"), Some(id), Some("138584")]);
     let sheet = sheets.iter().find(|sheet| sheet.title == "PSet_Revit_Constraints").unwrap();
     assert!(sheet.rows.contains(&("Unconnected Height".into(), "2.795 m".into())), "{sheet:?}");
-    let What::Room(foyer) = find(&duplex, "foyer")[0].what else { panic!("no room") };
-    session.go_to_found(What::Room(foyer));
+    let FindTarget::Room(foyer) = find(&duplex, "foyer")[0].what else { panic!("no room") };
+    session.go_to_found(FindTarget::Room(foyer));
     let area = session.told().1.iter().flat_map(|sheet| &sheet.rows).find(|row| row.0 == "GSA BIM Area");
     assert!(area.is_some_and(|area| area.1.ends_with(" m²")), "{area:?}");
 }

@@ -3,21 +3,19 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path};
+use common::{building, needs_device, path};
 use enfilade::runtime::FrameMode;
 use enfilade::types::portal::PortalKind;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::{Stage, Wish};
-use enfilade_viewer::draw::lines::Overlay;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
-use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::draw::frame::FrameRequest;
+use enfilade_viewer::draw::targets::Canvas;
+use enfilade_viewer::headless::Walk;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
-use enfilade_viewer::walker::Wants;
-use std::path::Path;
+use enfilade_viewer::walker::MoveInput;
 use std::sync::OnceLock;
 
 const SIZE: [u32; 2] = [320, 180];
@@ -30,11 +28,8 @@ fn villa() -> &'static Building {
 
 /// Somebody in a building whose frames are culled by both, and what they are drawn on.
 fn visit(building: &Building) -> (Canvas, Session<'_>) {
-    let gpu = device().unwrap();
-    let canvas = Canvas::new(&gpu, SIZE);
-    let stage = Stage::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(building, stage, PICTURE, SIZE).unwrap();
-    session.show.mode = FrameMode::Both.into();
+    let (canvas, mut session) = common::visit(building, Oracle::Software, SIZE);
+    session.view.mode = FrameMode::Both.into();
     (canvas, session)
 }
 
@@ -46,9 +41,7 @@ fn ways() -> Vec<(ViewMode, Oracle)> {
 
 #[test]
 fn no_mode_misses_a_pixel_on_the_recorded_walk() {
-    if !has_device("no_mode_misses_a_pixel_on_the_recorded_walk") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     for (mode, oracle) in ways() {
         let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
@@ -56,7 +49,7 @@ fn no_mode_misses_a_pixel_on_the_recorded_walk() {
         for frame in 0..path.frames.len() {
             let missed = walk.missed(walk.camera(frame), mode).unwrap().expect("counted");
             assert_eq!(missed.pixels, 0, "{mode} by {oracle:?}, frame {frame}: {missed:?}");
-            least = least.min(walk.stage.triangles());
+            least = least.min(walk.renderer.triangles());
             seen += 1;
         }
         assert!(seen > 30);
@@ -68,9 +61,7 @@ fn no_mode_misses_a_pixel_on_the_recorded_walk() {
 
 #[test]
 fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
-    if !has_device("the_alarm_sees_a_row_that_was_broken_on_purpose") {
-        return;
-    }
+    needs_device!();
     let (sound, path) = (villa(), path("villa_rotonda"));
     let mode = FrameMode::Pvs;
     // What fills the most pixels of a frame is taken out of the row of the frame's cell.
@@ -78,7 +69,7 @@ fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
     let mut walk = Walk::new(sound, &path, None, SIZE).unwrap();
     let camera = walk.camera(frame);
     assert_eq!(walk.missed(camera, mode).unwrap().expect("counted").pixels, 0);
-    let home = walk.stage.culling.last.as_ref().and_then(|d| d.home).expect("in a cell");
+    let home = walk.renderer.culling.last.as_ref().and_then(|d| d.home).expect("in a cell");
     let mut worst = (0, enfilade::ObjectId(0));
     for object in sound.file.objects_seen(home).collect::<Vec<_>>() {
         let mut broken = sound.clone();
@@ -103,9 +94,7 @@ fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
 
 #[test]
 fn golden_pictures() {
-    if !has_device("golden_pictures") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let frame = path.frames.len() / 3;
     let shows: [(&str, &[Action]); 5] = [
@@ -118,70 +107,45 @@ fn golden_pictures() {
     for (name, actions) in shows {
         let (canvas, mut session) = visit(villa);
         session.stand(&path, frame);
-        session.show.hud = false;
+        session.view.hud = false;
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         actions.iter().for_each(|&action| session.act(action));
         if session.is_frozen() {
             // Out and up, looking back.
-            let along = session.walker.forward();
-            session.walker.eye -= along * 14.0 - glam::DVec3::Y * 9.0;
-            session.walker.turn(0.0, -0.45);
+            let along = session.motion.walker.forward();
+            session.motion.walker.eye -= along * 14.0 - glam::DVec3::Y * 9.0;
+            session.motion.walker.turn(0.0, -0.45);
         }
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-        let picture = canvas.read(&session.stage.gpu).unwrap();
-        let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("png");
-        if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
-            picture.save(&golden).unwrap();
-        }
-        let wanted = read(&golden);
-        assert_eq!(wanted.len(), picture.pixels().len(), "{name}: size");
-        // Drivers differ at edges: few pixels may, by any amount.
-        let differs = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 12);
-        let different = picture.pixels().iter().zip(&wanted).filter(|&(a, b)| differs((a, b))).count();
-        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.png"));
-        picture.save(&out).unwrap();
-        assert!(different * 100 <= wanted.len(), "{name}: {different} pixels differ; see {}", out.display());
-        // A picture of nothing would be of one colour.
-        let first = wanted[0];
-        assert!(wanted.iter().filter(|p| **p != first).count() * 4 > wanted.len(), "{name} shows nothing");
+        let picture = canvas.read(&session.renderer.gpu).unwrap();
+        common::compare(name, &picture);
     }
-}
-
-fn read(path: &Path) -> Vec<[u8; 3]> {
-    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!(info.color_type, png::ColorType::Rgb);
-    bytes[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect()
 }
 
 #[test]
 fn doors_shut_and_open_again() {
-    if !has_device("doors_shut_and_open_again") {
-        return;
-    }
+    needs_device!();
     let villa = villa();
     let (canvas, mut session) = visit(villa);
-    session.walker.flies = true;
+    session.motion.walker.flies = true;
     // Before a door, looking at it.
     let doors = villa.file.portals.iter().filter(|p| p.kind == PortalKind::Door && p.plane.y.abs() < 0.1);
     let mut done = 0;
     for door in doors {
-        let middle = enfilade_viewer::session::middle(&door.winding).as_dvec3();
+        let middle = enfilade_viewer::doors::middle(&door.winding).as_dvec3();
         let n = door.plane.truncate().as_dvec3();
-        session.walker = enfilade_viewer::walker::Walker::new(middle - n * 1.5, n, true);
+        session.motion.walker = enfilade_viewer::walker::Walker::new(middle - n * 1.5, n, true);
         let mut drawn = || {
             session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-            let objects = session.stage.culling.last.as_ref().unwrap().objects.len();
+            let objects = session.renderer.culling.last.as_ref().unwrap().objects.len();
             session.act(Action::Door);
             // Until its leaf is at rest.
-            session.go(1.0, &Wants::default());
+            session.go(1.0, &MoveInput::default());
             objects
         };
         let [open, shut, again] = [drawn(), drawn(), drawn()];
         session.act(Action::Door);
-        session.go(1.0, &Wants::default());
+        session.go(1.0, &MoveInput::default());
         assert_eq!(open, again, "a door that is opened again shows what it showed");
         assert!(shut <= open);
         done += usize::from(shut < open);
@@ -191,33 +155,20 @@ fn doors_shut_and_open_again() {
 
 #[test]
 fn a_lost_device_is_one_line() {
-    if !has_device("a_lost_device_is_one_line") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let mut walk = Walk::new(villa, &path, None, SIZE).unwrap();
     let camera = walk.camera(0);
-    let overlay = Overlay::default();
-    let wish = || Wish {
-        camera,
-        culled_by: Some(camera),
-        mode: FrameMode::Auto.into(),
-        alarm: false,
-        timed: false,
-        overlay: &overlay,
-        mirrors: None,
-    };
-    walk.draw(wish()).unwrap();
-    walk.stage.gpu.close();
-    let line = walk.draw(wish()).unwrap_err();
+    let request = || FrameRequest::new(camera, FrameMode::Auto);
+    walk.draw(request()).unwrap();
+    walk.renderer.gpu.close();
+    let line = walk.draw(request()).unwrap_err();
     assert!(line.contains("failed: ") && line.lines().count() == 1, "{line}");
 }
 
 #[test]
 fn either_oracle_hides_three_quarters_of_the_villa() {
-    if !has_device("either_oracle_hides_three_quarters_of_the_villa") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let mode = FrameMode::Chc;
     let mut device = Walk::new(villa, &path, Some(Oracle::Device), SIZE).unwrap();
@@ -226,7 +177,7 @@ fn either_oracle_hides_three_quarters_of_the_villa() {
     for frame in 0..path.frames.len() {
         for (walk, sum) in [&mut device, &mut software].into_iter().zip(&mut sums) {
             walk.missed(walk.camera(frame), mode).unwrap();
-            *sum += walk.stage.triangles();
+            *sum += walk.renderer.triangles();
         }
     }
     let all = (villa.scene.triangles.len() * path.frames.len()) as u64;
@@ -235,19 +186,17 @@ fn either_oracle_hides_three_quarters_of_the_villa() {
 
 #[test]
 fn a_mirror_shows_something_else_and_the_fifth_takes_all_down() {
-    if !has_device("a_mirror_shows_something_else_and_the_fifth_takes_all_down") {
-        return;
-    }
+    needs_device!();
     let villa = villa();
     let (canvas, mut session) = visit(villa);
-    session.show.hud = false;
+    session.view.hud = false;
     let mut most = 0;
     for _ in 0..8 {
-        session.walker.turn(std::f64::consts::FRAC_PI_4, 0.0);
+        session.motion.walker.turn(std::f64::consts::FRAC_PI_4, 0.0);
         let mut drawn = |hang: usize| {
             (0..hang).for_each(|_| session.act(Action::Mirror));
             session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-            canvas.read(&session.stage.gpu).unwrap()
+            canvas.read(&session.renderer.gpu).unwrap()
         };
         let [bare, hung, cleared] = [drawn(0), drawn(1), drawn(4)];
         let changed = bare.pixels().iter().zip(hung.pixels()).filter(|(a, b)| a != b).count();

@@ -4,25 +4,22 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, shipped};
+use common::{building, needs_device, shipped};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::Culler;
 use enfilade::scene::Scene;
 use enfilade_measure::pages::storeys::{Plans, storeys};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::doors::swings::swings;
-use enfilade_viewer::draw::frame::Stage;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::go::Guide;
-use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::Looks;
 use enfilade_viewer::plan_file;
 use enfilade_viewer::plan_picture;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::start::rooms::rooms;
-use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::ui::plan::Plan;
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::sync::OnceLock;
@@ -169,13 +166,10 @@ fn a_plan_is_a_whole_svg_file() {
 
 #[test]
 fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
-    if !has_device("a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them") {
-        return;
-    }
     let house = house();
     let plan = Plan::new(&house.file);
     let svg = plan_file::svg(&house, &plan.storeys, &plan.swings, 0);
-    let picture = plan_picture::picture(&device().unwrap(), &svg).unwrap();
+    let picture = plan_picture::picture(&svg).unwrap();
     let plans = Plans::new(&house.file, &house.scene, &plan.storeys);
     let height: f64 = svg.split("viewBox=\"0 0 860 ").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
     let scale = 2000.0 / 860.0;
@@ -188,7 +182,8 @@ fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
     let tint = |cell: &str| {
         let before = svg.split(&format!("<title>{cell}</title>")).next().unwrap();
         let class = before.rsplit("class=\"cell ").next().unwrap().split('"').next().unwrap();
-        plan_file::LOOKS.iter().find(|look| look.class == class).unwrap().fill.unwrap()
+        let fill = svg.split(&format!(".{class}{{fill:#")).nth(1).unwrap();
+        [0, 2, 4].map(|at| u8::from_str_radix(&fill[at..at + 2], 16).unwrap())
     };
     let is = |pixel: [u8; 3], colour: [u8; 3]| pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) <= 2);
     for (p, colour) in
@@ -204,11 +199,9 @@ fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
 
 #[test]
 fn doors_swing_by_a_quarter_about_a_jamb() {
-    if !has_device("doors_swing_by_a_quarter_about_a_jamb") {
-        return;
-    }
-    let stage = Stage::new(device().unwrap(), villa(), Oracle::Software, [64, 64], PICTURE).unwrap();
-    let swings = swings(&stage.doors);
+    needs_device!();
+    let (_, session) = common::visit(villa(), Oracle::Software, [64, 64]);
+    let swings = swings(&session.renderer.doors);
     assert!(swings.len() >= 4, "{}", swings.len());
     for swing in &swings {
         let [hinge, open, .., shut] = swing.line[..] else { panic!("{swing:?}") };
@@ -229,16 +222,11 @@ fn doors_swing_by_a_quarter_about_a_jamb() {
 
 #[test]
 fn a_click_a_wheel_and_a_key_reach_the_plan() {
-    if !has_device("a_click_a_wheel_and_a_key_reach_the_plan") {
-        return;
-    }
+    needs_device!();
     let (house, size) = (house(), [640, 480]);
-    let gpu = device().unwrap();
-    let canvas = Canvas::new(&gpu, size);
-    let stage = Stage::new(gpu, &house, Oracle::Software, size, PICTURE).unwrap();
-    let mut session = Session::new(&house, stage, PICTURE, size).unwrap();
+    let (canvas, mut session) = common::visit(&house, Oracle::Software, size);
     session.begin(None);
-    session.show.layers.plan = true;
+    session.view.layers.plan = true;
     let mut draw = |session: &mut Session<'_>, events: Vec<egui::Event>| {
         session.draw(&canvas.view, egui::RawInput { events, ..Default::default() }, 0.02).unwrap();
     };
@@ -262,19 +250,19 @@ fn a_click_a_wheel_and_a_key_reach_the_plan() {
         }
         for (x, z) in [(7.0, 1.0), (0.8, 4.2)] {
             let at = DVec2::new(x, z) - house.scene.origin.xz();
-            let pos = session.plan.view.to_screen(session.plan.rect, at);
+            let pos = session.panels.plan.view.to_screen(session.panels.plan.rect, at);
             click(&mut session, &mut draw, pos);
-            let eye = session.walker.eye + house.scene.origin;
+            let eye = session.motion.walker.eye + house.scene.origin;
             let wanted = DVec3::new(x, 3.0 * f64::from(storey) + EYE, z);
             // A click is as exact as a point of the screen.
-            assert!(eye.distance(wanted) < 0.1 && !session.walker.flies, "{eye}, not {wanted}");
+            assert!(eye.distance(wanted) < 0.1 && !session.motion.walker.flies, "{eye}, not {wanted}");
         }
     }
     // 2. Two storeys down by keys alone.
     (0..4).for_each(|_| session.act(Action::Storey(false)));
-    assert!((session.walker.eye.y + house.scene.origin.y - EYE).abs() < 1e-3);
+    assert!((session.motion.walker.eye.y + house.scene.origin.y - EYE).abs() < 1e-3);
     // 3. The wheel looks closer.
-    let (scale, pos) = (session.plan.view.scale, session.plan.rect.center());
+    let (scale, pos) = (session.panels.plan.view.scale, session.panels.plan.rect.center());
     let wheel = egui::Event::MouseWheel {
         unit: egui::MouseWheelUnit::Point,
         delta: egui::vec2(0.0, 80.0),
@@ -284,5 +272,5 @@ fn a_click_a_wheel_and_a_key_reach_the_plan() {
     };
     draw(&mut session, vec![egui::Event::PointerMoved(pos), wheel]);
     (0..5).for_each(|_| draw(&mut session, Vec::new()));
-    assert!(session.plan.view.scale > 1.2 * scale, "{} of {scale}", session.plan.view.scale);
+    assert!(session.panels.plan.view.scale > 1.2 * scale, "{} of {scale}", session.panels.plan.view.scale);
 }

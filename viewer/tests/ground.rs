@@ -3,28 +3,26 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path, shipped};
+use common::{building, needs_device, path, shipped};
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
 use enfilade::runtime::{Camera, FrameMode, Rect};
-use enfilade_terrain::{
-    Disk, Ground, GroundError, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make,
-};
+use enfilade_terrain::{Ground, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::{Culling, Oracle};
-use enfilade_viewer::draw::frame::{Stage, Wish};
-use enfilade_viewer::draw::lines::Overlay;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
+use enfilade_viewer::draw::frame::FrameRequest;
+use enfilade_viewer::draw::renderer::Renderer;
+use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::ground::{Land, Shown};
-use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::headless::Walk;
 use enfilade_viewer::looks::Looks;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
-use enfilade_viewer::walker::{Walker, Wants};
+use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::{DVec2, DVec3};
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -73,29 +71,24 @@ fn hills_around(name: &str) -> Land {
 
 /// Somebody in the villa on a ground, in flat colours without panels.
 fn visit(land: Option<Land>) -> (Canvas, Session<'static>) {
-    let gpu = device().unwrap();
-    let canvas = Canvas::new(&gpu, SIZE);
-    let mut stage = Stage::new(gpu, villa(), Oracle::Software, SIZE, PICTURE).unwrap();
-    land.into_iter().for_each(|land| stage.set_ground(land).unwrap());
-    let mut session = Session::new(villa(), stage, PICTURE, SIZE).unwrap();
-    (session.show.mode, session.show.hud) = (FrameMode::Both.into(), false);
+    let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
+    land.into_iter().for_each(|land| session.renderer.set_ground(land).unwrap());
+    (session.view.mode, session.view.hud) = (FrameMode::Both.into(), false);
     (canvas, session)
 }
 
 fn drawn(canvas: &Canvas, session: &mut Session<'_>) -> Vec<[u8; 3]> {
     session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-    canvas.read(&session.stage.gpu).unwrap().pixels().to_vec()
+    canvas.read(&session.renderer.gpu).unwrap().pixels().to_vec()
 }
 
-fn patches(stage: &Stage<'_>) -> usize {
-    stage.terrain.as_ref().unwrap().shown.patches().len()
+fn patches(renderer: &Renderer<'_>) -> usize {
+    renderer.terrain.as_ref().unwrap().shown.patches().len()
 }
 
 #[test]
 fn ground_shows_where_sky_was_outside_and_through_windows() {
-    if !has_device("ground_shows_where_sky_was_outside_and_through_windows") {
-        return;
-    }
+    needs_device!();
     let path = path("villa_rotonda");
     let ((bare, mut without), (canvas, mut with)) = (visit(None), visit(Some(hills_around("shows"))));
     let mut through = 0;
@@ -112,19 +105,17 @@ fn ground_shows_where_sky_was_outside_and_through_windows() {
     }
     assert!(through > 500, "{through} pixels of ground through windows and doors");
     // From outside, looking down at the villa: below the horizon nothing is sky.
-    with.walker = Walker::new(DVec3::new(60.0, 40.0, 60.0), DVec3::new(-1.0, -1.3, -1.0), true);
+    with.motion.walker = Walker::new(DVec3::new(60.0, 40.0, 60.0), DVec3::new(-1.0, -1.3, -1.0), true);
     let picture = drawn(&canvas, &mut with);
     assert!(picture.iter().all(|p| *p != SKY), "{} pixels of sky", picture.iter().filter(|p| **p == SKY).count());
 }
 
 #[test]
 fn portals_windows_miss_no_pixel_and_save_most_of_the_ground() {
-    if !has_device("portals_windows_miss_no_pixel_and_save_most_of_the_ground") {
-        return;
-    }
+    needs_device!();
     let path = path("villa_rotonda");
     let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
-    walk.stage.set_ground(hills_around("windows")).unwrap();
+    walk.renderer.set_ground(hills_around("windows")).unwrap();
     let mut tiles = [0; 2];
     for frame in 0..path.frames.len() {
         let camera = walk.camera(frame);
@@ -132,9 +123,9 @@ fn portals_windows_miss_no_pixel_and_save_most_of_the_ground() {
         for mode in [ViewMode::Hiz, FrameMode::Frustum.into(), FrameMode::Both.into()] {
             let missed = walk.missed(camera, mode).unwrap().expect("counted");
             assert_eq!(missed.pixels, 0, "{mode}, frame {frame}: {missed:?}");
-            sums.push(patches(&walk.stage));
+            sums.push(patches(&walk.renderer));
         }
-        let home = walk.stage.culling.last.as_ref().and_then(|last| last.home).expect("in a cell");
+        let home = walk.renderer.culling.last.as_ref().and_then(|last| last.home).expect("in a cell");
         if !villa().file.cells[home.index()].open {
             assert_eq!(sums[0], sums[1], "the device leaves ground alone");
             tiles = [tiles[0] + sums[1], tiles[1] + sums[2]];
@@ -146,12 +137,10 @@ fn portals_windows_miss_no_pixel_and_save_most_of_the_ground() {
 
 #[test]
 fn who_sees_no_window_has_no_ground() {
-    if !has_device("who_sees_no_window_has_no_ground") {
-        return;
-    }
+    needs_device!();
     let path = path("villa_rotonda");
     let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
-    walk.stage.set_ground(hills_around("blind")).unwrap();
+    walk.renderer.set_ground(hills_around("blind")).unwrap();
     let (mut none, mut some) = (0, 0);
     for (frame, turn) in (0..path.frames.len()).step_by(6).flat_map(|frame| (0..8).map(move |turn| (frame, turn))) {
         let eye = path.frames[frame].eye - villa().file.origin;
@@ -160,9 +149,9 @@ fn who_sees_no_window_has_no_ground() {
         let camera = Camera::look_at(eye, target, 0.8, 16.0 / 9.0);
         let missed = walk.missed(camera, FrameMode::Both).unwrap().expect("counted");
         assert_eq!(missed.pixels, 0, "frame {frame}, turn {turn}: {missed:?}");
-        let terrain = walk.stage.terrain.as_ref().unwrap();
+        let terrain = walk.renderer.terrain.as_ref().unwrap();
         if terrain.shown.windows.is_empty() {
-            assert_eq!(patches(&walk.stage), 0, "frame {frame}, turn {turn}");
+            assert_eq!(patches(&walk.renderer), 0, "frame {frame}, turn {turn}");
             none += 1;
         } else {
             some += 1;
@@ -173,20 +162,16 @@ fn who_sees_no_window_has_no_ground() {
 
 #[test]
 fn the_alarm_sees_ground_that_was_left_out() {
-    if !has_device("the_alarm_sees_ground_that_was_left_out") {
-        return;
-    }
+    needs_device!();
     let path = path("villa_rotonda");
     let mut walk = Walk::new(villa(), &path, Some(Oracle::Software), SIZE).unwrap();
-    walk.stage.set_ground(hills_around("alarm")).unwrap();
-    let overlay = Overlay::default();
+    walk.renderer.set_ground(hills_around("alarm")).unwrap();
     let outside = Camera::look_at(DVec3::new(60.0, 30.0, 60.0), DVec3::new(120.0, 0.0, 120.0), 1.0, 16.0 / 9.0);
     let mut seen = |camera, culled_by| {
-        let (mode, mirrors) = (FrameMode::Both.into(), None);
-        walk.draw(Wish { camera, culled_by: Some(culled_by), mode, alarm: true, timed: false, overlay: &overlay, mirrors })
+        walk.draw(FrameRequest { culled_by: Some(culled_by), alarm: true, ..FrameRequest::new(camera, FrameMode::Both) })
             .unwrap();
-        walk.stage.settle().unwrap();
-        walk.stage.heard.missed.clone().expect("counted")
+        walk.renderer.settle().unwrap();
+        walk.renderer.readback.missed.clone().expect("counted")
     };
     assert_eq!(seen(outside, outside).pixels, 0);
     // Tiles for who looks up into the sky.
@@ -196,38 +181,12 @@ fn the_alarm_sees_ground_that_was_left_out() {
     assert!(missed.pixels > 10_000 && missed.objects[0].0.index() == ground, "{missed:?}");
 }
 
-/// Answers with one tile a frame, from a file.
-struct Slow {
-    file: Vec<u8>,
-    header: enfilade_terrain::Header,
-    asked: VecDeque<u32>,
-    is_due: bool,
-}
-
-impl Disk for Slow {
-    fn ask(&mut self, tile: u32) -> bool {
-        self.asked.push_back(tile);
-        true
-    }
-
-    fn take(&mut self, bytes: &mut [u8]) -> Option<(u32, Result<(), GroundError>)> {
-        self.is_due ^= true;
-        let tile = if self.is_due { self.asked.pop_front()? } else { return None };
-        let (at, length) = (self.header.place(tile) as usize, self.header.tile_bytes(tile));
-        bytes[..length].copy_from_slice(&self.file[at..at + length]);
-        Some((tile, Ok(())))
-    }
-}
-
 #[test]
 fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
-    if !has_device("no_sky_shows_through_ground_while_tiles_are_missing_or_all_there") {
-        return;
-    }
+    needs_device!();
     let path = made("cracks", mountains());
     let whole = Ground::open(&path, ALL).unwrap();
-    let slow =
-        Slow { file: std::fs::read(&path).unwrap(), header: whole.header().clone(), asked: VecDeque::new(), is_due: false };
+    let slow = Scripted::new(&path, &whole, 0, 1);
     // As many slots as hold a part of the tiles.
     let late = Ground::from_disk(&whole, Box::new(slow), whole.cache_bytes() / 4);
     // The villa is out of sight, 200 m up; the top of the picture looks down by 15 degrees.
@@ -236,15 +195,15 @@ fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
         let mut land = Land::new(ground, Some(place));
         land.limit = Limit::Pixels(4.0);
         let (canvas, mut session) = visit(Some(land));
-        session.show.fov_y = 40f64.to_radians();
-        session.show.mode = FrameMode::Frustum.into();
+        session.view.fov_y = 40f64.to_radians();
+        session.view.mode = FrameMode::Frustum.into();
         let mut levels = BTreeSet::new();
         for frame in 0..frames {
             let (angle, down) = (0.05 * f64::from(frame), 35f64.to_radians());
             let along = DVec3::new(angle.sin() * down.cos(), -down.sin(), angle.cos() * down.cos());
-            session.walker = Walker::new(DVec3::new(90.0, 0.0, 90.0), along, true);
+            session.motion.walker = Walker::new(DVec3::new(90.0, 0.0, 90.0), along, true);
             let picture = drawn(&canvas, &mut session);
-            let terrain = session.stage.terrain.as_ref().unwrap();
+            let terrain = session.renderer.terrain.as_ref().unwrap();
             levels.extend(terrain.shown.patches().iter().map(|patch| patch.key.level));
             let sky = picture.iter().filter(|p| **p == SKY).count();
             // Until the coarsest tile has come there is nothing.
@@ -296,9 +255,7 @@ fn covered(ground: &Ground, view: &GroundView<'_>, patches: &[Patch]) -> Vec<[bo
 
 #[test]
 fn a_peak_beside_the_corner_of_two_coarser_tiles_looks_as_the_library_has_it() {
-    if !has_device("a_peak_beside_the_corner_of_two_coarser_tiles_looks_as_the_library_has_it") {
-        return;
-    }
+    needs_device!();
     let is_peak = |c, r| PEAKS.contains(&c) && PEAKS.contains(&r);
     let raster = Raster::of([257, 257], |c, r| if is_peak(c, r) { PEAK } else { 0.0 });
     let ground = Ground::open(&made("corners", raster), ALL).unwrap();
@@ -306,17 +263,17 @@ fn a_peak_beside_the_corner_of_two_coarser_tiles_looks_as_the_library_has_it() {
     // The villa is out of sight, far above.
     let place = Placement { at: DVec3::new(0.0, 400.0, 0.0), degrees: 0.0 };
     let (canvas, mut session) = visit(Some(Land::new(ground, Some(place))));
-    session.show.fov_y = 40f64.to_radians();
-    session.show.mode = FrameMode::Frustum.into();
+    session.view.fov_y = 40f64.to_radians();
+    session.view.mode = FrameMode::Frustum.into();
     let (mut between_two, mut compared, mut wrong) = (BTreeSet::new(), 0, Vec::new());
     for (top, turn) in tops.iter().flat_map(|top| (0..8).map(move |turn| (*top, turn))) {
         let away = AWAY * DVec2::from_angle(f64::from(turn) * std::f64::consts::FRAC_PI_4);
         let eye = DVec3::new(top.x + away.x, LOW, top.y + away.y);
-        let land = &session.stage.terrain.as_ref().unwrap().land;
+        let land = &session.renderer.terrain.as_ref().unwrap().land;
         let eye = land.to_building(eye, villa().file.origin).as_dvec3();
-        session.walker = Walker::new(eye, DVec3::new(-away.x, 0.0, -away.y), true);
+        session.motion.walker = Walker::new(eye, DVec3::new(-away.x, 0.0, -away.y), true);
         let picture = drawn(&canvas, &mut session);
-        let terrain = session.stage.terrain.as_ref().unwrap();
+        let terrain = session.renderer.terrain.as_ref().unwrap();
         let view = GroundView { camera: terrain.shown.camera.unwrap(), size: SIZE, windows: &[Rect::FULL] };
         let covered = covered(&terrain.land.ground, &view, terrain.shown.patches());
         // Above the eye there are only peaks, all in front of it.
@@ -363,9 +320,7 @@ fn row_of_rooms() -> Building {
 /// between all that the mode draws.
 #[test]
 fn objects_behind_a_ridge_are_not_drawn_and_none_is_missed() {
-    if !has_device("objects_behind_a_ridge_are_not_drawn_and_none_is_missed") {
-        return;
-    }
+    needs_device!();
     let path = path("villa_rotonda");
     let ridge = Raster::of([513, 513], |c, _| (280.0 - 2.0 * (10.0 * f64::from(c) - 3210.0).abs()).clamp(0.0, 80.0));
     let at = made("ridge", ridge);
@@ -375,14 +330,14 @@ fn objects_behind_a_ridge_are_not_drawn_and_none_is_missed() {
     let land = Land::new(Ground::open(&at, ALL).unwrap(), Some(place));
     // To the east of the ridge, 2 m above the ground and 300 m; and between the ridge and the villa.
     let eyes = [(1000.0, 2.0), (1000.0, 300.0), (500.0, 2.0)].map(|(x, y)| land.to_building(DVec3::new(x, y, 0.0), origin));
-    walk.stage.set_ground(land).unwrap();
+    walk.renderer.set_ground(land).unwrap();
     for mode in [FrameMode::None, FrameMode::Frustum, FrameMode::Both, FrameMode::Chc] {
         for (eye, is_hidden) in eyes.into_iter().zip([true, false, false]) {
             let camera = Camera::look_at(eye.as_dvec3(), DVec3::ZERO, 0.5, 16.0 / 9.0);
             let missed = walk.missed(camera, mode).unwrap().expect("counted");
             assert_eq!(missed.pixels, 0, "{mode} from {eye}: {missed:?}");
-            let shown = walk.stage.terrain.as_ref().unwrap().shown.objects;
-            let last = walk.stage.culling.last.as_ref().unwrap();
+            let shown = walk.renderer.terrain.as_ref().unwrap().shown.objects;
+            let last = walk.renderer.culling.last.as_ref().unwrap();
             let (drawn, counted) = (last.objects.len(), (last.stats.objects as usize, last.stats.triangles > 0));
             assert_eq!(counted, (drawn, drawn > 0), "{mode} from {eye}");
             let told = format!("{mode} from {eye}: {drawn} drawn, {shown} not");
@@ -457,64 +412,46 @@ fn tiles_are_asked_for_two_portals_from_a_window_and_no_sooner() {
 
 #[test]
 fn somebody_outside_stands_on_the_ground() {
-    if !has_device("somebody_outside_stands_on_the_ground") {
-        return;
-    }
+    needs_device!();
     let (_, mut session) = visit(Some(hills_around("stands")));
     let origin = villa().file.origin;
-    session.walker = Walker::new(DVec3::new(150.0, 60.0, 80.0), DVec3::X, false);
+    session.motion.walker = Walker::new(DVec3::new(150.0, 60.0, 80.0), DVec3::X, false);
     for _ in 0..100 {
-        session.go(0.1, &Wants { to: DVec3::Z, hurry: false });
+        session.go(0.1, &MoveInput { to: DVec3::Z, hurry: false });
     }
-    let terrain = session.stage.terrain.as_ref().unwrap();
-    let height = terrain.land.height(session.walker.eye, origin).unwrap();
-    assert!(session.walker.eye.x > 160.0, "{}", session.walker.eye);
-    let above = session.walker.eye.y - height;
+    let terrain = session.renderer.terrain.as_ref().unwrap();
+    let height = terrain.land.height(session.motion.walker.eye, origin).unwrap();
+    assert!(session.motion.walker.eye.x > 160.0, "{}", session.motion.walker.eye);
+    let above = session.motion.walker.eye.y - height;
     assert!((above - EYE).abs() < 0.3, "the eye is {above} m above the ground");
 }
 
 #[test]
 fn tiles_are_shown_and_a_frozen_view_keeps_them() {
-    if !has_device("tiles_are_shown_and_a_frozen_view_keeps_them") {
-        return;
-    }
+    needs_device!();
     let (canvas, mut session) = visit(Some(hills_around("tiles")));
-    session.walker = Walker::new(DVec3::new(60.0, 20.0, 60.0), DVec3::new(1.0, -0.3, 1.0), true);
+    session.motion.walker = Walker::new(DVec3::new(60.0, 20.0, 60.0), DVec3::new(1.0, -0.3, 1.0), true);
     let plain = drawn(&canvas, &mut session);
     session.act(Action::Ground);
     let coloured = drawn(&canvas, &mut session);
     let changed = plain.iter().zip(&coloured).filter(|(a, b)| a != b).count();
     assert!(changed > 10_000, "{changed} pixels have other colours");
-    let before = session.stage.terrain.as_ref().unwrap().shown.patches().to_vec();
+    let before = session.renderer.terrain.as_ref().unwrap().shown.patches().to_vec();
     session.freeze();
-    session.walker.turn(2.0, 0.0);
+    session.motion.walker.turn(2.0, 0.0);
     drawn(&canvas, &mut session);
-    assert_eq!(session.stage.terrain.as_ref().unwrap().shown.patches(), before);
+    assert_eq!(session.renderer.terrain.as_ref().unwrap().shown.patches(), before);
     assert!(!before.is_empty());
 }
 
 #[test]
 fn the_golden_picture_of_ground() {
-    if !has_device("the_golden_picture_of_ground") {
-        return;
-    }
+    needs_device!();
     let (canvas, mut session) = visit(Some(hills_around("golden")));
-    session.walker = Walker::new(DVec3::new(45.0, 18.0, 60.0), DVec3::new(-0.6, -0.2, -0.9), true);
+    session.motion.walker = Walker::new(DVec3::new(45.0, 18.0, 60.0), DVec3::new(-0.6, -0.2, -0.9), true);
     drawn(&canvas, &mut session);
-    let picture = canvas.read(&session.stage.gpu).unwrap();
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/ground.png");
-    if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
-        picture.save(&golden).unwrap();
-    }
-    picture.save(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden_ground.png")).unwrap();
-    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&golden).unwrap())).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut bytes).unwrap();
-    let (wanted, _) = bytes.as_chunks::<3>();
-    assert_eq!(wanted.len(), picture.pixels().len());
-    let differs = |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 12);
-    let different = picture.pixels().iter().zip(wanted).filter(differs).count();
-    assert!(different * 100 <= wanted.len(), "{different} pixels differ");
+    let picture = canvas.read(&session.renderer.gpu).unwrap();
+    common::compare("ground", &picture);
 }
 
 #[test]

@@ -3,14 +3,13 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path};
+use common::{building, needs_device, path};
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::ByDevice;
 use enfilade_viewer::draw::alarm::Missed;
-use enfilade_viewer::draw::frame::Wish;
-use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::frame::FrameRequest;
 use enfilade_viewer::draw::marks::Marking;
 use enfilade_viewer::headless::Walk;
 use enfilade_viewer::looks::Looks;
@@ -49,46 +48,40 @@ fn missed(walk: &mut Walk<'_, '_>, camera: Camera) -> u32 {
 
 /// What is missed where a camera looks at the last frame, which stays as it was decided.
 fn missed_frozen(walk: &mut Walk<'_, '_>, camera: Camera) -> Missed {
-    let overlay = Overlay::default();
-    let (mode, mirrors) = (ViewMode::Hiz, None);
-    walk.draw(Wish { camera, culled_by: None, mode, alarm: true, timed: false, overlay: &overlay, mirrors }).unwrap();
-    walk.stage.settle().unwrap();
-    walk.stage.heard.missed.clone().expect("counted")
+    walk.draw(FrameRequest { culled_by: None, alarm: true, ..FrameRequest::new(camera, ViewMode::Hiz) }).unwrap();
+    walk.renderer.settle().unwrap();
+    walk.renderer.readback.missed.clone().expect("counted")
 }
 
 #[test]
 fn a_wall_hides_what_is_behind_it_from_the_third_frame_on() {
-    if !has_device("a_wall_hides_what_is_behind_it_from_the_third_frame_on") {
-        return;
-    }
+    needs_device!();
     let (hall, path) = (hall(), still());
     // Upright pictures have no room for what is beside the wall.
     for (size, all, shown) in [([320, 180], 4, 2), ([333, 187], 4, 2), ([37, 21], 4, 2), ([21, 37], 3, 1), ([1, 1], 3, 1)] {
         let mut walk = Walk::new(&hall, &path, None, size).unwrap();
-        walk.stage.set_marking(Marking::Counted).unwrap();
+        walk.renderer.set_marking(Marking::Counted).unwrap();
         for round in 0..2 {
             // Nothing is drawn yet that could hide anything; then all that is in the frustum showed in the frame before.
             for objects in [all, all, shown, shown] {
                 assert_eq!(missed(&mut walk, look(&hall, 4.0, size)), 0, "{size:?}");
-                assert_eq!(walk.stage.drawn(), ByDevice { objects, triangles: 12 * objects }, "{size:?}, round {round}");
-                assert_eq!(walk.stage.culling.last.as_ref().unwrap().stats.queries, all, "all in the frustum are tested");
-                let [seen, in_vain, _] = walk.stage.kinds().expect("told apart");
+                assert_eq!(walk.renderer.drawn(), ByDevice { objects, triangles: 12 * objects }, "{size:?}, round {round}");
+                assert_eq!(walk.renderer.culling.last.as_ref().unwrap().stats.queries, all, "all in the frustum are tested");
+                let [seen, in_vain, _] = walk.renderer.kinds().expect("told apart");
                 assert_eq!(seen + in_vain, 12 * objects, "{size:?}: as many are drawn as are counted");
             }
             // From behind, at once.
             assert_eq!(missed(&mut walk, look(&hall, -14.0, size)), 0, "{size:?}");
-            assert!(walk.stage.drawn().objects >= all - 1, "{size:?}");
+            assert!(walk.renderer.drawn().objects >= all - 1, "{size:?}");
             // As if it had not been.
-            walk.stage.restart();
+            walk.renderer.restart();
         }
     }
 }
 
 #[test]
 fn from_inside_the_box_of_an_object_it_is_drawn_and_hides_the_rest() {
-    if !has_device("from_inside_the_box_of_an_object_it_is_drawn_and_hides_the_rest") {
-        return;
-    }
+    needs_device!();
     let mut hall = boxes::Building::default();
     hall.cell("hall", vec![block(p(-20.0, -20.0, -20.0), p(20.0, 20.0, 20.0))]);
     hall.thing("around the eye", p(-1.0, -1.0, 3.0), p(1.0, 1.0, 5.0));
@@ -99,15 +92,13 @@ fn from_inside_the_box_of_an_object_it_is_drawn_and_hides_the_rest() {
     let mut walk = Walk::new(&hall, &path, None, size).unwrap();
     for objects in [2, 2, 1] {
         assert_eq!(missed(&mut walk, look(&hall, 4.0, size)), 0);
-        assert_eq!(walk.stage.drawn().objects, objects);
+        assert_eq!(walk.renderer.drawn().objects, objects);
     }
 }
 
 #[test]
 fn a_frozen_frame_is_what_was_drawn_of_it() {
-    if !has_device("a_frozen_frame_is_what_was_drawn_of_it") {
-        return;
-    }
+    needs_device!();
     let (hall, path, size) = (hall(), still(), [320, 180]);
     let mut walk = Walk::new(&hall, &path, None, size).unwrap();
     let [here, there] = [4.0, -14.0].map(|z| look(&hall, z, size));
@@ -120,14 +111,12 @@ fn a_frozen_frame_is_what_was_drawn_of_it() {
     assert_eq!(missed_there.objects.iter().filter(|(_, pixels)| *pixels > 20).count(), 2, "{missed_there:?}");
     // The frame after goes on from there.
     assert_eq!(missed(&mut walk, here), 0);
-    assert_eq!(walk.stage.drawn().objects, 2);
+    assert_eq!(walk.renderer.drawn().objects, 2);
 }
 
 #[test]
 fn nothing_is_missed_after_jumps_at_any_size() {
-    if !has_device("nothing_is_missed_after_jumps_at_any_size") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (building("villa_rotonda"), path("villa_rotonda"));
     let bounds = villa.scene.bounds();
     for size in [[333, 187], [187, 333], [1, 1], [3, 200]] {
@@ -141,15 +130,15 @@ fn nothing_is_missed_after_jumps_at_any_size() {
             let fov_y = random.real(0.3, 2.3);
             let camera = Camera::look_at(eye, to, fov_y, f64::from(size[0]) / f64::from(size[1]));
             if jump % 4 == 0 {
-                walk.stage.restart();
+                walk.renderer.restart();
             }
             // Once without a past, or with that of another place; then as it goes on.
             for _ in 0..3 {
                 assert_eq!(missed(&mut walk, camera), 0, "{size:?}, jump {jump}, from {eye} to {to}");
             }
-            drawn += walk.stage.triangles();
+            drawn += walk.renderer.triangles();
             walk.missed(camera, FrameMode::Frustum).unwrap();
-            in_frustum += walk.stage.triangles();
+            in_frustum += walk.renderer.triangles();
         }
         assert!(0 < drawn && 3 * drawn < 2 * in_frustum, "{size:?}: {drawn} of {in_frustum} triangles");
     }
@@ -157,12 +146,10 @@ fn nothing_is_missed_after_jumps_at_any_size() {
 
 #[test]
 fn objects_that_a_buffer_does_not_hold_are_one_line() {
-    if !has_device("objects_that_a_buffer_does_not_hold_are_one_line") {
-        return;
-    }
+    needs_device!();
     let (hall, path, size) = (hall(), still(), [32, 18]);
     let mut walk = Walk::new(&hall, &path, None, size).unwrap();
-    walk.stage.gpu.limits.max_storage_buffer_binding_size = 64;
+    walk.renderer.gpu.limits.max_storage_buffer_binding_size = 64;
     let line = walk.missed(look(&hall, 4.0, size), ViewMode::Hiz).unwrap_err();
     assert!(line.starts_with("objects take ") && line.lines().count() == 1, "{line}");
     // Other modes go on.

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path, sampled, shipped};
+use common::{building, needs_device, path, sampled, shipped};
 use egui::RawInput;
 use enfilade::runtime::FrameMode;
 use enfilade::scene::ImportOptions;
@@ -11,18 +11,17 @@ use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::{Stage, Wish};
-use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::frame::FrameRequest;
 use enfilade_viewer::draw::marks::Marking;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
-use enfilade_viewer::headless::{Walk, device};
-use enfilade_viewer::kept::Kept;
+use enfilade_viewer::draw::targets::Canvas;
+use enfilade_viewer::headless::Walk;
 use enfilade_viewer::looks::Looks;
 use enfilade_viewer::mode::ViewMode;
+use enfilade_viewer::output_files::OutputFiles;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
-use enfilade_viewer::walker::{Walker, Wants};
+use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec3;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -37,12 +36,9 @@ fn villa() -> &'static Building {
 }
 
 fn visit(building: &Building, oracle: Oracle) -> (Canvas, Session<'_>) {
-    let gpu = device().unwrap();
-    let canvas = Canvas::new(&gpu, SIZE);
-    let stage = Stage::new(gpu, building, oracle, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(building, stage, PICTURE, SIZE).unwrap();
-    session.show.hud = false;
-    session.show.mode = FrameMode::Both.into();
+    let (canvas, mut session) = common::visit(building, oracle, SIZE);
+    session.view.hud = false;
+    session.view.mode = FrameMode::Both.into();
     (canvas, session)
 }
 
@@ -51,7 +47,7 @@ fn innermost(session: &mut Session<'_>, canvas: &Canvas, path: &CameraPath) -> u
     let mut objects = |frame: usize| {
         session.stand(path, frame);
         draw(canvas, session);
-        session.stage.culling.last.as_ref().unwrap().objects.len()
+        session.renderer.culling.last.as_ref().unwrap().objects.len()
     };
     (0..path.frames.len()).step_by(5).min_by_key(|&frame| objects(frame)).unwrap()
 }
@@ -59,15 +55,13 @@ fn innermost(session: &mut Session<'_>, canvas: &Canvas, path: &CameraPath) -> u
 /// A frame; returns its pixels.
 fn draw(canvas: &Canvas, session: &mut Session<'_>) -> Vec<[u8; 3]> {
     session.draw(&canvas.view, RawInput::default(), 0.0).unwrap();
-    session.stage.settle().unwrap();
-    canvas.read(&session.stage.gpu).unwrap().pixels().to_vec()
+    session.renderer.settle().unwrap();
+    canvas.read(&session.renderer.gpu).unwrap().pixels().to_vec()
 }
 
 #[test]
 fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
-    if !has_device("triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand") {
-        return;
-    }
+    needs_device!();
     // Twelve triangles each: a box before the eye, of which the front shows; one hidden by it; one behind the eye.
     let mut hall = boxes::Building::default();
     hall.cell("hall", vec![block(p(-10.0, -10.0, -10.0), p(10.0, 10.0, 10.0))]);
@@ -77,18 +71,18 @@ fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
     let (scene, file) = hall.finish();
     let hall = Building::new(scene, file, Looks::default());
     let (canvas, mut session) = visit(&hall, Oracle::Software);
-    session.walker = Walker::new(p(0.0, 0.0, 0.0) - hall.file.origin, DVec3::NEG_Z, true);
+    session.motion.walker = Walker::new(p(0.0, 0.0, 0.0) - hall.file.origin, DVec3::NEG_Z, true);
     session.act(Action::Waste);
     let of_library = [(FrameMode::Frustum, [2, 22, 12]), (FrameMode::None, [2, 34, 0]), (FrameMode::Chc, [2, 10, 24])];
     let of_device = [(ViewMode::Hiz, [2, 10, 24])];
     for (mode, kinds) in of_library.map(|(mode, kinds)| (mode.into(), kinds)).into_iter().chain(of_device) {
-        session.show.mode = mode;
+        session.view.mode = mode;
         // Queries need a frame to know what hides, and a pyramid another one.
         (0..3).for_each(|_| drop(draw(&canvas, &mut session)));
-        assert_eq!(session.stage.kinds(), Some(kinds), "{mode}");
+        assert_eq!(session.renderer.kinds(), Some(kinds), "{mode}");
         // The front is as large as 2 m at 3 m: at 65 degrees 94 pixels a side. Its two faces fill it once.
         let side = (2.0 / 3.0 / (2.0 * 32.5f64.to_radians().tan()) * f64::from(SIZE[1])).round();
-        let filled = session.stage.heard.marked.as_ref().unwrap().pixels;
+        let filled = session.renderer.readback.marked.as_ref().unwrap().pixels;
         assert!((filled[0] as f64 - side * side).abs() < 2.0 * side, "{mode}: {filled:?}");
         let picture = session.screenshot().unwrap();
         let green = picture.pixels().iter().filter(|[r, g, b]| g > r && g > b).count();
@@ -98,11 +92,8 @@ fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
 
 #[test]
 fn every_mode_draws_all_that_is_seen() {
-    if !has_device("every_mode_draws_all_that_is_seen") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let overlay = Overlay::default();
     for frame in (0..path.frames.len()).step_by(12) {
         let mut seen = Vec::new();
         let ways = [FrameMode::None, FrameMode::Portals, FrameMode::Both, FrameMode::Chc]
@@ -110,16 +101,15 @@ fn every_mode_draws_all_that_is_seen() {
         let of_device = [(FrameMode::Chc.into(), Oracle::Device), (ViewMode::Hiz, Oracle::Device)];
         for (mode, oracle) in ways.into_iter().chain(of_device) {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
-            walk.stage.set_marking(Marking::Counted).unwrap();
+            walk.renderer.set_marking(Marking::Counted).unwrap();
             let camera = walk.camera(frame);
             for _ in 0..3 {
-                let culled_by = Some(camera);
-                let wish = Wish { camera, culled_by, mode, alarm: false, timed: false, overlay: &overlay, mirrors: None };
-                walk.draw(wish).unwrap();
-                walk.stage.settle().unwrap();
+                let request = FrameRequest::new(camera, mode);
+                walk.draw(request).unwrap();
+                walk.renderer.settle().unwrap();
             }
-            let kinds = walk.stage.kinds().expect("told apart");
-            let all: u64 = walk.stage.mesh.ranges.iter().map(|range| u64::from(range.end - range.start) / 3).sum();
+            let kinds = walk.renderer.kinds().expect("told apart");
+            let all: u64 = walk.renderer.mesh.ranges.iter().map(|range| u64::from(range.end - range.start) / 3).sum();
             assert_eq!(kinds.iter().sum::<u64>(), all, "frame {frame}, {mode} by {oracle:?}");
             seen.push(kinds[0]);
         }
@@ -129,18 +119,16 @@ fn every_mode_draws_all_that_is_seen() {
 
 #[test]
 fn halves_are_what_either_mode_draws_alone() {
-    if !has_device("halves_are_what_either_mode_draws_alone") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let (canvas, mut session) = visit(villa, Oracle::Software);
-    session.show.culled = false;
+    session.view.culled = false;
     let frame = innermost(&mut session, &canvas, &path);
     session.stand(&path, frame);
     draw(&canvas, &mut session);
     // From where what both modes draw differs.
     session.freeze();
-    session.walker = Walker::new(DVec3::new(-30.0, 25.0, 30.0), DVec3::new(1.0, -0.8, -1.0), true);
+    session.motion.walker = Walker::new(DVec3::new(-30.0, 25.0, 30.0), DVec3::new(1.0, -0.8, -1.0), true);
     // Lines are of what the frame before decided.
     let twice = |session: &mut Session<'_>| {
         draw(&canvas, session);
@@ -167,9 +155,7 @@ fn halves_are_what_either_mode_draws_alone() {
 
 #[test]
 fn glass_shows_what_a_frozen_frame_left_out() {
-    if !has_device("glass_shows_what_a_frozen_frame_left_out") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let (canvas, mut session) = visit(villa, Oracle::Software);
     let frame = innermost(&mut session, &canvas, &path);
@@ -178,13 +164,13 @@ fn glass_shows_what_a_frozen_frame_left_out() {
     session.act(Action::Culled);
     assert!(live == draw(&canvas, &mut session), "it shows in frozen frames only");
     session.freeze();
-    session.walker = Walker::new(DVec3::new(-30.0, 25.0, 30.0), DVec3::new(1.0, -0.8, -1.0), true);
+    session.motion.walker = Walker::new(DVec3::new(-30.0, 25.0, 30.0), DVec3::new(1.0, -0.8, -1.0), true);
     let bare = draw(&canvas, &mut session);
     session.act(Action::Culled);
     let with = draw(&canvas, &mut session);
     // All of the villa is drawn or is glass: whatever has a pixel of it in the frame of everything differs from the sky.
     session.act(Action::Freeze);
-    session.walker = Walker::new(DVec3::new(-30.0, 25.0, 30.0), DVec3::new(1.0, -0.8, -1.0), true);
+    session.motion.walker = Walker::new(DVec3::new(-30.0, 25.0, 30.0), DVec3::new(1.0, -0.8, -1.0), true);
     session.act(Action::Mode(0));
     let all = draw(&canvas, &mut session);
     let sky = all[0];
@@ -197,22 +183,20 @@ fn glass_shows_what_a_frozen_frame_left_out() {
 
 #[test]
 fn a_profile_has_every_frame_and_leads_to_it() {
-    if !has_device("a_profile_has_every_frame_and_leads_to_it") {
-        return;
-    }
+    needs_device!();
     let villa = villa();
     let mut short = path("villa_rotonda");
     short.frames = short.frames.into_iter().step_by(20).collect();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("insight");
     std::fs::create_dir_all(&folder).unwrap();
     let (canvas, mut session) = visit(villa, Oracle::Software);
-    session.kept = Kept::beside(&folder.join("villa.glb"));
+    session.document.output = OutputFiles::beside(&folder.join("villa.glb"));
     session.act(Action::Heat);
     assert!(!session.is_on(Action::Heat), "there is nothing to colour by yet");
     session.play_path(short.clone());
     session.act(Action::Play);
     session.begin(None);
-    let home = session.walker.eye;
+    let home = session.motion.walker.eye;
     session.act(Action::Profile);
     let mut drawn = 0;
     while !session.insight.profile.as_ref().unwrap().is_done() {
@@ -220,19 +204,19 @@ fn a_profile_has_every_frame_and_leads_to_it() {
         drawn += 1;
         assert!(drawn <= short.frames.len() + 4, "it doesn't end");
     }
-    assert_eq!(session.walker.eye, home, "who was led along is back");
+    assert_eq!(session.motion.walker.eye, home, "who was led along is back");
     // The same frames, one by one.
     let costs = session.insight.profile.as_ref().unwrap().costs.clone();
     assert_eq!(costs.len(), short.frames.len());
-    session.show.layers.alarm = true;
+    session.view.layers.alarm = true;
     for (frame, cost) in costs.iter().enumerate() {
         session.stand(&short, frame);
         draw(&canvas, &mut session);
-        let missed = session.stage.heard.missed.as_ref().map(|missed| missed.pixels);
-        assert_eq!((cost.triangles, Some(cost.missed_pixels)), (session.stage.triangles(), missed), "frame {frame}");
+        let missed = session.renderer.readback.missed.as_ref().map(|missed| missed.pixels);
+        assert_eq!((cost.triangles, Some(cost.missed_pixels)), (session.renderer.triangles(), missed), "frame {frame}");
         assert!(cost.seen > 0 && cost.seen <= cost.triangles && cost.ms >= cost.cull_ms, "frame {frame}: {cost:?}");
     }
-    session.show.layers.alarm = false;
+    session.view.layers.alarm = false;
     let profile = session.insight.profile.as_ref().unwrap();
     let frames = profile.costs.len() as u32;
     assert!(profile.seen.iter().all(|n| *n <= frames) && profile.seen.iter().any(|n| *n > 0));
@@ -255,9 +239,7 @@ fn a_profile_has_every_frame_and_leads_to_it() {
 
 #[test]
 fn one_flies_along_the_line_of_sight_and_escape_ends_it() {
-    if !has_device("one_flies_along_the_line_of_sight_and_escape_ends_it") {
-        return;
-    }
+    needs_device!();
     // With witnesses.
     let model = shipped("villa_rotonda", "glb");
     let villa = sampled(import(&model, &ImportOptions::default()).unwrap(), &model, 20_000);
@@ -267,35 +249,33 @@ fn one_flies_along_the_line_of_sight_and_escape_ends_it() {
     let frame = (0..path.frames.len()).find(|&frame| {
         session.stand(&path, frame);
         session.show_this(Shown::Why);
-        session.sight().is_some()
+        session.selection.sight().is_some()
     });
     assert!(frame.is_some(), "nothing on the path has a witness");
-    let [from, to] = session.sight().unwrap();
+    let [from, to] = session.selection.sight().unwrap();
     session.fly_along_sight();
-    session.go(0.0, &Wants::default());
-    assert!(session.walker.eye.distance(from) < 1e-9);
-    let mut before = session.walker.eye.distance(to);
+    session.go(0.0, &MoveInput::default());
+    assert!(session.motion.walker.eye.distance(from) < 1e-9);
+    let mut before = session.motion.walker.eye.distance(to);
     for _ in 0..200 {
-        session.go(0.1, &Wants::default());
-        let now = session.walker.eye.distance(to);
-        assert!(now <= before + 1e-9 && session.walker.forward().dot((to - from).normalize()) > 0.999);
+        session.go(0.1, &MoveInput::default());
+        let now = session.motion.walker.eye.distance(to);
+        assert!(now <= before + 1e-9 && session.motion.walker.forward().dot((to - from).normalize()) > 0.999);
         before = now;
     }
     assert!(before < 0.5 && before > 0.0, "{before} m before the end");
     session.fly_along_sight();
-    session.go(0.1, &Wants::default());
+    session.go(0.1, &MoveInput::default());
     session.escape(false);
-    let there = session.walker.eye;
-    session.go(0.5, &Wants::default());
-    assert!(session.walker.eye.distance(there) < 1.0 && session.sight().is_none());
+    let there = session.motion.walker.eye;
+    session.go(0.5, &MoveInput::default());
+    assert!(session.motion.walker.eye.distance(there) < 1.0 && session.selection.sight().is_none());
     draw(&canvas, &mut session);
 }
 
 #[test]
 fn a_path_of_one_frame_has_a_profile() {
-    if !has_device("a_path_of_one_frame_has_a_profile") {
-        return;
-    }
+    needs_device!();
     let (_, mut session) = visit(villa(), Oracle::Software);
     let eye = DVec3::new(0.0, 1.7, 30.0);
     let frames = vec![PathFrame { eye, target: eye + DVec3::NEG_Z }];

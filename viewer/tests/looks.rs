@@ -3,36 +3,29 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{baked, building, has_device, path, shipped};
+use common::{baked, building, needs_device, path, shipped};
 use enfilade::runtime::{Camera, FrameMode};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::{extensions, import};
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
-use enfilade_measure::walkthrough::tour::tour;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::{Stage, Wish};
-use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::frame::FrameRequest;
 use enfilade_viewer::draw::mesh::{Mesh, Triangles};
 use enfilade_viewer::draw::surfaces::Surfaces;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
-use enfilade_viewer::headless::{Walk, device};
+use enfilade_viewer::headless::Walk;
 use enfilade_viewer::looks::{Detail, Looks, NO_PICTURE};
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::Walker;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 use testing::data::data;
 
 const SIZE: [u32; 2] = [320, 180];
-
-/// Pixels of a frame that may be missed where a line passes a crack narrower than a file's clearance. What a wall hides is hundreds.
-const AT_CRACKS: u32 = 2;
 
 fn villa() -> &'static Building {
     static VILLA: OnceLock<Building> = OnceLock::new();
@@ -41,35 +34,30 @@ fn villa() -> &'static Building {
 
 /// The picture of a frame.
 fn drawn(walk: &mut Walk<'_, '_>, camera: Camera, mode: impl Into<ViewMode>) -> Vec<[u8; 3]> {
-    let overlay = Overlay::default();
-    let (culled_by, mirrors) = (Some(camera), None);
-    walk.draw(Wish { camera, culled_by, mode: mode.into(), alarm: false, timed: false, overlay: &overlay, mirrors })
-        .unwrap();
+    walk.draw(FrameRequest::new(camera, mode)).unwrap();
     walk.picture().unwrap().pixels().to_vec()
 }
 
 #[test]
 fn pictures_are_the_same_in_every_mode() {
-    if !has_device("pictures_are_the_same_in_every_mode") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let ways = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
     let of_device = [FrameMode::Chc, FrameMode::Auto].map(|mode| (mode.into(), Oracle::Device));
     let ways: Vec<_> = ways.chain(of_device).collect();
     for detail in [Detail::Plain, Detail::Full, Detail::Smooth] {
         let mut whole = Walk::new(villa, &path, None, SIZE).unwrap();
-        whole.stage.set_detail(detail).unwrap();
+        whole.renderer.set_detail(detail).unwrap();
         for (mode, oracle) in &ways {
             let mut walk = Walk::new(villa, &path, Some(*oracle), SIZE).unwrap();
-            walk.stage.set_detail(detail).unwrap();
+            walk.renderer.set_detail(detail).unwrap();
             let mut least = u64::MAX;
             for frame in (0..path.frames.len()).step_by(9) {
                 let camera = whole.camera(frame);
                 let [expected, found] = [drawn(&mut whole, camera, FrameMode::None), drawn(&mut walk, camera, *mode)];
                 let differ = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 0, "{detail:?}, {mode} by {oracle:?}, frame {frame}");
-                least = least.min(walk.stage.triangles());
+                least = least.min(walk.renderer.triangles());
             }
             // That something was culled at all is what makes it a test.
             let all = villa.scene.triangles.len() as u64;
@@ -81,67 +69,23 @@ fn pictures_are_the_same_in_every_mode() {
     }
 }
 
-/// On the tours of other buildings, `.pvs` files beside their models, that `ENFILADE_WALKS` names with colons between: how much differs, and
-/// that nothing is missing.
-#[test]
-#[ignore = "takes minutes; for figures"]
-fn pictures_are_the_same_along_tours() {
-    if !has_device("pictures_are_the_same_along_tours") {
-        return;
-    }
-    for name in std::env::var("ENFILADE_WALKS").unwrap_or_default().split(':').filter(|name| !name.is_empty()) {
-        let file = std::path::Path::new(name);
-        let building = Building::open(file, None, &|_, _| {}, &AtomicBool::new(false), None).unwrap();
-        let path = tour(&building.file, 0);
-        for detail in [Detail::Plain, Detail::Full, Detail::Smooth] {
-            let mut walks = [(); 2].map(|()| Walk::new(&building, &path, Some(Oracle::Device), SIZE).unwrap());
-            walks.iter_mut().for_each(|walk| walk.stage.set_detail(detail).unwrap());
-            let ([mut frames, mut differ], mut most) = ([0; 2], (0, 0, FrameMode::None));
-            let mut all_missed = 0;
-            for frame in 0..path.frames.len() {
-                let mode = FrameMode::ALL[frame % FrameMode::ALL.len()];
-                let camera = walks[0].camera(frame);
-                let [whole, culled] = &mut walks;
-                let [expected, found] = [drawn(whole, camera, FrameMode::None), drawn(culled, camera, mode)];
-                let pixels = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
-                (frames, differ) = (frames + 1, differ + pixels);
-                if pixels > most.0 {
-                    most = (pixels, frame, mode);
-                }
-                // What differs lies on what is drawn: nothing is missing, but for single pixels at cracks, which are promised nothing.
-                if pixels > 0 {
-                    let missed = culled.missed(camera, mode).unwrap().expect("counted").pixels;
-                    assert!(missed <= AT_CRACKS, "{name}, {detail:?}, frame {frame}, {mode}: {missed} pixels");
-                    all_missed += missed;
-                }
-            }
-            println!(
-                "{name}, {detail:?}: {differ} pixels of {frames} frames differ, {} in frame {} ({}); {all_missed} are missed",
-                most.0, most.1, most.2
-            );
-        }
-    }
-}
-
 #[test]
 fn the_alarm_counts_the_same_in_full() {
-    if !has_device("the_alarm_counts_the_same_in_full") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let frame = path.frames.len() / 2;
     let mut sound = Walk::new(villa, &path, None, SIZE).unwrap();
     let camera = sound.camera(frame);
     let mut broken = villa.clone();
     sound.missed(camera, FrameMode::Pvs).unwrap();
-    let home = sound.stage.culling.last.as_ref().and_then(|d| d.home).unwrap();
+    let home = sound.renderer.culling.last.as_ref().and_then(|d| d.home).unwrap();
     // Everything but what the eye stands in: walls that are seen across rooms, glass and doors among it.
     let rows = broken.file.object_rows.as_mut().unwrap();
     let seen: Vec<usize> = rows.ones(home.index()).collect();
     seen.iter().filter(|o| *o % 3 == 0).for_each(|&o| rows.clear(home.index(), o));
     let missed = |building: &Building, detail| {
         let mut walk = Walk::new(building, &path, None, SIZE).unwrap();
-        walk.stage.set_detail(detail).unwrap();
+        walk.renderer.set_detail(detail).unwrap();
         walk.missed(camera, FrameMode::Pvs).unwrap().expect("counted").pixels
     };
     let details = [Detail::Plain, Detail::Full, Detail::Smooth];
@@ -152,11 +96,10 @@ fn the_alarm_counts_the_same_in_full() {
 
 /// A picture of two texels.
 fn two_texels(texels: [[u8; 4]; 2]) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
-    encoder.set_color(png::ColorType::Rgba);
-    encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
-    bytes
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let picture = image::RgbaImage::from_raw(2, 1, texels.as_flattened().to_vec()).unwrap();
+    picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+    bytes.into_inner()
 }
 
 /// Pictures of two texels: red, and blue with an opacity of 0; normals that lean up and down, and to the right and the left, with a cosine
@@ -216,7 +159,7 @@ fn seen(building: &Building) -> [[u8; 3]; 2] {
         frames: vec![PathFrame { eye: DVec3::new(0.0, 0.0, 3.0), target: DVec3::ZERO }],
     };
     let mut walk = Walk::new(building, &path, None, [192, 108]).unwrap();
-    walk.stage.set_detail(Detail::Full).unwrap();
+    walk.renderer.set_detail(Detail::Full).unwrap();
     let camera = walk.camera(0);
     let pixels = drawn(&mut walk, camera, FrameMode::None);
     // A metre is 54 / (3 tan 30 degrees) pixels.
@@ -230,9 +173,7 @@ fn unlit(base: Value) -> Value {
 
 #[test]
 fn a_picture_hangs_the_right_way_and_no_light_changes_what_is_unlit() {
-    if !has_device("a_picture_hangs_the_right_way_and_no_light_changes_what_is_unlit") {
-        return;
-    }
+    needs_device!();
     let near = |found: [u8; 3], expected: [u8; 3]| {
         assert!(found.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 3), "{found:?} is not {expected:?}");
     };
@@ -253,9 +194,7 @@ fn a_picture_hangs_the_right_way_and_no_light_changes_what_is_unlit() {
 
 #[test]
 fn glass_is_blended_far_ones_first_and_holes_are_holes() {
-    if !has_device("glass_is_blended_far_ones_first_and_holes_are_holes") {
-        return;
-    }
+    needs_device!();
     let of = |colour: [f32; 4], mode: &str| {
         let mut material = unlit(json!({"baseColorFactor": colour, "roughnessFactor": 1.0}));
         material["alphaMode"] = mode.into();
@@ -285,9 +224,7 @@ fn glass_is_blended_far_ones_first_and_holes_are_holes() {
 
 #[test]
 fn pictures_lean_normals_and_say_what_shines_and_what_is_metal() {
-    if !has_device("pictures_lean_normals_and_say_what_shines_and_what_is_metal") {
-        return;
-    }
+    needs_device!();
     let light = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
     let rough = json!({"baseColorFactor": [0.5, 0.5, 0.5, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0});
     let leaning = |texture: Value| {
@@ -327,9 +264,7 @@ fn pictures_lean_normals_and_say_what_shines_and_what_is_metal() {
 
 #[test]
 fn four_samples_change_edges_and_nothing_else() {
-    if !has_device("four_samples_change_edges_and_nothing_else") {
-        return;
-    }
+    needs_device!();
     let (_, wall) = walls("looks_smooth", &[(0.0, unlit(json!({"baseColorFactor": [0.0, 0.0, 0.0, 1.0]})))]);
     let path = CameraPath {
         name: "before".into(),
@@ -341,7 +276,7 @@ fn four_samples_change_edges_and_nothing_else() {
     let mut walk = Walk::new(&wall, &path, None, [192, 108]).unwrap();
     let camera = walk.camera(0);
     let [full, smooth] = [Detail::Full, Detail::Smooth].map(|detail| {
-        walk.stage.set_detail(detail).unwrap();
+        walk.renderer.set_detail(detail).unwrap();
         drawn(&mut walk, camera, FrameMode::None)
     });
     let is_black = |x: usize, y: usize| full[y * 192 + x] == [0; 3];
@@ -390,27 +325,21 @@ fn triangles_take_forty_bytes_with_their_materials() {
 
 #[test]
 fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
-    if !has_device("a_mirror_shows_what_is_behind_the_eye_as_it_looks") {
-        return;
-    }
+    needs_device!();
     let picture = unlit(json!({"baseColorTexture": {"index": 0}}));
     let white = unlit(json!({"baseColorFactor": [1.0, 1.0, 1.0, 1.0]}));
     let (_, hall) = walls("looks_mirror", &[(0.0, white), (6.0, picture)]);
-    let gpu = device().unwrap();
-    let size = [192, 108];
-    let canvas = Canvas::new(&gpu, size);
-    let stage = Stage::new(gpu, &hall, Oracle::Software, size, PICTURE).unwrap();
-    let mut session = Session::new(&hall, stage, PICTURE, size).unwrap();
-    (session.show.hud, session.show.mode) = (false, FrameMode::None.into());
-    session.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
+    let (canvas, mut session) = common::visit(&hall, Oracle::Software, [192, 108]);
+    (session.view.hud, session.view.mode) = (false, FrameMode::None.into());
+    session.motion.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
     // Half a metre to either side on a wall that seems to be 9 m away.
-    let off = (54.0 / (9.0 * (session.show.fov_y / 2.0).tan()) * 0.5) as usize;
+    let off = (54.0 / (9.0 * (session.view.fov_y / 2.0).tan()) * 0.5) as usize;
     let seen = |session: &mut Session<'_>, detail: Detail| {
-        session.show.detail = detail;
+        session.view.detail = detail;
         for _ in 0..2 {
             session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         }
-        let picture = canvas.read(&session.stage.gpu).unwrap();
+        let picture = canvas.read(&session.renderer.gpu).unwrap();
         [96 - off, 96 + off].map(|x| picture.pixels()[50 * 192 + x])
     };
     assert_eq!(seen(&mut session, Detail::Full), [[255; 3]; 2], "no mirror hangs yet");
@@ -426,9 +355,7 @@ fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
 
 #[test]
 fn looks_that_make_no_sense_are_told_or_tamed() {
-    if !has_device("looks_that_make_no_sense_are_told_or_tamed") {
-        return;
-    }
+    needs_device!();
     let grey = [0.5, 0.5, 0.5, 1.0];
     // A texture that isn't there is told once, and the colour stays.
     let base = json!({"baseColorTexture": {"index": 99}, "baseColorFactor": grey});

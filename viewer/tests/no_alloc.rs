@@ -19,7 +19,7 @@ use testing::ground::{Raster, Scripted};
 #[test]
 fn a_frame_that_is_decided_and_listed_allocates_nothing_once_warm() {
     let (building, path) = (building("villa_rotonda"), path("villa_rotonda"));
-    let is_ghost: Vec<bool> = building.scene.objects.iter().map(|o| o.glass).collect();
+    let is_transparent: Vec<bool> = building.scene.objects.iter().map(|o| o.glass).collect();
     for (oracle, mode) in [Oracle::Software, Oracle::Device].into_iter().flat_map(|o| ViewMode::ALL.map(|mode| (o, mode))) {
         let mut culling = Culling::new(&building, oracle, [160, 90]);
         let mut doors = Doors::new(&building, &culling.culler);
@@ -34,9 +34,9 @@ fn a_frame_that_is_decided_and_listed_allocates_nothing_once_warm() {
                 number += 1;
                 let camera = path.camera(frame, building.file.origin, 16.0 / 9.0);
                 let decision = culling.decide(number, &camera, 0.01, mode);
-                runs.set(&mesh, &decision.objects, &is_ghost, Some(camera.eye));
+                runs.set(&mesh, &decision.objects, &is_transparent, Some(camera.eye));
                 doors.seen(decision, &mut cells, &mut seen);
-                drawn += runs.solid.len() + culling.late.conditional.len();
+                drawn += runs.solid.len() + culling.delayed.conditional.len();
             }
             drawn
         };

@@ -3,20 +3,18 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{building, has_device, path};
+use common::{building, needs_device, path};
 use enfilade::cells::PortalKind;
 use enfilade::runtime::FrameMode;
 use enfilade::scene::ImportOptions;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::Stage;
 use enfilade_viewer::draw::slice::Section;
-use enfilade_viewer::draw::targets::{Canvas, PICTURE};
-use enfilade_viewer::headless::device;
+use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::looks::{Detail, Looks};
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
 use enfilade_viewer::walker::Walker;
 use glam::{DVec2, DVec3};
 use std::path::Path;
@@ -48,11 +46,8 @@ struct Visit<'b> {
 
 impl<'b> Visit<'b> {
     fn new(building: &'b Building, oracle: Oracle) -> Self {
-        let gpu = device().unwrap();
-        let canvas = Canvas::new(&gpu, SIZE);
-        let stage = Stage::new(gpu, building, oracle, SIZE, PICTURE).unwrap();
-        let mut session = Session::new(building, stage, PICTURE, SIZE).unwrap();
-        (session.show.hud, session.show.layers.alarm) = (false, true);
+        let (canvas, mut session) = common::visit(building, oracle, SIZE);
+        (session.view.hud, session.view.layers.alarm) = (false, true);
         Self { canvas, session }
     }
 
@@ -60,8 +55,8 @@ impl<'b> Visit<'b> {
     fn draw(&mut self) -> (Vec<[u8; 3]>, u32) {
         let session = &mut self.session;
         session.draw(&self.canvas.view, egui::RawInput::default(), 0.02).unwrap();
-        session.stage.settle().unwrap();
-        let missed = session.stage.heard.missed.as_ref().expect("counted").pixels;
+        session.renderer.settle().unwrap();
+        let missed = session.renderer.readback.missed.as_ref().expect("counted").pixels;
         (session.screenshot().unwrap().pixels().to_vec(), missed)
     }
 }
@@ -72,14 +67,12 @@ fn caps(pixels: &[[u8; 3]]) -> usize {
 
 #[test]
 fn caps_are_as_large_as_what_is_cut() {
-    if !has_device("caps_are_as_large_as_what_is_cut") {
-        return;
-    }
+    needs_device!();
     let room = room();
     let mut visit = Visit::new(&room, Oracle::Software);
     // 5 m above the floor, above the ceiling: 3.8 m above a section at 1.2 m.
     let eye = p(3.0, 5.0, 2.0) - room.file.origin;
-    visit.session.walker = Walker::new(eye, DVec3::new(0.0, -1.0, -1e-9), true);
+    visit.session.motion.walker = Walker::new(eye, DVec3::new(0.0, -1.0, -1e-9), true);
     visit.session.act(Action::Section);
     let floor = -room.file.origin.y;
     let set = |visit: &mut Visit<'_>, height: f64| {
@@ -91,14 +84,14 @@ fn caps_are_as_large_as_what_is_cut() {
     };
     // Pixels a metre, and square metres; looking down by 89 degrees stretches it by less than half of a percent.
     let pixels = |height: f64, area: f64| {
-        let a_metre = f64::from(SIZE[1]) / (2.0 * (5.0 - height) * (0.5 * visit.session.show.fov_y).tan());
+        let a_metre = f64::from(SIZE[1]) / (2.0 * (5.0 - height) * (0.5 * visit.session.view.fov_y).tan());
         area * a_metre * a_metre
     };
     // The pillar and what of the shelf stands before it; above the shelf; above all.
     let wanted = [(1.2, pixels(1.2, 1.75)), (2.0, pixels(2.0, 1.0)), (2.8, 0.0)];
     for detail in [Detail::Plain, Detail::Full] {
         for mode in MODES {
-            (visit.session.show.detail, visit.session.show.mode) = (detail, mode.into());
+            (visit.session.view.detail, visit.session.view.mode) = (detail, mode.into());
             for (height, wanted) in wanted {
                 set(&mut visit, height);
                 let (picture, missed) = visit.draw();
@@ -115,8 +108,8 @@ fn caps_are_as_large_as_what_is_cut() {
     }
     // From below no cap is seen, and the ceiling is gone.
     set(&mut visit, 1.2);
-    (visit.session.show.detail, visit.session.show.mode) = (Detail::Plain, FrameMode::Auto.into());
-    visit.session.walker = Walker::new(p(1.0, 1.0, 3.0) - room.file.origin, DVec3::new(1.0, 0.2, -1.0), true);
+    (visit.session.view.detail, visit.session.view.mode) = (Detail::Plain, FrameMode::Auto.into());
+    visit.session.motion.walker = Walker::new(p(1.0, 1.0, 3.0) - room.file.origin, DVec3::new(1.0, 0.2, -1.0), true);
     let (picture, missed) = visit.draw();
     assert_eq!((caps(&picture), missed), (0, 0));
     // Without it, all is as it was.
@@ -127,9 +120,7 @@ fn caps_are_as_large_as_what_is_cut() {
 
 #[test]
 fn what_is_cut_away_is_neither_picked_nor_missed() {
-    if !has_device("what_is_cut_away_is_neither_picked_nor_missed") {
-        return;
-    }
+    needs_device!();
     let villa = building("villa_rotonda");
     let walk = path("villa_rotonda");
     for oracle in [Oracle::Software, Oracle::Device] {
@@ -143,20 +134,20 @@ fn what_is_cut_away_is_neither_picked_nor_missed() {
             };
             // From the side that is cut away, the whole cut is seen.
             if !is_upright {
-                visit.session.walker.eye.y += 15.0;
-                visit.session.walker.pitch = -1.2;
+                visit.session.motion.walker.eye.y += 15.0;
+                visit.session.motion.walker.pitch = -1.2;
             }
             for mode in [FrameMode::Pvs.into(), FrameMode::Chc.into(), ViewMode::Hiz] {
                 for detail in [Detail::Plain, Detail::Full] {
-                    (visit.session.show.mode, visit.session.show.detail) = (mode, detail);
+                    (visit.session.view.mode, visit.session.view.detail) = (mode, detail);
                     let (picture, missed) = visit.draw();
                     capped += caps(&picture);
                     assert_eq!(missed, 0, "frame {frame}, {mode}, {oracle:?}");
                 }
             }
-            assert_eq!(visit.session.stage.culling.last.as_ref().unwrap().method, FrameMode::Frustum);
+            assert_eq!(visit.session.renderer.culling.last.as_ref().unwrap().method, FrameMode::Frustum);
             visit.session.act(Action::Pick);
-            for &object in visit.session.selected() {
+            for object in visit.session.selection.objects.clone() {
                 let bounds = &villa.scene.objects[object.index()].bounds;
                 let most = (n * bounds.min).max(n * bounds.max).element_sum();
                 assert!(most >= d, "{object} is cut away");
@@ -168,9 +159,7 @@ fn what_is_cut_away_is_neither_picked_nor_missed() {
 
 #[test]
 fn a_section_faces_who_sets_it() {
-    if !has_device("a_section_faces_who_sets_it") {
-        return;
-    }
+    needs_device!();
     let room = room();
     let mut visit = Visit::new(&room, Oracle::Software);
     let session = &mut visit.session;
@@ -179,7 +168,7 @@ fn a_section_faces_who_sets_it() {
     for (along, n) in
         [(DVec3::new(1.0, -0.4, 0.2), DVec3::X), (DVec3::new(1.0, 0.3, 1.0), DVec3::new(1.0, 0.0, 1.0).normalize())]
     {
-        session.walker = Walker::new(eye, along, true);
+        session.motion.walker = Walker::new(eye, along, true);
         session.set_section(true);
         let section = session.section().unwrap();
         assert!(section.n.distance(n) < 1e-6 && (section.before(eye) + 1.0).abs() < 1e-9, "{section:?}");
@@ -190,7 +179,7 @@ fn a_section_faces_who_sets_it() {
     // Level, a little above the eye; for who is above the building, where the plan is cut.
     session.set_section(false);
     assert!((session.section().unwrap().before(eye) - 0.3).abs() < 1e-9);
-    session.walker.eye.y += 20.0;
+    session.motion.walker.eye.y += 20.0;
     session.set_section(false);
     let height = -session.section().unwrap().d + room.file.origin.y;
     assert!((height - 1.2).abs() < 1e-6, "{height}");
@@ -203,9 +192,7 @@ fn a_section_faces_who_sets_it() {
 
 #[test]
 fn lengths_snap_and_are_kept_until_escape() {
-    if !has_device("lengths_snap_and_are_kept_until_escape") {
-        return;
-    }
+    needs_device!();
     let mut house = boxes::Building::default();
     house.wall("slab", p(0.0, 0.0, 0.0), p(8.0, 0.0, 5.0), &[]);
     let study = house.cell("Study", vec![block(p(0.0, 0.0, 0.0), p(4.0, 2.7, 5.0))]);
@@ -218,7 +205,7 @@ fn lengths_snap_and_are_kept_until_escape() {
     let origin = house.file.origin;
     let mut visit = Visit::new(&house, Oracle::Software);
     let session = &mut visit.session;
-    session.walker = Walker::new(p(1.0, 1.5, 2.0) - origin, DVec3::X, true);
+    session.motion.walker = Walker::new(p(1.0, 1.5, 2.0) - origin, DVec3::X, true);
     session.act(Action::Measure);
     let click = |session: &mut Session<'_>, at: DVec3, off: DVec2| {
         let pixel = enfilade_viewer::measure::on_screen(&session.camera(), SIZE, at - origin).unwrap() + off;
@@ -233,25 +220,23 @@ fn lengths_snap_and_are_kept_until_escape() {
     assert_eq!(session.measure.done[0].text().lines().nth(1), Some("dx 0.000, dy 0.000, dz 0.900"));
     // A point of this wall and one of the wall behind: 3.5 m between them, however they are aimed at.
     click(session, p(4.0, 1.2, 3.6), DVec2::ZERO);
-    session.walker = Walker::new(p(1.5, 1.5, 2.0) - origin, DVec3::NEG_X, true);
+    session.motion.walker = Walker::new(p(1.5, 1.5, 2.0) - origin, DVec3::NEG_X, true);
     click(session, p(0.5, 1.9, 2.2), DVec2::ZERO);
     let measured = session.measure.done[1];
     assert!((measured.between_faces().unwrap() - 3.5).abs() < 1e-6 && measured.length() > 3.6, "{measured:?}");
     // Both are written at their middles where those are before the eye; nobody was picked.
-    session.walker = Walker::new(p(1.0, 1.5, 2.0) - origin, DVec3::X, true);
-    let marks = session.marks(&[]);
+    session.motion.walker = Walker::new(p(1.0, 1.5, 2.0) - origin, DVec3::X, true);
+    let marks = session.labels(&[]);
     assert_eq!(marks.iter().filter(|mark| mark.text.contains(" m\ndx")).count(), 2);
-    assert!(session.selected().is_empty());
+    assert!(session.selection.objects.is_empty());
     // Escape forgets them, and only then quits.
     session.escape(false);
-    assert!(!session.measure.is_on && session.measure.done.is_empty() && !session.asked.quit);
+    assert!(!session.measure.is_on && session.measure.done.is_empty() && !session.window.quit);
 }
 
 #[test]
 fn names_are_those_of_rooms_that_are_reached() {
-    if !has_device("names_are_those_of_rooms_that_are_reached") {
-        return;
-    }
+    needs_device!();
     let mut house = boxes::Building::default();
     house.wall("slab", p(0.0, 0.0, 0.0), p(8.0, 0.0, 4.0), &[]);
     let study = house.cell("Study", vec![block(p(0.0, 0.0, 0.0), p(4.0, 2.7, 4.0))]);
@@ -262,20 +247,20 @@ fn names_are_those_of_rooms_that_are_reached() {
     [study, hall].iter().for_each(|cell| file.cells[cell.index()].source = Some("room".into()));
     let house = Building::new(scene, file, Looks::default());
     let mut visit = Visit::new(&house, Oracle::Software);
-    visit.session.show.mode = FrameMode::Portals.into();
-    visit.session.walker = Walker::new(p(0.5, 1.6, 1.8) - house.file.origin, DVec3::X, true);
+    visit.session.view.mode = FrameMode::Portals.into();
+    visit.session.motion.walker = Walker::new(p(0.5, 1.6, 1.8) - house.file.origin, DVec3::X, true);
     let names = |visit: &mut Visit<'_>| -> Vec<String> {
         visit.draw();
-        let cells = visit.session.stage.culling.last.as_ref().unwrap().cells.clone();
-        visit.session.marks(&cells).into_iter().map(|mark| mark.text).collect()
+        let cells = visit.session.renderer.culling.last.as_ref().unwrap().cells.clone();
+        visit.session.labels(&cells).into_iter().map(|mark| mark.text).collect()
     };
     assert_eq!(names(&mut visit), [""; 0]);
-    visit.session.show.layers.names = true;
-    visit.session.stage.doors.set_all(false);
-    visit.session.stage.doors_changed();
+    visit.session.view.layers.names = true;
+    visit.session.renderer.doors.set_all(false);
+    visit.session.renderer.doors_changed();
     assert_eq!(names(&mut visit), ["Study\n16.0 m²"]);
-    visit.session.stage.doors.set_all(true);
-    visit.session.stage.doors_changed();
+    visit.session.renderer.doors.set_all(true);
+    visit.session.renderer.doors_changed();
     let mut both = names(&mut visit);
     both.sort();
     assert_eq!(both, ["Hall\n15.2 m²", "Study\n16.0 m²"]);

@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use common::{has_device, path, shipped};
+use common::{needs_device, path, shipped};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
@@ -13,16 +13,15 @@ use enfilade_formats::import;
 use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_tubes::{Counts, SIDES, Shape, Tubes, usual_error};
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::{Stage, Wish};
-use enfilade_viewer::draw::lines::Overlay;
+use enfilade_viewer::draw::frame::FrameRequest;
+use enfilade_viewer::draw::renderer::Renderer;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::draw::tubes::Thin;
 use enfilade_viewer::headless::{Walk, device};
 use enfilade_viewer::looks::{Detail, Looks};
 use enfilade_viewer::mode::ViewMode;
-use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
 use glam::{DVec2, DVec3, dvec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
@@ -86,35 +85,28 @@ fn alone(tubes: &Tubes, below: f64) -> Building {
     building(builder.finish("pipes").unwrap())
 }
 
-fn wish<'w>(camera: Camera, mode: impl Into<ViewMode>, overlay: &'w Overlay) -> Wish<'w> {
-    Wish { camera, culled_by: Some(camera), mode: mode.into(), alarm: false, timed: false, overlay, mirrors: None }
-}
-
 fn picture(walk: &mut Walk<'_, '_>, camera: Camera, mode: FrameMode) -> Picture {
-    let overlay = Overlay::default();
-    walk.draw(wish(camera, mode, &overlay)).unwrap();
+    walk.draw(FrameRequest::new(camera, mode)).unwrap();
     walk.picture().unwrap()
 }
 
 #[test]
 fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
-    if !has_device("no_mode_misses_a_pixel_of_tubes_in_rooms") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let software = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
     let mut drawn = HashMap::new();
     for (mode, oracle) in software.chain([(FrameMode::Chc.into(), Oracle::Device)]) {
         for thin in [Thin::Off, Thin::Weighed] {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
-            walk.stage.pipes.as_mut().unwrap().look.thin = thin;
+            walk.renderer.tubes.as_mut().unwrap().look.thin = thin;
             if mode == FrameMode::Both.into() {
-                walk.stage.set_detail(Detail::Full).unwrap();
+                walk.renderer.set_detail(Detail::Full).unwrap();
             }
             for frame in (0..path.frames.len()).step_by(9) {
                 let missed = walk.missed(walk.camera(frame), mode).unwrap().expect("counted");
                 assert_eq!(missed.pixels, 0, "{mode} by {oracle:?}, {thin:?}, frame {frame}: {missed:?}");
-                let pipes = walk.stage.pipes.as_ref().unwrap();
+                let pipes = walk.renderer.tubes.as_ref().unwrap();
                 drawn.insert((mode.name(), frame), pipes.drawn.chosen().segments);
                 assert!(pipes.drawn.chosen().segments <= pipes.all.chosen().segments);
             }
@@ -128,13 +120,11 @@ fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
 
 #[test]
 fn pictures_are_the_same_with_and_without_culling() {
-    if !has_device("pictures_are_the_same_with_and_without_culling") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let mut walk = Walk::new(villa, &path, Some(Oracle::Software), SIZE).unwrap();
     for detail in [Detail::Plain, Detail::Full] {
-        walk.stage.set_detail(detail).unwrap();
+        walk.renderer.set_detail(detail).unwrap();
         for frame in (0..path.frames.len()).step_by(11) {
             let camera = walk.camera(frame);
             let whole = picture(&mut walk, camera, FrameMode::None);
@@ -150,9 +140,7 @@ fn pictures_are_the_same_with_and_without_culling() {
 /// An alarm that can't ring proves nothing: an object of tubes is taken out of the row.
 #[test]
 fn the_alarm_sees_tubes_that_are_missing() {
-    if !has_device("the_alarm_sees_tubes_that_are_missing") {
-        return;
-    }
+    needs_device!();
     let (sound, path) = (villa(), path("villa_rotonda"));
     let mut walk = Walk::new(sound, &path, None, SIZE).unwrap();
     let is_tube = |o: &enfilade::ObjectId| sound.scene.objects[o.index()].is_tube();
@@ -162,10 +150,9 @@ fn the_alarm_sees_tubes_that_are_missing() {
         assert_eq!(walk.missed(camera, FrameMode::Frustum).unwrap().expect("counted").pixels, 0);
         // What was decided stays; the frame is drawn by a camera that has turned away from it.
         let turned = Camera { x: -camera.x, w: -camera.w, ..camera };
-        let overlay = Overlay::default();
-        walk.draw(Wish { culled_by: None, alarm: true, ..wish(turned, FrameMode::Frustum, &overlay) }).unwrap();
-        walk.stage.settle().unwrap();
-        let missed = walk.stage.heard.missed.clone().expect("counted");
+        walk.draw(FrameRequest { culled_by: None, alarm: true, ..FrameRequest::new(turned, FrameMode::Frustum) }).unwrap();
+        walk.renderer.settle().unwrap();
+        let missed = walk.renderer.readback.missed.clone().expect("counted");
         rang += u32::from(missed.objects.iter().any(|(o, pixels)| is_tube(o) && *pixels > 0));
     }
     assert!(rang > 0, "no tube was missed");
@@ -179,19 +166,18 @@ fn pixel(camera: &Camera, p: DVec3) -> DVec2 {
 }
 
 /// A building of tubes, painted black, before the sky.
-fn black<'b>(building: &'b Building, thin: Thin) -> (Canvas, Stage<'b>) {
+fn black<'b>(building: &'b Building, thin: Thin) -> (Canvas, Renderer<'b>) {
     let gpu = device().unwrap();
     let canvas = Canvas::new(&gpu, SIZE);
-    let mut stage = Stage::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
-    stage.paint(vec![[0; 3]; building.scene.objects.len()]);
-    stage.pipes.as_mut().unwrap().look.thin = thin;
-    (canvas, stage)
+    let mut renderer = Renderer::new(gpu, building, Oracle::Software, SIZE, PICTURE).unwrap();
+    renderer.paint(vec![[0; 3]; building.scene.objects.len()]);
+    renderer.tubes.as_mut().unwrap().look.thin = thin;
+    (canvas, renderer)
 }
 
-fn shot(stage: &mut Stage<'_>, canvas: &Canvas, camera: Camera) -> Picture {
-    let overlay = Overlay::default();
-    stage.frame(wish(camera, FrameMode::None, &overlay), &canvas.view, None).unwrap();
-    canvas.read(&stage.gpu).unwrap()
+fn shot(renderer: &mut Renderer<'_>, canvas: &Canvas, camera: Camera) -> Picture {
+    renderer.frame(FrameRequest::new(camera, FrameMode::None), &canvas.view, None).unwrap();
+    canvas.read(&renderer.gpu).unwrap()
 }
 
 /// How much of a pixel is black.
@@ -202,9 +188,7 @@ fn weight(colour: [u8; 3]) -> f64 {
 /// What is drawn is what the library says: pixels whose middle is in a triangle of the bands are black, others are not, but for those at edges.
 #[test]
 fn pixels_are_those_of_the_bands() {
-    if !has_device("pixels_are_those_of_the_bands") {
-        return;
-    }
+    needs_device!();
     let mut tubes = Tubes::default();
     let helix: Vec<DVec3> = (0..200).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.15 * t, t.sin())).collect();
     let shape = Shape { radius: 0.2, inner: 0.15, capped: true };
@@ -215,7 +199,7 @@ fn pixels_are_those_of_the_bands() {
     let whole = Shape { radius: 0.1, inner: 0.0, capped: true };
     tubes.through(&ring, true, whole, 1e-3, &mut Counts::default()).unwrap();
     let building = alone(&tubes, 100.0);
-    let (canvas, mut stage) = black(&building, Thin::Off);
+    let (canvas, mut renderer) = black(&building, Thin::Off);
     let origin = building.file.origin;
     let mut covered = 0;
     for (eye, limit, angle) in [
@@ -227,10 +211,10 @@ fn pixels_are_those_of_the_bands() {
         (dvec3(6.0, 4.0, 5.0), 0.2, 0.05),
     ] {
         let camera = Camera::look_at(eye - origin, dvec3(0.0, 1.2, 0.0) - origin, angle, 320.0 / 180.0);
-        stage.pipes.as_mut().unwrap().look.limit = limit;
-        let seen = shot(&mut stage, &canvas, camera);
+        renderer.tubes.as_mut().unwrap().look.limit = limit;
+        let seen = shot(&mut renderer, &canvas, camera);
         let scene = &building.scene;
-        let selection = &stage.pipes.as_ref().unwrap().drawn.selection;
+        let selection = &renderer.tubes.as_ref().unwrap().drawn.selection;
         let mut triangles = Vec::new();
         let is_within = |band: &enfilade_tubes::Band| band.ends().iter().any(|at| at.fract() > 0.0);
         if angle < 1.0 {
@@ -287,9 +271,7 @@ fn sampled([a, b]: [DVec2; 2], wide: f64) -> f64 {
 /// Straight pipes across the view, far away: what is drawn weighs as much as they cover, and no pixel of the middle line is empty.
 #[test]
 fn thin_pipes_weigh_what_they_cover() {
-    if !has_device("thin_pipes_weigh_what_they_cover") {
-        return;
-    }
+    needs_device!();
     let radius = 0.05;
     for wide in [0.1, 0.2, 0.4, 0.8] {
         // Pixels wide, at this distance, and 250 pixels long.
@@ -308,8 +290,8 @@ fn thin_pipes_weigh_what_they_cover() {
         let columns: Vec<u32> = (0..SIZE[0]).filter(|x| (a.x + 1.0..b.x - 1.0).contains(&(f64::from(*x) + 0.5))).collect();
         let row = |x: u32| a.y + (f64::from(x) + 0.5 - a.x) / (b.x - a.x) * (b.y - a.y);
         let of = |thin: Thin| {
-            let (canvas, mut stage) = black(&building, thin);
-            let seen = shot(&mut stage, &canvas, camera);
+            let (canvas, mut renderer) = black(&building, thin);
+            let seen = shot(&mut renderer, &canvas, camera);
             let sum: f64 = seen.pixels().iter().map(|colour| weight(*colour).max(0.0)).sum();
             let at = |x: u32| weight(seen.pixels()[(row(x) as u32 * SIZE[0] + x) as usize]) > 0.02;
             (sum / true_weight, columns.iter().filter(|x| at(**x)).count() as f64 / columns.len() as f64)
@@ -326,9 +308,7 @@ fn thin_pipes_weigh_what_they_cover() {
 /// A straight pipe that leads away, 5 to 60 m from the eye, and is two chords at most: all along it, it weighs what it covers.
 #[test]
 fn pipes_that_lead_away_weigh_what_they_cover() {
-    if !has_device("pipes_that_lead_away_weigh_what_they_cover") {
-        return;
-    }
+    needs_device!();
     let focal = f64::from(SIZE[1]) / 2.0 / 0.5f64.tan();
     let [near, far] = [5.0, 60.0];
     // Half a pixel wide where it is nearest.
@@ -349,19 +329,17 @@ fn pipes_that_lead_away_weigh_what_they_cover() {
         2.0 * radius * focal / -m.z * on_screen(a).distance(on_screen(b))
     };
     let area: f64 = (0..PARTS).map(area_of).sum();
-    let (canvas, mut stage) = black(&building, Thin::Weighed);
-    let seen = shot(&mut stage, &canvas, camera);
+    let (canvas, mut renderer) = black(&building, Thin::Weighed);
+    let seen = shot(&mut renderer, &canvas, camera);
     let sum: f64 = seen.pixels().iter().map(|colour| weight(*colour).max(0.0)).sum();
-    assert!(stage.pipes.as_ref().unwrap().drawn.chosen().segments <= 2);
+    assert!(renderer.tubes.as_ref().unwrap().drawn.chosen().segments <= 2);
     assert!((sum / area - 1.0).abs() < 0.05, "{sum} of {area} pixels");
 }
 
 /// The study counts 13,270 MB for 184.3 million triangles: three corners of 24 bytes each. The viewer's are 48 bytes.
 #[test]
 fn sections_take_far_fewer_bytes_than_meshes() {
-    if !has_device("sections_take_far_fewer_bytes_than_meshes") {
-        return;
-    }
+    needs_device!();
     let mut tubes = Tubes::default();
     for k in 0..20 {
         let helix = (0..500).map(|t| 0.1 * f64::from(t)).map(|t| dvec3(t.cos() + 3.0 * f64::from(k), 0.1 * t, t.sin()));
@@ -369,27 +347,22 @@ fn sections_take_far_fewer_bytes_than_meshes() {
         tubes.through(&helix.collect::<Vec<_>>(), false, shape, 1e-3, &mut Counts::default()).unwrap();
     }
     let building = alone(&tubes, 1e4);
-    let (_, stage) = black(&building, Thin::Off);
-    let pipes = stage.pipes.as_ref().unwrap();
+    let (_, renderer) = black(&building, Thin::Off);
+    let pipes = renderer.tubes.as_ref().unwrap();
     let segments: u64 = building.scene.tubes.tubes.iter().map(|tube| tube.segments().len() as u64).sum();
     let triangles = 36 * segments;
     assert!(72 * pipes.bytes <= 72 * triangles, "{} bytes for {triangles} triangles of 72", pipes.bytes);
     assert!(72 * pipes.bytes <= 48 * triangles, "{} bytes for {triangles} triangles of 48", pipes.bytes);
     // An indexed mesh shares its corners: 18 a section of 24 bytes, and three numbers a triangle.
     assert!(36 * pipes.bytes <= 12 * triangles + 18 * 24 * segments, "{} bytes for {segments} segments", pipes.bytes);
-    assert_eq!(stage.mesh.triangles, 0, "tubes are no triangles");
+    assert_eq!(renderer.mesh.triangles, 0, "tubes are no triangles");
 }
 
 #[test]
 fn sides_are_shown_where_there_are_tubes() {
-    if !has_device("sides_are_shown_where_there_are_tubes") {
-        return;
-    }
+    needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let gpu = device().unwrap();
-    let canvas = Canvas::new(&gpu, SIZE);
-    let stage = Stage::new(gpu, villa, Oracle::Software, SIZE, PICTURE).unwrap();
-    let mut session = Session::new(villa, stage, PICTURE, SIZE).unwrap();
+    let (canvas, mut session) = common::visit(villa, Oracle::Software, SIZE);
     session.stand(&path, path.frames.len() / 2);
     assert!(!session.is_on(Action::Tubes));
     session.act(Action::Tubes);
@@ -399,9 +372,8 @@ fn sides_are_shown_where_there_are_tubes() {
     assert!(!session.is_on(Action::Tubes));
     // A building without any.
     let plain = common::building("villa_rotonda");
-    let stage = Stage::new(device().unwrap(), &plain, Oracle::Software, SIZE, PICTURE).unwrap();
-    assert!(stage.pipes.is_none());
-    let mut session = Session::new(&plain, stage, PICTURE, SIZE).unwrap();
+    let (_, mut session) = common::visit(&plain, Oracle::Software, SIZE);
+    assert!(session.renderer.tubes.is_none());
     session.act(Action::Tubes);
     assert!(!session.is_on(Action::Tubes));
 }

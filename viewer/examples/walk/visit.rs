@@ -5,16 +5,16 @@ use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
-use enfilade_viewer::draw::frame::Stage;
 use enfilade_viewer::draw::pipelines::NEAR;
+use enfilade_viewer::draw::renderer::Renderer;
 use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::Detail;
 use enfilade_viewer::recording::Recording;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::ui::keys::Action;
-use enfilade_viewer::walker::{Walker, Wants};
+use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -137,19 +137,19 @@ impl<'b> Visit<'b> {
         let (file, bounds) = (&building.file, building.scene.bounds());
         let gpu = device()?;
         let canvas = Canvas::new(&gpu, size);
-        let mut stage = Stage::new(gpu, building, Oracle::Software, size, PICTURE)?;
-        stage.doors.set_all(false);
-        stage.doors_changed();
-        let mut session = Session::new(building, stage, PICTURE, size)?;
-        session.show.mode = FrameMode::Portals.into();
-        session.show.detail = Detail::Smooth;
-        session.show.layers.plan = true;
-        session.preferences.text = TEXT;
-        session.preferences.speed = SPEED;
-        session.show.fov_y = FIELD_OF_VIEW.to_radians();
+        let mut renderer = Renderer::new(gpu, building, Oracle::Software, size, PICTURE)?;
+        renderer.doors.set_all(false);
+        renderer.doors_changed();
+        let mut session = Session::new(building, renderer);
+        session.view.mode = FrameMode::Portals.into();
+        session.view.detail = Detail::Smooth;
+        session.view.layers.plan = true;
+        session.user.preferences.text = TEXT;
+        session.user.preferences.speed = SPEED;
+        session.view.fov_y = FIELD_OF_VIEW.to_radians();
         let way = points(&WAY.map(|corner| DVec3::from(corner) - file.origin));
-        session.walker = Walker::new(way[0], way[way.len().min(20) - 1] - way[0], false);
-        let place = place(&session.walker, file.origin);
+        session.motion.walker = Walker::new(way[0], way[way.len().min(20) - 1] - way[0], false);
+        let place = place(&session.motion.walker, file.origin);
         Ok(Self {
             recording: Recording::new("walk", FIELD_OF_VIEW, f64::from(NEAR), place),
             around: (bounds.centre(), bounds.diagonal()),
@@ -176,7 +176,7 @@ impl<'b> Visit<'b> {
             } else {
                 self.walk();
             }
-            self.recording.step(STEP, place(&self.session.walker, self.origin));
+            self.recording.step(STEP, place(&self.session.motion.walker, self.origin));
         }
     }
 
@@ -185,7 +185,7 @@ impl<'b> Visit<'b> {
         let inside = *self.inside.get_or_insert_with(|| {
             self.session.act(Action::Freeze);
             self.session.act(Action::Layer(Shown::Plan));
-            self.session.walker
+            self.session.motion.walker
         });
         let smooth = |t: f64| t.clamp(0.0, 1.0).powi(2) * (3.0 - 2.0 * t.clamp(0.0, 1.0));
         let out = smooth(since / OUT) * smooth((FROZEN - since) / OUT);
@@ -193,7 +193,7 @@ impl<'b> Visit<'b> {
         let far = self.around.0 + DVec3::new(turned.x, OUTSIDE.y, turned.y) * self.around.1;
         let eye = inside.eye.lerp(far, out);
         let along = inside.forward().lerp((inside.eye.lerp(self.around.0, 0.4) - far).normalize(), smooth(2.0 * out));
-        self.session.walker = Walker::new(eye, along, true);
+        self.session.motion.walker = Walker::new(eye, along, true);
     }
 
     /// One step on the way.
@@ -203,22 +203,22 @@ impl<'b> Visit<'b> {
             self.session.act(Action::Layer(Shown::Plan));
         }
         self.use_doors();
-        let eye = self.session.walker.eye;
+        let eye = self.session.motion.walker.eye;
         let is_there = self.at + 1 == self.way.len();
         while self.at + 1 < self.way.len() && self.way[self.at].xz().distance(eye.xz()) < AHEAD {
             self.at += 1;
         }
         let look = self.way[(self.at + (LOOK / SPACING) as usize).min(self.way.len() - 1)];
         let to = look.xz() - eye.xz();
-        let walker = &mut self.session.walker;
+        let walker = &mut self.session.motion.walker;
         let turn =
             (to.x.atan2(-to.y) - walker.yaw + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
         walker.turn((turn * 3.0).clamp(-TURN, TURN) * STEP, -walker.pitch);
         let way = (self.way[self.at].xz() - eye.xz()).normalize_or_zero();
         let (sin, cos) = walker.yaw.sin_cos();
         let to = DVec3::new(way.dot(DVec2::new(cos, sin)), 0.0, way.dot(DVec2::new(sin, -cos)));
-        self.session.go(STEP, &Wants { to: if is_there { DVec3::ZERO } else { to }, hurry: false });
-        self.walked += self.session.walker.eye.xz().distance(eye.xz());
+        self.session.go(STEP, &MoveInput { to: if is_there { DVec3::ZERO } else { to }, hurry: false });
+        self.walked += self.session.motion.walker.eye.xz().distance(eye.xz());
     }
 
     /// Opens the doors ahead, and shuts those behind.
@@ -227,11 +227,11 @@ impl<'b> Visit<'b> {
         let near = &self.way[self.at.saturating_sub(behind)..(self.at + ahead).min(self.way.len())];
         let is_passed =
             |middle: DVec3| near.iter().any(|p| p.xz().distance(middle.xz()) < THROUGH && (p.y - middle.y).abs() < 1.5);
-        let doors = &self.session.stage.doors.doors;
+        let doors = &self.session.renderer.doors.doors;
         let wrong: Vec<usize> =
             (0..doors.len()).filter(|&d| doors[d].opens() != is_passed(doors[d].opening.middle)).collect();
         for door in wrong {
-            self.doors += usize::from(!self.session.stage.doors.doors[door].opens());
+            self.doors += usize::from(!self.session.renderer.doors.doors[door].opens());
             self.session.open_or_shut(door);
         }
     }
@@ -241,8 +241,8 @@ impl<'b> Visit<'b> {
         let seconds = self.last.elapsed().as_secs_f64();
         self.last = Instant::now();
         self.session.draw(&self.canvas.view, egui::RawInput::default(), seconds)?;
-        self.session.stage.settle().map_err(|e| e.to_string())?;
-        self.canvas.read(&self.session.stage.gpu).map_err(|e| e.to_string())
+        self.session.renderer.settle().map_err(|e| e.to_string())?;
+        self.canvas.read(&self.session.renderer.gpu).map_err(|e| e.to_string())
     }
 
     /// What was recorded.

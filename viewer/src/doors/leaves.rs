@@ -11,7 +11,7 @@ const WIDE: f64 = 0.2;
 const HIGH: f64 = 0.5;
 /// A leaf's triangles cover more than this share of the rectangle around them; a frame covers 0.1 to 0.2, the rim of a glazed leaf 0.4.
 const FILLED: f64 = 0.25;
-/// What reaches beyond a leaf on both sides by this, metres, is what the leaf hangs in.
+/// A part that reaches beyond a leaf on both sides by this, metres, is its frame.
 const BEYOND: f64 = 0.005;
 /// A handle's middle is within this of its leaf's faces, metres.
 const HANDLE_AWAY: f64 = 0.15;
@@ -35,7 +35,7 @@ pub struct Leaf {
     pub motion: Motion,
 }
 
-/// What may be a leaf, or a part of one.
+/// A leaf, or a part of a leaf.
 struct Part<'p> {
     pieces: Vec<&'p Piece>,
     facing: DVec3,

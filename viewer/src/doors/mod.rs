@@ -1,4 +1,4 @@
-//! Doors: leaves that swing or slide, stop whoever walks while they are shut, and shut their portals then.
+//! Doors: leaves that swing or slide. A shut door stops walkers and shuts its portals.
 //!
 //! A door is the portals of one hole that can be shut, and the leaves that hang there: those of the model, with the hinge that their edge and
 //! the jambs tell ([`hinge`]), or made ones. It begins as the model has it. Its portals are shut for the culling only while its leaves are at
@@ -13,12 +13,13 @@ pub mod pieces;
 pub mod swings;
 
 use crate::building::Building;
+use crate::collision::{Face, NOBODY};
 use crate::culling::Decision;
 use enfilade::geom::{Aabb, Plane};
 use enfilade::runtime::{Camera, Culler};
 use enfilade::types::portal::PortalKind;
 use enfilade::{CellId, ObjectId, PortalId};
-use glam::{DVec3, Vec3Swizzles};
+use glam::{DVec3, Vec3, Vec3Swizzles};
 use leaves::Leaf;
 use opening::Opening;
 use pieces::Piece;
@@ -34,11 +35,11 @@ const TOUCH: f64 = 0.02;
 const ONE_WAY: f64 = 0.99;
 /// Gaps are filled this far beyond what the culling takes for a portal's rim, metres: more than rounding to `f32`.
 const MARGIN: f64 = 2e-3;
-/// A leaf isn't shut on somebody who is nearer to it than this, metres; a person's height.
+/// A leaf does not shut on a walker nearer than this, metres; a person's height.
 const BODY: f64 = 0.35;
 /// See [`BODY`].
 const TALL: f64 = 1.8;
-/// A frame is from so many to so many times as wide as its hole. Wider bounds: a level's doors count as frames of holes beside them.
+/// Width of a frame, in widths of its hole: least and greatest. Wider bounds: a level's doors count as frames of holes beside them.
 const FRAME: [f64; 2] = [0.8, 1.5];
 /// Leaves are drawn where a cell is seen that they come this near to, metres.
 const NEAR: f64 = 0.1;
@@ -50,7 +51,7 @@ pub struct Door {
     pub portals: Vec<PortalId>,
     /// Where it stands.
     pub opening: Opening,
-    /// What shuts it.
+    /// Its leaves.
     pub leaves: Vec<Leaf>,
     /// Nothing is seen through its leaves: its portals are shut with it.
     pub is_solid: bool,
@@ -142,7 +143,7 @@ impl Doors {
         self.list_shut();
     }
 
-    /// Moves leaves on by some seconds. Nothing is shut on who walks with the eye there. Returns whether any moved.
+    /// Moves leaves for some seconds. No leaf shuts on a walker, whose eye is given. Returns whether any moved.
     pub fn step(&mut self, seconds: f64, walks: Option<DVec3>) -> bool {
         let mut any = false;
         for (i, door) in self.doors.iter_mut().enumerate() {
@@ -181,7 +182,7 @@ impl Doors {
         }
     }
 
-    /// What stops who walks: the doors that are shut.
+    /// Triangles of shut doors, which stop walkers.
     pub fn blocks(&self) -> Vec<[DVec3; 3]> {
         let shut = self.doors.iter().filter(|d| d.is_shut());
         shut.flat_map(|d| d.opening.block(d.depth)).collect()
@@ -192,7 +193,7 @@ impl Doors {
         let of_door = |(i, door): (usize, &Door)| {
             let hole = door.opening.block(0.0);
             let leaf = door.drawn().map(|(corners, _)| corners);
-            let t = hole.into_iter().chain(leaf).filter_map(|corners| hit(corners, origin, direction));
+            let t = hole.into_iter().chain(leaf).filter_map(|corners| met(corners, origin, direction));
             t.min_by(f64::total_cmp).map(|t| (t, i))
         };
         let met = self.doors.iter().enumerate().filter_map(of_door).filter(|(t, _)| *t <= limit);
@@ -207,7 +208,7 @@ impl Doors {
         passes: &dyn Fn(usize) -> bool,
     ) -> Option<(f64, Option<(ObjectId, u32)>)> {
         let drawn = self.doors.iter().enumerate().filter(|(i, _)| !passes(*i)).flat_map(|(_, door)| door.drawn());
-        let met = drawn.filter_map(|(corners, facet)| Some((hit(corners, origin, direction)?, facet.and_then(|f| f.of))));
+        let met = drawn.filter_map(|(corners, facet)| Some((met(corners, origin, direction)?, facet.and_then(|f| f.of))));
         met.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
@@ -310,7 +311,7 @@ impl Door {
         (0..5).all(|side| corners.iter().any(|c| c[side] >= 0.0))
     }
 
-    /// Whether somebody with the eye there stands where the leaf comes to rest.
+    /// Whether a walker with this eye stands where the leaf shuts.
     fn is_in_the_way(&self, eye: DVec3) -> bool {
         let Opening { middle, n, along, half, .. } = self.opening;
         let off = eye.with_y(middle.y) - middle;
@@ -331,7 +332,7 @@ fn groups(building: &Building) -> Vec<Vec<PortalId>> {
     let is_one = |a: PortalId, b: PortalId| {
         let [p, q] = [a, b].map(|p| &file.portals[p.index()]);
         let n = p.plane.truncate();
-        let middle = crate::session::middle(&q.winding);
+        let middle = middle(&q.winding);
         let apart = (f64::from(n.dot(middle) - p.plane.w)).abs();
         n.dot(q.plane.truncate()).abs() > ONE_WAY as f32
             && p.source == q.source
@@ -351,6 +352,11 @@ fn groups(building: &Building) -> Vec<Vec<PortalId>> {
     }
     groups.sort();
     groups
+}
+
+/// The middle of some corners.
+pub fn middle(corners: &[Vec3]) -> Vec3 {
+    corners.iter().sum::<Vec3>() / corners.len().max(1) as f32
 }
 
 fn opening(building: &Building, group: &[PortalId], margin: f64) -> Opening {
@@ -411,19 +417,7 @@ fn corners(b: &Aabb) -> [DVec3; 8] {
     std::array::from_fn(|i| DVec3::new([b.min, b.max][i & 1].x, [b.min, b.max][i >> 1 & 1].y, [b.min, b.max][i >> 2].z))
 }
 
-/// Where a ray meets a triangle, in lengths of its direction; from either side.
-///
-/// Based on: Möller and Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997.
-fn hit([a, b, c]: [DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
-    let (u, v) = (b - a, c - a);
-    let p = direction.cross(v);
-    let det = u.dot(p);
-    if det == 0.0 {
-        return None;
-    }
-    let s = origin - a;
-    let x = s.dot(p) / det;
-    let q = s.cross(u);
-    let (y, t) = (direction.dot(q) / det, v.dot(q) / det);
-    (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 0.0).then_some(t)
+/// Where a ray meets a triangle, in lengths of its direction.
+fn met(corners: [DVec3; 3], origin: DVec3, direction: DVec3) -> Option<f64> {
+    Face { corners, object: NOBODY }.meets(origin, direction)
 }

@@ -13,7 +13,7 @@ const OVERLAP: f64 = 1e-3;
 /// The sharpest corner of a winding that grows as far as its sides do, as 1 + the cosine between them. Smaller: needles grow spikes.
 const SHARPEST: f64 = 0.2;
 
-/// One hole, whatever portals it is made of.
+/// One hole in a wall, of one portal or several.
 #[derive(Clone, Debug)]
 pub struct Opening {
     /// In its plane.
@@ -81,7 +81,7 @@ impl Opening {
         self.windings.iter().flat_map(|w| prism(w, DVec3::ZERO, self.n * depth, [false, true])).collect()
     }
 
-    /// What stops people while the door is shut.
+    /// The triangles that stop walkers while the door is shut.
     pub fn block(&self, depth: f64) -> Vec<[DVec3; 3]> {
         let (back, front) = (self.n * (depth - HALF_THICK), self.n * (depth + HALF_THICK));
         self.windings.iter().flat_map(|w| prism(w, back, front, [true; 2])).collect()
@@ -128,7 +128,7 @@ mod tests {
 
     /// Whether a segment meets one of some triangles.
     fn meets(triangles: &[[DVec3; 3]], from: DVec3, to: DVec3) -> bool {
-        triangles.iter().any(|&corners| super::super::hit(corners, from, to - from).is_some_and(|t| t <= 1.0))
+        triangles.iter().any(|&corners| super::super::met(corners, from, to - from).is_some_and(|t| t <= 1.0))
     }
 
     #[test]

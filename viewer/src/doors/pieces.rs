@@ -24,7 +24,7 @@ pub struct Facet {
     pub glass: bool,
 }
 
-/// What hangs together.
+/// A connected component.
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// Its object.

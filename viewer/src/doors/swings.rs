@@ -16,7 +16,7 @@ pub struct Swing {
     pub line: Vec<DVec2>,
 }
 
-/// The leaves of the model that swing. Where a leaf was made, nobody knows its hinge.
+/// The leaves of the model that swing. A leaf that the viewer made has no known hinge.
 pub fn swings(doors: &Doors) -> Vec<Swing> {
     let upright = doors.doors.iter().filter(|door| door.opening.is_upright);
     upright.flat_map(|door| door.leaves.iter().filter_map(|leaf| swing(door, leaf))).collect()

@@ -3,18 +3,16 @@
 //! processor or on the device. Ground is held against that of the whole screen, which is other tiles: it is missed where none is drawn, nor
 //! within the pixels that both may be wrong. Glass and open doors are screens of pixels, so that they are tested and so is what is behind them.
 
-use super::ground::Terrain;
-use super::leaves::{Drawn, Leaves};
-use super::pipelines::{Eye, Pipelines, Recipe, shader};
-use super::readback::Readback;
-use super::targets::Targets;
-use super::tubes::Pipes;
+use super::bind::{self, DEPTH_TEXTURE, ITEM_TEXTURE, UNIFORM, WRITABLE, view};
+use super::frame::{FrameContext, Passes};
+use super::pass::{begin, begin_flat};
+use super::pipelines::{PipelineDesc, shader};
+use super::readback::ReadbackRing;
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
-use std::ops::Range;
-use wgpu::{BufferBindingType, BufferUsages, ShaderStages, TextureFormat};
+use wgpu::{BufferUsages, CommandEncoder, ShaderStages, TextureFormat};
 
-/// What a frame missed.
+/// Missed pixels of a frame.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Missed {
     /// Which frame.
@@ -25,8 +23,22 @@ pub struct Missed {
     pub objects: Vec<(ObjectId, u32)>,
 }
 
-/// Ground may be drawn so many pixels from where it is compared, at most: far more, and what is missed would go unseen.
+/// Greatest distance, pixels, between ground that is drawn and ground that is compared. More: missed ground would not be found.
 const FARTHEST: f32 = 8.0;
+
+/// Records a comparison of the frame with a picture of everything: missed pixels are magenta.
+pub fn compare(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut CommandEncoder) {
+    if !frame.alarm {
+        return;
+    }
+    if frame.hidden.is_any {
+        frame.hidden.stand_in(frame, commands);
+    }
+    if let Some(tubes) = frame.tubes {
+        tubes.stand_in(frame.eye, frame.targets, commands);
+    }
+    passes.alarm.record(frame, commands);
+}
 
 /// Compares.
 pub struct Alarm {
@@ -36,40 +48,21 @@ pub struct Alarm {
     zeros: wgpu::Buffer,
     near: wgpu::Buffer,
     /// The counts, with the frame that they are of.
-    read: Readback<u64>,
+    read: ReadbackRing<u64>,
 }
 
 impl Alarm {
-    /// For so many objects, what was made and ground; pictures are of `format`.
+    /// For a number of objects, leaves that the viewer made, and ground; pictures are of `format`.
     pub fn new(gpu: &Gpu, objects: usize, format: TextureFormat) -> Self {
-        let entry =
-            |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::FRAGMENT, ty, count: None };
-        let texture = |sample_type| wgpu::BindingType::Texture {
-            sample_type,
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let storage = wgpu::BindingType::Buffer {
-            ty: BufferBindingType::Storage { read_only: false },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let uniform =
-            wgpu::BindingType::Buffer { ty: BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[
-                entry(0, texture(wgpu::TextureSampleType::Depth)),
-                entry(1, texture(wgpu::TextureSampleType::Depth)),
-                entry(2, texture(wgpu::TextureSampleType::Uint)),
-                entry(3, storage),
-                entry(4, uniform),
-            ],
-        });
+        let kinds = [DEPTH_TEXTURE, DEPTH_TEXTURE, ITEM_TEXTURE, WRITABLE, UNIFORM];
+        let layout = bind::layout(gpu, ShaderStages::FRAGMENT, &kinds);
         let module = shader(gpu, include_str!("alarm.wgsl"));
-        let pipeline =
-            Recipe { groups: &[Some(&layout)], pixel: Some(("pixel", format.into())), ..Recipe::new(&module, "corner") }
-                .pipeline(gpu);
+        let pipeline = PipelineDesc {
+            groups: &[Some(&layout)],
+            pixel: Some(("pixel", format.into())),
+            ..PipelineDesc::new(&module, "corner")
+        }
+        .pipeline(gpu);
         let bytes = 4 * (objects as u64 + 3);
         Self {
             pipeline,
@@ -77,90 +70,47 @@ impl Alarm {
             counts: gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST),
             zeros: gpu.filled(&vec![0; objects + 3], BufferUsages::COPY_SRC),
             near: gpu.buffer(16, BufferUsages::UNIFORM | BufferUsages::COPY_DST),
-            read: Readback::new(gpu, bytes),
+            read: ReadbackRing::new(gpu, bytes),
         }
     }
 
-    /// Records a comparison of what was drawn into `targets`, in magenta on `picture`. `everything`: runs of solid things and of ghosts,
-    /// all leaves of doors, ground and tubes. Returns where the counts will be, for [`Self::ask`].
-    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
-    pub fn record(
-        &mut self,
-        gpu: &Gpu,
-        pipelines: &Pipelines,
-        eye: &Eye,
-        targets: &Targets,
-        picture: &wgpu::TextureView,
-        everything: [&[Range<u32>]; 2],
-        leaves: (&Leaves, &Drawn, Option<&Terrain>, Option<&Pipes>),
-        frame: u64,
-        commands: &mut wgpu::CommandEncoder,
-    ) -> Option<usize> {
+    fn record(&mut self, frame: &FrameContext<'_>, commands: &mut CommandEncoder) {
+        let FrameContext { gpu, targets, leaves, lists, .. } = frame;
         // 1. Everything, as items.
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &targets.items,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.whole,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        pipelines.bind(&mut pass, eye);
-        pipelines.items.draw(&mut pass, everything[0], everything[1]);
-        leaves.0.draw(&mut pass, eye, &pipelines.items, leaves.1);
-        leaves.2.into_iter().for_each(|terrain| terrain.draw_items(&mut pass));
-        leaves.3.into_iter().for_each(|pipes| pipes.draw_items(&mut pass, eye, &pipes.all));
+        let clear = Some(wgpu::Color::TRANSPARENT);
+        let mut pass = begin(commands, &targets.items, &targets.whole, clear, None);
+        frame.pipelines.bind(&mut pass, frame.eye);
+        frame.pipelines.items.draw(&mut pass, &lists.everything.solid, &lists.everything.transparent);
+        leaves.draw(&mut pass, frame.eye, &frame.pipelines.items, &lists.all_leaves);
+        frame.terrain.iter().for_each(|terrain| terrain.draw_items(&mut pass));
+        frame.tubes.iter().for_each(|tubes| tubes.draw_items(&mut pass, frame.eye, &tubes.all));
         drop(pass);
-        // 2. Held against what was drawn.
-        let far = leaves.2.map_or(0.0, |terrain| terrain.tolerance().ceil().clamp(1.0, FARTHEST));
-        // Of what isn't an object, ground is last.
+        // 2. Compared with what was drawn.
+        let far = frame.terrain.map_or(0.0, |terrain| terrain.tolerance().ceil().clamp(1.0, FARTHEST));
+        // Ground is the last item.
         let item = (self.counts.size() / 4) as u32 - 1;
         gpu.queue.write_buffer(&self.near, 0, bytemuck::cast_slice(&[item, far as u32]));
         commands.copy_buffer_to_buffer(&self.zeros, 0, &self.counts, 0, self.counts.size());
-        let view = wgpu::BindingResource::TextureView;
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[
-                entry(0, view(&targets.depth)),
-                entry(1, view(&targets.whole)),
-                entry(2, view(&targets.items)),
-                entry(3, self.counts.as_entire_binding()),
-                entry(4, self.near.as_entire_binding()),
-            ],
-        });
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: picture,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
+        let textures = [&targets.depth, &targets.whole, &targets.items].map(view);
+        let buffers = [&self.counts, &self.near].map(wgpu::Buffer::as_entire_binding);
+        let group = bind::group(gpu, &self.layout, textures.into_iter().chain(buffers));
+        let mut pass = begin_flat(commands, frame.picture, None);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
         drop(pass);
-        self.read.copy(&self.counts, self.counts.size(), frame, commands)
+        self.read.copy(&self.counts, self.counts.size(), frame.number, commands);
     }
 
-    /// Asks for the counts, once the commands are submitted.
-    pub fn ask(&self, slot: usize) {
-        self.read.ask(slot);
+    /// Maps the counts, once the commands are submitted.
+    pub fn map(&mut self) {
+        self.read.map();
     }
 
-    /// What has come, one frame after the other.
-    pub fn heard(&mut self) -> Option<Missed> {
+    /// The next frame that has been read.
+    pub fn receive(&mut self) -> Option<Missed> {
         self.read
-            .heard(|frame, view| {
+            .receive(|frame, view| {
                 let counts: &[u32] = bytemuck::cast_slice(view);
                 let of_objects = (0u32..).map(ObjectId).zip(counts[1..].iter().copied()).filter(|(_, n)| *n > 0);
                 let mut objects: Vec<(ObjectId, u32)> = of_objects.collect();

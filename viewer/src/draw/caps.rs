@@ -1,23 +1,33 @@
 //! Flat caps of what a section cuts. The lines in which a plane cuts a thing bound its cap if they close; a fan of triangles over them
 //! covers each point as often as they go round it. So counts, summed by blending, tell what is inside, whatever its shape.
 
-use super::frame::{begin, colour};
+use super::bind::{self, COLOUR_TEXTURE, view};
+use super::frame::{FrameContext, Passes};
 use super::mesh::Mesh;
-use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
+use super::pass::{begin, begin_flat};
+use super::pipelines::{PipelineDesc, Pipelines, depth_state, shader};
 use super::slice::{Section, Slice};
-use super::targets::{Targets, texture};
+use super::targets::view_of;
 use crate::doors::Doors;
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use enfilade::scene::Scene;
 use glam::DVec3;
 use std::collections::BTreeMap;
-use wgpu::{BlendComponent, BlendFactor, BlendState, BufferUsages, TextureFormat, TextureUsages, TextureView};
+use wgpu::{BlendComponent, BlendFactor, BlendState, BufferUsages, CommandEncoder, TextureFormat, TextureView};
 
 /// How often a pixel is inside of something: blended, and exact to 2048.
 const COUNTS: TextureFormat = TextureFormat::R16Float;
 
-/// What draws caps.
+/// Records caps, if the eye is on the side that is cut away.
+pub fn draw(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut CommandEncoder) {
+    let is_seen = frame.section.is_some_and(|section| section.before(frame.camera.eye.as_dvec3()) < 0.0);
+    if let Some(caps) = passes.caps.as_mut().filter(|_| is_seen) {
+        caps.record(frame, commands);
+    }
+}
+
+/// Draws caps.
 pub struct Caps {
     count: wgpu::RenderPipeline,
     cover: wgpu::RenderPipeline,
@@ -31,19 +41,7 @@ pub struct Caps {
 impl Caps {
     /// On pictures of `format`.
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, format: TextureFormat) -> Self {
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            }],
-        });
+        let layout = bind::layout(gpu, wgpu::ShaderStages::FRAGMENT, &[COLOUR_TEXTURE]);
         let module = shader(gpu, include_str!("caps.wgsl"));
         let corners = || {
             Some(wgpu::VertexBufferLayout {
@@ -62,19 +60,19 @@ impl Caps {
             blend: Some(BlendState { color: sum, alpha: sum }),
             write_mask: wgpu::ColorWrites::RED,
         };
-        let count = Recipe {
+        let count = PipelineDesc {
             groups: &[Some(&pipelines.layout)],
             corners: corners(),
             pixel: Some(("count", summed)),
-            ..Recipe::new(&module, "corner")
+            ..PipelineDesc::new(&module, "corner")
         }
         .pipeline(gpu);
-        let cover = Recipe {
+        let cover = PipelineDesc {
             groups: &[Some(&pipelines.layout), Some(&layout)],
             corners: corners(),
             depth: Some(depth_state(true, wgpu::CompareFunction::Greater)),
             pixel: Some(("cap", format.into())),
-            ..Recipe::new(&module, "corner")
+            ..PipelineDesc::new(&module, "corner")
         }
         .pipeline(gpu);
         Self { count, cover, layout, counts: None, corners: None, fans: 0 }
@@ -99,37 +97,22 @@ impl Caps {
         }
     }
 
-    /// Draws them.
-    pub fn record(
-        &mut self,
-        gpu: &Gpu,
-        eye: &Eye,
-        targets: &Targets,
-        picture: &TextureView,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
+    fn record(&mut self, frame: &FrameContext<'_>, commands: &mut CommandEncoder) {
+        let FrameContext { gpu, eye, targets, .. } = frame;
         let Some(corners) = &self.corners else { return };
         if self.counts.as_ref().is_none_or(|counts| counts.0 != targets.size) {
-            let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-            let view = texture(gpu, targets.size, COUNTS, usage).create_view(&Default::default());
-            let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &self.layout,
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
-            });
-            self.counts = Some((targets.size, view, group));
+            let counts = view_of(gpu, targets.size, COUNTS);
+            let group = bind::group(gpu, &self.layout, [view(&counts)]);
+            self.counts = Some((targets.size, counts, group));
         }
         let Some((_, counts, group)) = &self.counts else { return };
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[colour(counts, Some(wgpu::Color::TRANSPARENT))],
-            ..Default::default()
-        });
+        let mut pass = begin_flat(commands, counts, Some(wgpu::Color::TRANSPARENT));
         pass.set_pipeline(&self.count);
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_vertex_buffer(0, corners.slice(..));
         pass.draw(0..self.fans, 0..1);
         drop(pass);
-        let mut pass = begin(commands, picture, &targets.depth, None, None);
+        let mut pass = begin(commands, frame.picture, &targets.depth, None, None);
         pass.set_pipeline(&self.cover);
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_bind_group(1, group, &[]);

@@ -4,26 +4,25 @@
 //! edges come from the depth of the picture, and glass is sorted by where it is. So pictures are the same in every mode.
 
 use super::draws::Draws;
-use super::frame::{Wish, begin};
+use super::frame::{FrameContext, Passes};
 use super::geometry::Geometry;
 use super::leaves::{Drawn, Leaves};
 use super::mesh::Mesh;
-use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
+use super::pass::begin;
+use super::pipelines::{CameraBinding, PipelineDesc, Pipelines, depth_state, shader};
 use super::shade::Shade;
 use super::smooth::{SAMPLES, Smooth};
 use super::sun::Sun;
 use super::surfaces::{self, Surfaces};
-use super::targets::Targets;
-use super::tubes::{List, Pipes};
+use super::tubes::{List, TubeRenderer};
 use super::tubes_full::TubesInSun;
 use crate::building::Building;
 use crate::looks::{SKY, Surface};
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
-use enfilade::scene::Scene;
 use glam::Vec3;
 use std::ops::Range;
-use wgpu::{BlendState, BufferUsages, CompareFunction, TextureFormat, TextureView};
+use wgpu::{BlendState, BufferUsages, CommandEncoder, CompareFunction, TextureFormat};
 
 /// How objects that may be seen through are drawn.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -35,7 +34,7 @@ enum Kind {
 }
 
 /// Pipelines for what the scene is made of.
-struct Ways {
+struct MaterialPipelines {
     /// Depth of solid things, so that each pixel is shaded once.
     depth: wgpu::RenderPipeline,
     solid: wgpu::RenderPipeline,
@@ -49,18 +48,18 @@ pub(super) const FULL: &str = concat!(include_str!("geometry.wgsl"), include_str
 /// Entry points of what nothing cuts.
 const NAMES: [&str; 6] = ["lit", "nothing", "solid", "masked", "glass", "screen_depth"];
 
-/// What draws with several samples a pixel.
+/// Pipelines and targets for several samples a pixel.
 struct Many {
-    ways: Ways,
+    materials: MaterialPipelines,
     sky: wgpu::RenderPipeline,
     smooth: Smooth,
 }
 
-/// What draws a scene as it looks.
+/// Draws a scene with materials and light.
 pub struct Full {
-    ways: Ways,
-    /// What is behind a plane isn't drawn: with a section, and in mirrors. Made when it is first wanted.
-    cut: Option<Ways>,
+    materials: MaterialPipelines,
+    /// Pipelines that cut at a plane: for sections and mirrors. Made when they are first needed.
+    cut: Option<MaterialPipelines>,
     is_cut: bool,
     /// Made when it is first wanted.
     many: Option<Many>,
@@ -84,7 +83,7 @@ pub struct Full {
     seen_through: Draws,
 }
 
-/// What is seen through in a frame, by how it is drawn.
+/// Transparent objects of a frame, by how they are drawn.
 #[derive(Default)]
 struct Sorted {
     masked: Vec<Range<u32>>,
@@ -93,23 +92,22 @@ struct Sorted {
     keys: Vec<(f32, ObjectId)>,
 }
 
-impl Ways {
+impl MaterialPipelines {
     /// Entry points: of corners, then of pixels in the order of the fields.
     fn new(
         gpu: &Gpu,
         groups: &[Option<&wgpu::BindGroupLayout>],
         module: &wgpu::ShaderModule,
-        format: TextureFormat,
+        (format, samples): (TextureFormat, u32),
         [corner, depth, solid, masked, glass, screen_depth]: [&str; 6],
-        samples: u32,
     ) -> Self {
         let pipeline = |fragment, target: wgpu::ColorTargetState, writes, compare| {
-            Recipe {
+            PipelineDesc {
                 groups,
                 depth: Some(depth_state(writes, compare)),
                 samples,
                 pixel: Some((fragment, target)),
-                ..Recipe::new(module, corner)
+                ..PipelineDesc::new(module, corner)
             }
             .pipeline(gpu)
         };
@@ -128,21 +126,43 @@ impl Ways {
 }
 
 /// The sky, wherever nothing is drawn.
-fn heaven(
+fn sky_pipeline(
     gpu: &Gpu,
     groups: &[Option<&wgpu::BindGroupLayout>],
     module: &wgpu::ShaderModule,
     format: TextureFormat,
     samples: u32,
 ) -> wgpu::RenderPipeline {
-    Recipe {
+    PipelineDesc {
         groups,
         depth: Some(depth_state(false, CompareFunction::Equal)),
         samples,
-        pixel: Some(("heaven", format.into())),
-        ..Recipe::new(module, "everywhere")
+        pixel: Some(("sky_pixel", format.into())),
+        ..PipelineDesc::new(module, "everywhere")
     }
     .pipeline(gpu)
+}
+
+/// Records shadows if they have changed, and sorts what is transparent.
+pub fn prepare(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut CommandEncoder) {
+    let Some(full) = passes.full.as_mut().filter(|_| frame.is_full) else { return };
+    full.set_smooth(frame);
+    full.cast_shadows(frame, commands);
+    let transparent = frame.candidates().filter(|o| frame.is_transparent[o.index()]);
+    let mut sorted = std::mem::take(&mut full.sorted);
+    full.sort(frame.mesh, transparent, frame.camera.eye, &mut sorted);
+    full.seen_through.set(frame.gpu, &sorted.masked, &sorted.glass);
+    full.sorted = sorted;
+    if frame.has_mirrors {
+        full.make_cut(frame.gpu, frame.pipelines);
+    }
+}
+
+/// Records what follows once everything opaque is drawn: sky, shade and edges, thin tubes, glass.
+pub fn finish(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut CommandEncoder) {
+    if let Some(full) = passes.full.as_mut().filter(|_| frame.is_full) {
+        full.finish(frame, commands);
+    }
 }
 
 impl Full {
@@ -154,7 +174,7 @@ impl Full {
     pub fn new(
         gpu: &Gpu,
         pipelines: &Pipelines,
-        (mesh, pipes): (&Mesh, Option<&Pipes>),
+        (mesh, tubes): (&Mesh, Option<&TubeRenderer>),
         building: &Building,
         is_leaf: &[bool],
         format: TextureFormat,
@@ -175,16 +195,16 @@ impl Full {
             first_coordinates: filled(&first),
             ..pipelines.geometry.clone()
         };
-        let of_tubes = |pipes| TubesInSun::new(gpu, pipelines, pipes, [&layout, &sun.layout], format);
+        let of_tubes = |tubes| TubesInSun::new(gpu, pipelines, tubes, [&layout, &sun.layout], format);
         Ok(Self {
-            tubes: pipes.map(of_tubes),
-            ways: Ways::new(gpu, &groups, &module, format, NAMES, 1),
+            tubes: tubes.map(of_tubes),
+            materials: MaterialPipelines::new(gpu, &groups, &module, (format, 1), NAMES),
             cut: None,
             is_cut: false,
             many: None,
             is_smooth: false,
             format,
-            sky: heaven(gpu, &groups[..2], &module, format, 1),
+            sky: sky_pipeline(gpu, &groups[..2], &module, format, 1),
             group: surfaces::group(gpu, &layout, looks, &sun),
             layout,
             triangles: geometry.group(gpu, &pipelines.geometry_layout),
@@ -216,30 +236,26 @@ impl Full {
                 concat!(include_str!("geometry.wgsl"), include_str!("full.wgsl"), include_str!("full_section.wgsl")),
             );
             let names = ["lit_cut", "nothing_cut", "solid_cut", "masked_cut", "glass_cut", "screen_depth_cut"];
-            Ways::new(gpu, &groups, &module, format, names, 1)
+            MaterialPipelines::new(gpu, &groups, &module, (format, 1), names)
         });
     }
 
-    /// Whether the next frame, of `size` pixels, has several samples a pixel.
-    pub fn set_smooth(&mut self, gpu: &Gpu, pipelines: &Pipelines, size: [u32; 2], is_smooth: bool) {
-        self.is_smooth = is_smooth;
-        if !is_smooth {
+    /// Whether this frame has several samples a pixel.
+    fn set_smooth(&mut self, frame: &FrameContext<'_>) {
+        self.is_smooth = frame.is_smooth;
+        let (gpu, size, format) = (frame.gpu, frame.targets.size, self.format);
+        if !self.is_smooth || self.many.as_ref().is_some_and(|many| many.smooth.fits(size)) {
             return;
         }
-        let format = self.format;
-        match &mut self.many {
-            Some(many) if many.smooth.fits(size) => {}
-            Some(many) => many.smooth = Smooth::new(gpu, size, format),
-            None => {
-                let groups = [Some(&pipelines.layout), Some(&self.layout), Some(&pipelines.geometry_layout)];
-                let module = shader(gpu, FULL);
-                self.many = Some(Many {
-                    ways: Ways::new(gpu, &groups, &module, format, NAMES, SAMPLES),
-                    sky: heaven(gpu, &groups[..2], &module, format, SAMPLES),
-                    smooth: Smooth::new(gpu, size, format),
-                });
-            }
+        let smooth = Smooth::new(gpu, size, format);
+        if let Some(many) = &mut self.many {
+            many.smooth = smooth;
+            return;
         }
+        let groups = [Some(&frame.pipelines.layout), Some(&self.layout), Some(&frame.pipelines.geometry_layout)];
+        let module = shader(gpu, FULL);
+        let materials = MaterialPipelines::new(gpu, &groups, &module, (format, SAMPLES), NAMES);
+        self.many = Some(Many { materials, sky: sky_pipeline(gpu, &groups[..2], &module, format, SAMPLES), smooth });
     }
 
     /// Several samples a pixel, if the frame has them.
@@ -247,43 +263,30 @@ impl Full {
         self.many.as_ref().filter(|_| self.is_smooth).map(|many| &many.smooth)
     }
 
-    fn ways(&self) -> &Ways {
+    fn materials(&self) -> &MaterialPipelines {
         match (&self.many, &self.cut) {
-            (Some(many), _) if self.is_smooth => &many.ways,
+            (Some(many), _) if self.is_smooth => &many.materials,
             (_, Some(cut)) if self.is_cut => cut,
-            _ => &self.ways,
+            _ => &self.materials,
         }
     }
 
-    /// What casts shadows has changed.
+    /// Objects that cast shadows have changed.
     pub fn doors_moved(&mut self) {
         self.sun.is_new = true;
     }
 
-    /// Casts shadows where something has changed, and sorts what is seen through.
-    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
-    pub fn prepare(
-        &mut self,
-        gpu: &Gpu,
-        pipelines: &Pipelines,
-        (mesh, scene, pipes): (&Mesh, &Scene, Option<&Pipes>),
-        is_ghost: &[bool],
-        leaves: (&Leaves, &Drawn),
-        seen_through: impl Iterator<Item = ObjectId>,
-        eye: Vec3,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
-        let casts = |o: &usize| !is_ghost[*o] && !self.is_sky[*o] && !mesh.is_hidden(ObjectId(*o as u32));
-        let casting = (0..is_ghost.len()).filter(casts).map(|o| &mesh.ranges[o]);
-        if let (Some(tubes), Some(pipes), true) = (&mut self.tubes, pipes, self.sun.is_new) {
-            let objects = pipes.objects().filter(|o| !mesh.is_hidden(*o));
-            tubes.cast_by(gpu, scene, pipes, &self.sun.at(), objects);
+    /// Draws the depth that the sun sees, if it has changed.
+    fn cast_shadows(&mut self, frame: &FrameContext<'_>, commands: &mut CommandEncoder) {
+        let FrameContext { gpu, mesh, is_transparent, hidden, lists, .. } = frame;
+        let casts = |o: &usize| !is_transparent[*o] && !self.is_sky[*o] && !mesh.is_hidden(ObjectId(*o as u32));
+        let casting = (0..is_transparent.len()).filter(casts).map(|o| &mesh.ranges[o]);
+        if let (Some(tubes), Some(source), true) = (&mut self.tubes, frame.tubes, self.sun.is_new) {
+            let objects = source.objects().filter(|o| !mesh.is_hidden(*o));
+            tubes.cast_by(gpu, &frame.building.scene, source, &self.sun.at(), objects);
         }
-        self.sun.cast(pipelines, casting, leaves, self.tubes.as_ref(), commands);
-        let mut sorted = std::mem::take(&mut self.sorted);
-        self.sort(mesh, seen_through, eye, &mut sorted);
-        self.seen_through.set(gpu, &sorted.masked, &sorted.glass);
-        self.sorted = sorted;
+        let leaves = if hidden.is_any { &hidden.shown_leaves } else { &lists.all_leaves };
+        self.sun.cast(frame.pipelines, casting, (frame.leaves, leaves), self.tubes.as_ref(), commands);
     }
 
     /// Sorts what is seen through, for an eye.
@@ -308,7 +311,7 @@ impl Full {
     pub fn draw_in_mirror(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        (mirrored, at): (&Eye, Vec3),
+        (mirrored, at): (&CameraBinding, Vec3),
         mesh: &Mesh,
         solid: &[Range<u32>],
         seen_through: impl Iterator<Item = ObjectId>,
@@ -332,11 +335,11 @@ impl Full {
         self.bind(pass, mirrored);
         draw(pass, &cut.glass, &sorted.glass);
         self.bind_leaves(pass, mirrored, leaves.0);
-        draw(pass, &cut.glass, &leaves.1.ghosts);
+        draw(pass, &cut.glass, &leaves.1.transparent);
     }
 
     /// Draws tubes that are thinner than a pixel, in a pass of one sample, over all that is solid and has shade.
-    fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: Option<&List>) {
+    fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: Option<&List>) {
         if let (Some(tubes), Some(list)) = (&self.tubes, list) {
             pass.set_bind_group(1, &self.group, &[]);
             tubes.draw_thin(pass, eye, list);
@@ -344,48 +347,40 @@ impl Full {
     }
 
     /// Draws other tubes, in a pass of the frame or of a mirror.
-    pub fn draw_tubes(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List, is_smooth: bool) {
+    pub fn draw_tubes(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List, is_smooth: bool) {
         if let Some(tubes) = &self.tubes {
             pass.set_bind_group(1, &self.group, &[]);
             tubes.draw(pass, eye, list, is_smooth);
         }
     }
 
-    /// What is certain: solid things and leaves of doors, then pictures with holes.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, draws: &Draws, leaves: (&Leaves, &Drawn)) {
+    /// Draws opaque objects and leaves of doors, then pictures with holes.
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, draws: &Draws, leaves: (&Leaves, &Drawn)) {
         // Depth of all first: only what shows is shaded.
-        let ways = self.ways();
-        for pipeline in [&ways.depth, &ways.solid] {
+        let materials = self.materials();
+        for pipeline in [&materials.depth, &materials.solid] {
             self.bind(pass, eye);
             draws.first(pass, pipeline);
             self.bind_leaves(pass, eye, leaves.0);
             draw(pass, pipeline, &leaves.1.solid);
         }
         self.bind(pass, eye);
-        self.seen_through.first(pass, &ways.masked);
+        self.seen_through.first(pass, &materials.masked);
     }
 
-    /// What the device decided to draw of solid things.
-    pub fn draw_decided(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, draws: &Draws) {
+    /// Draws the opaque objects that the device decided about.
+    pub fn draw_decided(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, draws: &Draws) {
         self.bind(pass, eye);
-        let ways = self.ways();
-        for pipeline in [&ways.depth, &ways.solid] {
+        let materials = self.materials();
+        for pipeline in [&materials.depth, &materials.solid] {
             draws.first(pass, pipeline);
         }
     }
 
-    /// Once everything solid is there: the sky, shade and edges, thin tubes, glass. For the alarm, too, the depth of what is seen through, as screens.
-    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
-    pub fn finish(
-        &mut self,
-        gpu: &Gpu,
-        eye: &Eye,
-        wish: &Wish<'_>,
-        leaves: (&Leaves, &Drawn, Option<&List>),
-        targets: &Targets,
-        picture: &TextureView,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
+    /// With the alarm on, also the depth of what is transparent, as screens.
+    fn finish(&mut self, frame: &FrameContext<'_>, commands: &mut CommandEncoder) {
+        let FrameContext { eye, targets, picture, leaves, .. } = *frame;
+        let list = frame.tubes.map(|tubes| &tubes.drawn);
         let many = self.many.as_ref().filter(|_| self.is_smooth);
         let (mut pass, sky) = match many {
             Some(many) => (many.smooth.begin(commands, None, Some(picture), None), &many.sky),
@@ -398,28 +393,28 @@ impl Full {
         drop(pass);
         let smooth = many.map(|many| &many.smooth);
         smooth.into_iter().for_each(|smooth| smooth.settle(targets, picture, commands));
-        self.shade.record(gpu, &wish.camera, (targets, smooth), picture, commands);
+        self.shade.record(frame, smooth, commands);
         let mut pass = begin(commands, picture, &targets.depth, None, None);
-        self.draw_thin(&mut pass, eye, leaves.2);
+        self.draw_thin(&mut pass, eye, list);
         self.bind(&mut pass, eye);
-        self.seen_through.second(&mut pass, &self.ways.glass);
-        if wish.alarm {
-            self.seen_through.second(&mut pass, &self.ways.screen_depth);
-            self.seen_through.first(&mut pass, &self.ways.screen_depth);
+        self.seen_through.second(&mut pass, &self.materials.glass);
+        if frame.alarm {
+            self.seen_through.second(&mut pass, &self.materials.screen_depth);
+            self.seen_through.first(&mut pass, &self.materials.screen_depth);
         }
-        self.bind_leaves(&mut pass, eye, leaves.0);
-        draw(&mut pass, &self.ways.glass, &leaves.1.ghosts);
-        if wish.alarm {
-            draw(&mut pass, &self.ways.screen_depth, &leaves.1.ghosts);
+        self.bind_leaves(&mut pass, eye, leaves);
+        draw(&mut pass, &self.materials.glass, &frame.lists.leaves.transparent);
+        if frame.alarm {
+            draw(&mut pass, &self.materials.screen_depth, &frame.lists.leaves.transparent);
         }
     }
 
-    fn bind_leaves(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, leaves: &Leaves) {
+    fn bind_leaves(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, leaves: &Leaves) {
         leaves.bind(pass, eye);
         pass.set_bind_group(1, &self.group, &[]);
     }
 
-    fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
+    fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding) {
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_bind_group(2, &self.triangles, &[]);

@@ -230,7 +230,7 @@ fn everywhere(@builtin(vertex_index) i: u32) -> Sky {
 }
 
 @fragment
-fn heaven(in: Sky) -> @location(0) vec4f {
+fn sky_pixel(in: Sky) -> @location(0) vec4f {
     return vec4f(sky(in.direction), 1.0);
 }
 

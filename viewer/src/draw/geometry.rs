@@ -2,8 +2,9 @@
 //! have in common is there once. That is 16 bytes a triangle and 12 a place; what it is made of takes 4 more, and 12 where it has a
 //! picture.
 
+use super::bind::{self, STORAGE};
 use enfilade::gpu::Gpu;
-use wgpu::{Buffer, BufferBindingType, BufferUsages, ShaderStages};
+use wgpu::{Buffer, BufferUsages, ShaderStages};
 
 /// The buffers, as `geometry.wgsl` has them.
 #[derive(Clone)]
@@ -14,7 +15,7 @@ pub struct Geometry {
     pub corners: Buffer,
     /// See the shader.
     pub words: Buffer,
-    /// What triangles are made of; nobody looks at these three unless they are drawn as they look.
+    /// Materials of triangles. Only detail `full` and `smooth` read these three.
     pub made_of: Buffer,
     /// See the shader.
     pub coordinates: Buffer,
@@ -22,16 +23,9 @@ pub struct Geometry {
     pub first_coordinates: Buffer,
 }
 
-/// What binds them.
+/// Layout of their group.
 pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let ty = wgpu::BindingType::Buffer {
-        ty: BufferBindingType::Storage { read_only: true },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let entry = |binding| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::VERTEX, ty, count: None };
-    let entries: Vec<_> = (0..6).map(entry).collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    bind::layout(gpu, ShaderStages::VERTEX, &[STORAGE; 6])
 }
 
 impl Geometry {
@@ -51,9 +45,6 @@ impl Geometry {
     /// Bound for shaders.
     pub fn group(&self, gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::BindGroup {
         let buffers = [&self.places, &self.corners, &self.words, &self.made_of, &self.coordinates, &self.first_coordinates];
-        let resources = buffers.map(Buffer::as_entire_binding);
-        let entries: Vec<_> =
-            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+        bind::group(gpu, layout, buffers.map(Buffer::as_entire_binding))
     }
 }

@@ -1,6 +1,7 @@
 //! Ground on the graphics processor: the slots of its cache in a buffer, and a draw of all patches, an instance for each part that may show.
 
-use super::pipelines::{ITEMS, NEAR, Recipe, depth_state, shader};
+use super::bind::{self, STORAGE, UNIFORM};
+use super::pipelines::{ITEMS, NEAR, PipelineDesc, depth_state, shader};
 use super::smooth::SAMPLES;
 use super::sun::TOWARDS;
 use crate::culling::Decision;
@@ -38,9 +39,9 @@ struct List {
 
 /// A ground that is drawn.
 pub struct Terrain {
-    /// What it is of.
+    /// Its tiles.
     pub land: Land,
-    /// What the last frame showed.
+    /// The selection of the last frame.
     pub shown: Shown,
     /// All that the alarm holds against it.
     whole: GroundScratch,
@@ -71,29 +72,15 @@ impl Terrain {
         gpu.fits("tiles of the ground", bytes).map_err(|e| e.to_string())?;
         let heights = gpu.buffer(bytes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
         let uniform = gpu.buffer(LAND, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let entry = |binding, visibility, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let storage = wgpu::BufferBindingType::Storage { read_only: true };
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[
-                entry(0, ShaderStages::VERTEX_FRAGMENT, wgpu::BufferBindingType::Uniform),
-                entry(1, ShaderStages::VERTEX, storage),
-                entry(2, ShaderStages::VERTEX, storage),
-            ],
-        });
+        let layout = bind::layout(gpu, ShaderStages::VERTEX_FRAGMENT, &[UNIFORM, STORAGE, STORAGE]);
         let module = shader(gpu, include_str!("ground.wgsl"));
         let pipeline = |pixel, format: TextureFormat, samples| {
-            Recipe {
+            PipelineDesc {
                 groups: &[Some(&layout)],
                 depth: Some(depth_state(true, CompareFunction::Greater)),
                 samples,
                 pixel: Some((pixel, format.into())),
-                ..Recipe::new(&module, "soil")
+                ..PipelineDesc::new(&module, "soil")
             }
             .pipeline(gpu)
         };
@@ -156,7 +143,7 @@ impl Terrain {
         self.shown.scratch.worst() + self.whole.worst()
     }
 
-    /// What holds for all patches: `Land` of the shader.
+    /// Uniforms: `Land` of the shader.
     fn words(&self, camera: &Camera, look: Look) -> [u32; LAND as usize / 4] {
         let header = self.land.ground.header();
         let size = header.grid.size();
@@ -217,11 +204,7 @@ impl List {
     fn new(gpu: &Gpu, layout: &wgpu::BindGroupLayout, [uniform, heights]: [&wgpu::Buffer; 2], slots: usize) -> Self {
         let most = slots * (PARTS * PARTS) as usize;
         let parts = gpu.buffer((PART * most) as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
-        let buffers = [uniform, heights, &parts].into_iter().zip(0..);
-        let entries: Vec<_> = buffers
-            .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+        let group = bind::group(gpu, layout, [uniform, heights, &parts].map(wgpu::Buffer::as_entire_binding));
         Self { group, count: 0, words: Vec::with_capacity(most), parts }
     }
 

@@ -1,10 +1,9 @@
 //! What is left out of pictures by hand. It hides nothing from the alarm: what shows only because a thing in front was taken away by hand isn't
 //! missed, so the alarm takes that thing as drawn.
 
+use super::frame::FrameContext;
 use super::leaves::{Drawn, Leaves};
 use super::mesh::{Mesh, Runs};
-use super::pipelines::{Eye, Pipelines};
-use super::targets::Targets;
 use crate::doors::Doors;
 use enfilade::ObjectId;
 
@@ -28,7 +27,7 @@ impl Hidden {
         mesh: &mut Mesh,
         leaves: &mut Leaves,
         doors: &Doors,
-        is_ghost: &[bool],
+        is_transparent: &[bool],
         is_hidden: Vec<bool>,
         and_made: bool,
     ) -> Self {
@@ -43,29 +42,23 @@ impl Hidden {
         mesh.is_hidden.clear();
         leaves.is_hidden.clear();
         let out: Vec<ObjectId> = objects().filter(|o| is_hidden[o.index()]).collect();
-        hidden.runs.set(mesh, &out, is_ghost, None);
+        hidden.runs.set(mesh, &out, is_transparent, None);
         leaves.list(&all.iter().copied().filter(is_door_hidden).collect::<Vec<_>>(), &mut hidden.leaves);
         // 2. The rest.
         leaves.is_hidden = all.iter().map(is_door_hidden).collect();
         let every: Vec<ObjectId> = objects().collect();
         mesh.is_hidden = is_hidden;
-        hidden.shown.set(mesh, &every, is_ghost, None);
+        hidden.shown.set(mesh, &every, is_transparent, None);
         leaves.list(&all, &mut hidden.shown_leaves);
         hidden
     }
 
     /// Draws the depth of what is left out, for the alarm.
-    pub fn stand_in(
-        &self,
-        pipelines: &Pipelines,
-        eye: &Eye,
-        targets: &Targets,
-        leaves: &Leaves,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
-        let mut pass = targets.adds_depth(commands);
+    pub fn stand_in(&self, frame: &FrameContext<'_>, commands: &mut wgpu::CommandEncoder) {
+        let FrameContext { pipelines, eye, .. } = frame;
+        let mut pass = frame.targets.adds_depth(commands);
         pipelines.bind(&mut pass, eye);
-        pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.ghosts);
-        leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);
+        pipelines.items.draw(&mut pass, &self.runs.solid, &self.runs.transparent);
+        frame.leaves.draw(&mut pass, eye, &pipelines.items, &self.leaves);
     }
 }

@@ -6,11 +6,12 @@
 //! drawn as the mode `frustum` draws them. Each object is one draw, which has no corners where the device leaves it out. A rectangle has up
 //! to eight texels a side, where engines read two: in offices and cities a fifth to a half fewer triangles are drawn.
 
+use super::bind::{self, COLOUR_TEXTURE, STORAGE, UNIFORM, WRITABLE, view};
 use super::draws::Draws;
 use super::mesh::Mesh;
 use super::pipelines::{self, NEAR, clip, shader};
 use super::pyramid::Pyramid;
-use super::readback::Readback;
+use super::readback::ReadbackRing;
 use crate::building::Building;
 use crate::culling::{ByDevice, Decision};
 use enfilade::ObjectId;
@@ -18,10 +19,7 @@ use enfilade::file::{FileObject, PvsFile};
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade::runtime::Camera;
 use glam::Vec3;
-use wgpu::{
-    BindGroup, BindGroupLayout, BindingResource, BindingType, BufferBindingType, BufferUsages, ComputePipeline,
-    ShaderStages, TextureSampleType, TextureView, TextureViewDimension,
-};
+use wgpu::{BindGroup, BindGroupLayout, BufferUsages, ComputePipeline, ShaderStages, TextureView};
 
 /// Bytes of an object: its box, its triangles; what is asked about it; its states; its draws in two passes.
 const BYTES: u64 = 32 + 12 + 8 + 2 * 16;
@@ -34,7 +32,7 @@ const GROUP: u32 = 64;
 /// Workgroups in a row, likewise.
 const ROW: u32 = 1024;
 
-/// What the device keeps of objects from frame to frame, and what it draws of them.
+/// Object states on the device, and the draws that it makes of them.
 pub struct Hiz {
     early: ComputePipeline,
     late: ComputePipeline,
@@ -50,7 +48,7 @@ pub struct Hiz {
     pub passes: [Draws; 2],
     /// Of both.
     pub both: Draws,
-    read: Readback<()>,
+    read: ReadbackRing<()>,
     /// Counts frames that it decides.
     frame: u32,
     /// By object: whether the device is asked about it.
@@ -60,7 +58,7 @@ pub struct Hiz {
     list: List,
 }
 
-/// What is in the frustum.
+/// Objects in the frustum.
 #[derive(Default)]
 struct List {
     /// Whether one sees through it, how near it is, the first corner, and the object.
@@ -79,20 +77,8 @@ impl Hiz {
         let scene = &building.scene;
         let most = scene.objects.len().max(1) as u64;
         gpu.fits("objects", BYTES * most)?;
-        let visibility = ShaderStages::COMPUTE;
-        let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-        let storage = |read_only| buffer(BufferBindingType::Storage { read_only });
-        let texture = BindingType::Texture {
-            sample_type: TextureSampleType::Float { filterable: false },
-            view_dimension: TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let kinds =
-            [buffer(BufferBindingType::Uniform), storage(true), storage(true), storage(false), storage(false), texture];
-        let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-        let entries: Vec<_> = (0..).zip(kinds).map(entry).collect();
-        let layout =
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let kinds = [UNIFORM, STORAGE, STORAGE, WRITABLE, WRITABLE, COLOUR_TEXTURE];
+        let layout = bind::layout(gpu, ShaderStages::COMPUTE, &kinds);
         let module = shader(gpu, include_str!("hiz.wgsl"));
         let pipeline = |name| pipelines::compute(gpu, &module, name, &[Some(&layout)]);
         let copied = BufferUsages::STORAGE | BufferUsages::COPY_DST;
@@ -109,7 +95,7 @@ impl Hiz {
             states: gpu.buffer(4 * (HEAD + 2 * most), copied | BufferUsages::COPY_SRC),
             passes: [both.with([0..0, 0..0]), both.with([0..0, 0..0])],
             both,
-            read: Readback::new(gpu, 4 * HEAD),
+            read: ReadbackRing::new(gpu, 4 * HEAD),
             // States begin with 0: not those of the frame before.
             frame: 1,
             is_asked: scene.objects.iter().map(|o| !o.is_tube()).collect(),
@@ -129,13 +115,19 @@ impl Hiz {
     }
 
     /// Lists what the device is asked about in a frame, near objects first. Returns the rest, which is certain.
-    pub fn list(&mut self, gpu: &Gpu, (mesh, is_ghost): (&Mesh, &[bool]), decision: &Decision, eye: Vec3) -> &[ObjectId] {
+    pub fn list(
+        &mut self,
+        gpu: &Gpu,
+        (mesh, is_transparent): (&Mesh, &[bool]),
+        decision: &Decision,
+        eye: Vec3,
+    ) -> &[ObjectId] {
         let Self { list: List { keys, words, certain }, is_asked, .. } = self;
         certain.clear();
         certain.extend(decision.objects.iter().filter(|o| !is_asked[o.index()]));
         keys.clear();
         let asked = decision.objects.iter().filter(|o| is_asked[o.index()]);
-        let key = |o: ObjectId| (is_ghost[o.index()], mesh.shell(o, eye), mesh.ranges[o.index()].start, o.0);
+        let key = |o: ObjectId| (is_transparent[o.index()], mesh.shell(o, eye), mesh.ranges[o.index()].start, o.0);
         keys.extend(asked.map(|&o| key(o)));
         keys.sort_unstable();
         words.clear();
@@ -173,30 +165,25 @@ impl Hiz {
         self.run(&self.early, &mut commands.begin_compute_pass(&Default::default()));
     }
 
-    /// Records the choice of what the second pass draws: what may show before the depth of the first, which has one sample a pixel or, where
-    /// it `is_smooth`, more. Returns where counts will be, for [`Self::ask`].
-    pub fn choose_rest(
-        &mut self,
-        gpu: &Gpu,
-        depth: (&TextureView, bool),
-        commands: &mut wgpu::CommandEncoder,
-    ) -> Option<usize> {
+    /// Records the choice of what the second pass draws: what may show in front of the depth of the first pass, which has one sample a pixel
+    /// or, if it `is_smooth`, more.
+    pub fn choose_rest(&mut self, gpu: &Gpu, depth: (&TextureView, bool), commands: &mut wgpu::CommandEncoder) {
         let mut pass = commands.begin_compute_pass(&Default::default());
         self.pyramid.record(gpu, depth, &mut pass);
         self.run(&self.late, &mut pass);
         drop(pass);
-        self.read.copy(&self.states, 4 * HEAD, (), commands)
+        self.read.copy(&self.states, 4 * HEAD, (), commands);
     }
 
-    /// Asks for the counts, once the commands are submitted.
-    pub fn ask(&self, slot: usize) {
-        self.read.ask(slot);
+    /// Maps the counts, once the commands are submitted.
+    pub fn map(&mut self) {
+        self.read.map();
     }
 
-    /// What the device drew of the list, of the last frame that is heard of.
-    pub fn heard(&mut self) -> Option<ByDevice> {
+    /// Objects and triangles that the device drew in the last frame that has been read.
+    pub fn receive(&mut self) -> Option<ByDevice> {
         let mut last = None;
-        while let Some(counts) = self.read.heard(|(), view| {
+        while let Some(counts) = self.read.receive(|(), view| {
             let counts: &[u32] = bytemuck::cast_slice(view);
             ByDevice { objects: counts[0].into(), triangles: counts[1].into() }
         }) {
@@ -213,13 +200,10 @@ impl Hiz {
     }
 
     fn bind(&mut self, gpu: &Gpu, size: [u32; 2]) -> BindGroup {
-        let pyramid = BindingResource::TextureView(self.pyramid.fit(gpu, size));
+        let pyramid = view(self.pyramid.fit(gpu, size));
         let buffers = [&self.view, &self.boxes, &self.asked, &self.states, &self.both.buffer];
-        let resources = buffers.map(wgpu::Buffer::as_entire_binding).into_iter().chain([pyramid]);
-        let entries: Vec<_> =
-            (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-        let layout = &self.layout;
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+        let buffers = buffers.map(wgpu::Buffer::as_entire_binding);
+        bind::group(gpu, &self.layout, buffers.into_iter().chain([pyramid]))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::geometry::Geometry;
 use super::mesh::{Mesh, word};
-use super::pipelines::{Eye, Pair, Pipelines};
+use super::pipelines::{CameraBinding, Pair, Pipelines};
 use super::surfaces::of_triangle;
 use crate::building::Building;
 use crate::doors::pieces::Facet;
@@ -30,7 +30,7 @@ pub struct Drawn {
     /// Of what nothing is seen through.
     pub solid: Vec<Range<u32>>,
     /// Of glass.
-    pub ghosts: Vec<Range<u32>>,
+    pub transparent: Vec<Range<u32>>,
 }
 
 impl Leaves {
@@ -89,10 +89,10 @@ impl Leaves {
     /// Lists the leaves of some doors.
     pub fn list(&self, doors: &[usize], out: &mut Drawn) {
         out.solid.clear();
-        out.ghosts.clear();
+        out.transparent.clear();
         let is_shown = |door: &&usize| !self.is_hidden.get(**door).is_some_and(|&hidden| hidden);
         for &door in doors.iter().filter(is_shown) {
-            for (runs, range) in [&mut out.solid, &mut out.ghosts].into_iter().zip(&self.ranges[door]) {
+            for (runs, range) in [&mut out.solid, &mut out.transparent].into_iter().zip(&self.ranges[door]) {
                 match runs.last_mut() {
                     Some(last) if last.end == range.start => last.end = range.end,
                     _ if range.is_empty() => {}
@@ -103,13 +103,13 @@ impl Leaves {
     }
 
     /// Draws them.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, pair: &Pair, drawn: &Drawn) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, pair: &Pair, drawn: &Drawn) {
         self.bind(pass, eye);
-        pair.draw(pass, &drawn.solid, &drawn.ghosts);
+        pair.draw(pass, &drawn.solid, &drawn.transparent);
     }
 
     /// Binds the triangles of leaves in place of the scene's.
-    pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
+    pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding) {
         pass.set_bind_group(0, &eye.group, &[]);
         self.bind_triangles(pass);
     }
@@ -120,7 +120,7 @@ impl Leaves {
     }
 }
 
-/// What is solid of a door, then what is glass.
+/// Opaque triangles of a door, then glass.
 fn in_order(door: &Door) -> impl Iterator<Item = ([DVec3; 3], Option<&Facet>)> {
     let of = |glass: bool| door.drawn().filter(move |(_, f)| f.is_some_and(|f| f.glass) == glass);
     of(false).chain(of(true))

@@ -1,6 +1,8 @@
 //! Lines and faces over the scene: portals, frusta, boxes, what was picked.
 
-use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
+use super::frame::{FrameContext, Passes, Timed};
+use super::pass::begin;
+use super::pipelines::{CameraBinding, PipelineDesc, Pipelines, depth_state, shader};
 use enfilade::gpu::Gpu;
 use glam::Vec3;
 use wgpu::{BufferUsages, CompareFunction, PrimitiveTopology, TextureFormat};
@@ -11,17 +13,19 @@ pub type Tint = [u8; 4];
 /// Pieces of a ribbon.
 const PIECES: usize = 16;
 
-/// What is to be drawn over the scene.
+/// Lines and faces over the scene: corners by [`Kind`].
 #[derive(Default)]
-pub struct Overlay {
-    /// Two corners a line.
-    lines: Vec<[u32; 4]>,
-    /// Three corners a triangle.
-    faces: Vec<[u32; 4]>,
-    /// Lines that show through everything.
-    seen_through: Vec<[u32; 4]>,
-    /// Triangles that do.
-    ribbons: Vec<[u32; 4]>,
+pub struct Overlay([Vec<[u32; 4]>; 4]);
+
+/// Kinds of lines and faces, in the order in which they are drawn.
+#[derive(Clone, Copy)]
+enum Kind {
+    Faces,
+    Lines,
+    /// Lines that show through walls.
+    LinesThrough,
+    /// Faces that show through walls.
+    FacesThrough,
 }
 
 fn corner(p: Vec3, tint: Tint) -> [u32; 4] {
@@ -31,21 +35,23 @@ fn corner(p: Vec3, tint: Tint) -> [u32; 4] {
 
 impl Overlay {
     /// Nothing.
+    pub const fn new() -> Self {
+        Self([const { Vec::new() }; 4])
+    }
+
+    /// Nothing from now on.
     pub fn clear(&mut self) {
-        self.lines.clear();
-        self.faces.clear();
-        self.seen_through.clear();
-        self.ribbons.clear();
+        self.0.iter_mut().for_each(Vec::clear);
     }
 
     /// A line, metres relative to the origin.
     pub fn line(&mut self, a: Vec3, b: Vec3, tint: Tint) {
-        self.lines.extend([corner(a, tint), corner(b, tint)]);
+        self.0[Kind::Lines as usize].extend([corner(a, tint), corner(b, tint)]);
     }
 
     /// A line that shows through walls.
     pub fn line_through(&mut self, a: Vec3, b: Vec3, tint: Tint) {
-        self.seen_through.extend([corner(a, tint), corner(b, tint)]);
+        self.0[Kind::LinesThrough as usize].extend([corner(a, tint), corner(b, tint)]);
     }
 
     /// A line that shows through walls and is as wide as `width` times its distance from the eye.
@@ -55,7 +61,7 @@ impl Overlay {
         let side = |p: Vec3| (b - a).cross(p - eye).normalize_or_zero() * (0.5 * width * p.distance(eye));
         for [p, q] in (0..PIECES).map(|i| [at(i), at(i + 1)]) {
             let (s, t) = (side(p), side(q));
-            self.ribbons.extend([p - s, p + s, q + t, p - s, q + t, q - t].map(|p| corner(p, tint)));
+            self.0[Kind::FacesThrough as usize].extend([p - s, p + s, q + t, p - s, q + t, q - t].map(|p| corner(p, tint)));
         }
     }
 
@@ -69,7 +75,7 @@ impl Overlay {
     /// A convex polygon.
     pub fn face(&mut self, corners: &[Vec3], tint: Tint) {
         for pair in corners.get(1..).unwrap_or_default().windows(2) {
-            self.faces.extend([corners[0], pair[0], pair[1]].map(|p| corner(p, tint)));
+            self.0[Kind::Faces as usize].extend([corners[0], pair[0], pair[1]].map(|p| corner(p, tint)));
         }
     }
 
@@ -86,16 +92,26 @@ impl Overlay {
 
     /// Whether there is nothing to draw.
     pub fn is_empty(&self) -> bool {
-        [&self.lines, &self.faces, &self.seen_through, &self.ribbons].iter().all(|corners| corners.is_empty())
+        self.0.iter().all(Vec::is_empty)
     }
+}
+
+/// Records the mirrors, and lines and faces over the scene.
+pub fn draw(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut wgpu::CommandEncoder) {
+    if !frame.has_overlay() {
+        return;
+    }
+    let mut pass = begin(commands, frame.picture, &frame.targets.depth, None, passes.stamps(frame, Timed::Overlay));
+    if frame.has_mirrors {
+        passes.mirrors.draw(&mut pass, frame.eye);
+    }
+    passes.lines.draw(frame.gpu, &mut pass, frame.eye, frame.overlay);
 }
 
 /// Draws overlays.
 pub struct Lines {
-    faces: wgpu::RenderPipeline,
-    lines: wgpu::RenderPipeline,
-    seen_through: wgpu::RenderPipeline,
-    ribbons: wgpu::RenderPipeline,
+    /// By [`Kind`].
+    pipelines: [wgpu::RenderPipeline; 4],
     buffer: Option<wgpu::Buffer>,
     /// Corners of a frame.
     all: Vec<[u32; 4]>,
@@ -107,7 +123,7 @@ impl Lines {
         let module = shader(gpu, include_str!("overlay.wgsl"));
         let pipeline = |topology, compare| {
             let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
-            Recipe {
+            PipelineDesc {
                 groups: &[Some(&pipelines.layout)],
                 corners: Some(wgpu::VertexBufferLayout {
                     array_stride: 16,
@@ -117,25 +133,27 @@ impl Lines {
                 topology,
                 depth: Some(depth_state(false, compare)),
                 pixel: Some(("pixel", wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })),
-                ..Recipe::new(&module, "corner")
+                ..PipelineDesc::new(&module, "corner")
             }
             .pipeline(gpu)
         };
         Self {
-            faces: pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual),
-            lines: pipeline(PrimitiveTopology::LineList, CompareFunction::GreaterEqual),
-            seen_through: pipeline(PrimitiveTopology::LineList, CompareFunction::Always),
-            ribbons: pipeline(PrimitiveTopology::TriangleList, CompareFunction::Always),
+            pipelines: [
+                pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual),
+                pipeline(PrimitiveTopology::LineList, CompareFunction::GreaterEqual),
+                pipeline(PrimitiveTopology::LineList, CompareFunction::Always),
+                pipeline(PrimitiveTopology::TriangleList, CompareFunction::Always),
+            ],
             buffer: None,
             all: Vec::new(),
         }
     }
 
     /// Draws one, in a pass with depth.
-    pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, overlay: &Overlay) {
+    pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, overlay: &Overlay) {
         let all = &mut self.all;
         all.clear();
-        all.extend([&overlay.faces, &overlay.lines, &overlay.seen_through, &overlay.ribbons].into_iter().flatten());
+        all.extend(overlay.0.iter().flatten());
         let bytes = 16 * all.len() as u64;
         if all.is_empty() || bytes > gpu.limits.max_buffer_size {
             return;
@@ -149,13 +167,7 @@ impl Lines {
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_vertex_buffer(0, buffer.slice(..));
         let mut start = 0;
-        let parts = [
-            (&self.faces, &overlay.faces),
-            (&self.lines, &overlay.lines),
-            (&self.seen_through, &overlay.seen_through),
-            (&self.ribbons, &overlay.ribbons),
-        ];
-        for (pipeline, part) in parts {
+        for (pipeline, part) in self.pipelines.iter().zip(&overlay.0) {
             let corners = start..start + part.len() as u32;
             start = corners.end;
             if !corners.is_empty() {

@@ -1,18 +1,18 @@
 //! Which triangles of a frame are drawn and seen, which are drawn in vain, and which are culled; and how many pixels each kind fills.
 //!
-//! What the culling decided is drawn once more, by its own camera, as numbers of triangles; what has a pixel there is seen.
+//! The drawn set is drawn once more, by the camera that culled, as numbers of triangles; triangles with a pixel are seen.
 
+use super::bind::{self, ITEM_TEXTURE, STORAGE, WRITABLE, view};
 use super::draws::Draws;
-use super::frame::{begin, colour};
-use super::leaves::{Drawn, Leaves};
-use super::mesh::{Mesh, Runs};
-use super::pipelines::{Eye, ITEMS, Pipelines, Recipe, compute, depth_state, shader};
-use super::readback::Readback;
+use super::frame::{FrameContext, Passes};
+use super::mesh::Mesh;
+use super::pass::{begin, begin_flat};
+use super::pipelines::{CameraBinding, ITEMS, PipelineDesc, Pipelines, compute, depth_state, shader};
+use super::readback::ReadbackRing;
 use super::targets::Targets;
-use super::tubes::Pipes;
 use enfilade::gpu::{Gpu, GpuError};
 use std::ops::Range;
-use wgpu::{BufferBindingType, BufferUsages, CompareFunction, ShaderStages, TextureFormat, TextureView};
+use wgpu::{BufferUsages, CommandEncoder, CompareFunction, ShaderStages, TextureFormat};
 
 /// Words before the bits, as the shader has them.
 const HEAD: usize = 4;
@@ -40,7 +40,7 @@ pub enum Marking {
 pub struct Marked {
     /// The frame that decided what is drawn.
     pub frame: u64,
-    /// Pixels that triangles of each kind fill, in the order of [`KINDS`], whatever lies before them.
+    /// Pixels that triangles of each kind fill, hidden ones included, in the order of [`KINDS`].
     pub pixels: [u64; 3],
     drawn: Vec<u32>,
     seen: Vec<u32>,
@@ -76,28 +76,29 @@ pub struct Marks {
     fill: wgpu::RenderPipeline,
     tinted: [wgpu::RenderPipeline; 2],
     marks: wgpu::Buffer,
-    eye: Eye,
-    /// The first words: whatever was marked before is gone with them.
+    eye: CameraBinding,
+    /// Words that clear the marks.
     words: Vec<u32>,
-    read: Readback<u64>,
+    read: ReadbackRing<u64>,
     /// The frame whose decision is marked.
     of: Option<u64>,
 }
 
-/// What is drawn of a frame.
-pub struct Picked<'p> {
-    /// What is certain.
-    pub runs: &'p Runs,
-    /// The same, in a buffer.
-    pub draws: &'p Draws,
-    /// All there is.
-    pub everything: &'p Runs,
-    /// Leaves that are drawn.
-    pub leaves: (&'p Leaves, &'p Drawn),
-    /// Tubes that are drawn: they hide what is behind them, and are not counted.
-    pub tubes: Option<&'p Pipes>,
-    /// What the device decides, and whether it decides anything in this frame.
-    pub decided: (&'p Draws, bool),
+/// Records kinds of triangles, if they are told apart, and colours the picture by them.
+pub fn draw(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut CommandEncoder) {
+    if frame.marking == Marking::Off {
+        return;
+    }
+    let Passes { marks: Some(marks), hiz, queries, .. } = passes else { return };
+    let hiz = hiz.as_ref().filter(|_| frame.is_by_pyramid());
+    let decided = match hiz {
+        Some(hiz) => (&hiz.both, true),
+        None => (&queries.draws, frame.has_queries()),
+    };
+    marks.record(frame, decided, commands);
+    if frame.marking == Marking::Coloured {
+        marks.tint(frame, decided, commands);
+    }
 }
 
 impl Marks {
@@ -109,14 +110,15 @@ impl Marks {
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, mesh: &Mesh, format: TextureFormat) -> Result<Self, GpuError> {
         let words = HEAD + 2 * (mesh.triangles as usize).div_ceil(32).max(1);
         gpu.fits("marks", 4 * words as u64)?;
-        let bind = group_layout(gpu);
+        let stages = ShaderStages::FRAGMENT | ShaderStages::COMPUTE;
+        let bind = bind::layout(gpu, stages, &[WRITABLE, ITEM_TEXTURE, STORAGE]);
         let module =
             shader(gpu, concat!(include_str!("geometry.wgsl"), include_str!("scene.wgsl"), include_str!("marks.wgsl")));
         let geometry = Some(&pipelines.geometry_layout);
         let groups = [Some(&pipelines.layout), Some(&bind), geometry];
         let render = |fragment, target: wgpu::ColorTargetState, groups: &[_], depth| {
             let pixel = Some((fragment, target));
-            Recipe { groups, depth, pixel, ..Recipe::new(&module, "numbered") }.pipeline(gpu)
+            PipelineDesc { groups, depth, pixel, ..PipelineDesc::new(&module, "numbered") }.pipeline(gpu)
         };
         let compute = |entry| compute(gpu, &module, entry, &[None, Some(&bind)]);
         let nearest = Some(depth_state(true, CompareFunction::Greater));
@@ -135,120 +137,87 @@ impl Marks {
             marks: gpu.buffer(4 * words as u64, usages),
             eye: pipelines.eye(gpu),
             words: vec![0; words],
-            read: Readback::new(gpu, 4 * words as u64),
+            read: ReadbackRing::new(gpu, 4 * words as u64),
             of: None,
             layout: bind,
         })
     }
 
-    /// Records the marks of what was decided in the frame `of`. Returns where they will be, for [`Self::ask`]; `None` where they are there already.
-    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
-    pub fn record(
-        &mut self,
-        gpu: &Gpu,
-        pipelines: &Pipelines,
-        of: u64,
-        camera: &enfilade::runtime::Camera,
-        picked: &Picked<'_>,
-        targets: &Targets,
-        picture: &TextureView,
-        commands: &mut wgpu::CommandEncoder,
-    ) -> Option<usize> {
+    /// Records the marks of a decision, if they are not recorded yet. `decided`: what the device decides, and whether it decides anything.
+    fn record(&mut self, frame: &FrameContext<'_>, decided: (&Draws, bool), commands: &mut CommandEncoder) {
+        let of = frame.decision.frame;
         if self.of == Some(of) {
-            return None;
+            return;
         }
         self.of = Some(of);
-        let (decided, asks) = picked.decided;
+        let FrameContext { gpu, pipelines, targets, leaves, .. } = frame;
+        let (draws, asks) = decided;
         // 1. What is certain to be drawn.
         self.words.fill(0);
-        self.words[HEAD - 1] = if asks { decided.lists[1].end } else { 0 };
-        for run in picked.runs.solid.iter().chain(&picked.runs.ghosts) {
+        self.words[HEAD - 1] = if asks { draws.lists[1].end } else { 0 };
+        let certain = frame.certain();
+        for run in certain.solid.iter().chain(&certain.transparent) {
             mark(&mut self.words[HEAD..], run.start / 3..run.end / 3);
         }
         gpu.queue.write_buffer(&self.marks, 0, bytemuck::cast_slice(&self.words));
-        self.eye.set(gpu, camera, None);
+        self.eye.set(gpu, &frame.decision.camera, None);
         // 2. Numbers of what shows.
-        let clear = wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
-        let view = &targets.items;
-        let numbers = wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops: clear };
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(numbers)],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.whole,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            ..Default::default()
-        });
-        self.draw(&mut pass, pipelines, &self.eye, &self.numbers, picked);
-        picked.leaves.0.bind(&mut pass, &self.eye);
+        let mut pass = begin(commands, &targets.items, &targets.whole, Some(wgpu::Color::TRANSPARENT), None);
+        self.draw(&mut pass, frame, &self.eye, &self.numbers, decided);
+        leaves.bind(&mut pass, &self.eye);
         pass.set_pipeline(&self.no_number);
-        picked.leaves.1.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
-        picked.tubes.into_iter().for_each(|pipes| pipes.draw_no_items(&mut pass, &self.eye, &pipes.drawn));
+        frame.lists.leaves.solid.iter().for_each(|run| pass.draw(run.clone(), 0..1));
+        // Tubes hide what is behind them, and are not counted.
+        frame.tubes.iter().for_each(|tubes| tubes.draw_no_items(&mut pass, &self.eye, &tubes.drawn));
         drop(pass);
         // 3. They are marked.
-        let group = self.group(gpu, targets, decided);
+        let group = self.group(gpu, targets, draws);
         let mut pass = commands.begin_compute_pass(&Default::default());
         pass.set_bind_group(1, &group, &[]);
         if asks {
             pass.set_pipeline(&self.spread);
-            pass.dispatch_workgroups(decided.lists[1].end.div_ceil(DRAWS), 1, 1);
+            pass.dispatch_workgroups(draws.lists[1].end.div_ceil(DRAWS), 1, 1);
         }
         pass.set_pipeline(&self.see);
         let [columns, rows] = targets.size.map(|side| side.div_ceil(PIXELS));
         pass.dispatch_workgroups(columns, rows, 1);
         drop(pass);
         // 4. What all fill.
-        let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[colour(picture, None)],
-            ..Default::default()
-        });
+        let mut pass = begin_flat(commands, frame.picture, None);
         pipelines.bind(&mut pass, &self.eye);
         pass.set_bind_group(1, &group, &[]);
         pass.set_pipeline(&self.fill);
-        let Runs { solid, ghosts, .. } = picked.everything;
-        solid.iter().chain(ghosts).for_each(|run| pass.draw(run.clone(), 0..1));
+        let all = frame.shown();
+        all.solid.iter().chain(&all.transparent).for_each(|run| pass.draw(run.clone(), 0..1));
         drop(pass);
-        let slot = self.read.copy(&self.marks, self.marks.size(), of, commands);
-        if slot.is_none() {
-            // Too many frames are under way: the next one is marked.
+        if !self.read.copy(&self.marks, self.marks.size(), of, commands) {
+            // Too many frames are in flight: the next one is marked.
             self.of = None;
         }
-        slot
     }
 
-    /// What is drawn has changed: the next frame is marked anew.
+    /// The drawn set has changed: the next frame is marked anew.
     pub fn forget(&mut self) {
         self.of = None;
     }
 
-    /// Colours what is drawn, over the picture and the depth that it has, after [`Self::record`].
-    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
-    pub fn tint(
-        &self,
-        gpu: &Gpu,
-        pipelines: &Pipelines,
-        eye: &Eye,
-        picked: &Picked<'_>,
-        targets: &Targets,
-        picture: &TextureView,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
-        let group = self.group(gpu, targets, picked.decided.0);
-        let mut pass = begin(commands, picture, &targets.depth, None, None);
+    /// Colours what is drawn, over the picture and its depth.
+    fn tint(&self, frame: &FrameContext<'_>, decided: (&Draws, bool), commands: &mut CommandEncoder) {
+        let group = self.group(frame.gpu, frame.targets, decided.0);
+        let mut pass = begin(commands, frame.picture, &frame.targets.depth, None, None);
         pass.set_bind_group(1, &group, &[]);
-        self.draw(&mut pass, pipelines, eye, &self.tinted, picked);
+        self.draw(&mut pass, frame, frame.eye, &self.tinted, decided);
     }
 
-    /// Asks for the marks, once the commands are submitted.
-    pub fn ask(&self, slot: usize) {
-        self.read.ask(slot);
+    /// Maps the marks, once the commands are submitted.
+    pub fn map(&mut self) {
+        self.read.map();
     }
 
-    /// What has come, one frame after the other.
-    pub fn heard(&mut self) -> Option<Marked> {
+    /// The next frame that has been read.
+    pub fn receive(&mut self) -> Option<Marked> {
         self.read
-            .heard(|frame, view| {
+            .receive(|frame, view| {
                 let words: &[u32] = bytemuck::cast_slice(view);
                 let (head, bits) = words.split_at(HEAD);
                 let (drawn, seen) = bits.split_at(bits.len() / 2);
@@ -261,48 +230,22 @@ impl Marks {
     fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
-        pipelines: &Pipelines,
-        eye: &Eye,
+        frame: &FrameContext<'_>,
+        eye: &CameraBinding,
         [solid, screen]: &[wgpu::RenderPipeline; 2],
-        picked: &Picked<'_>,
+        (decided, asks): (&Draws, bool),
     ) {
-        pipelines.bind(pass, eye);
-        let (decided, asks) = picked.decided;
-        for draws in [Some(picked.draws), asks.then_some(decided)].into_iter().flatten() {
+        frame.pipelines.bind(pass, eye);
+        for draws in [Some(&frame.lists.draws), asks.then_some(decided)].into_iter().flatten() {
             draws.first(pass, solid);
             draws.second(pass, screen);
         }
     }
 
     fn group(&self, gpu: &Gpu, targets: &Targets, decided: &Draws) -> wgpu::BindGroup {
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[
-                entry(0, self.marks.as_entire_binding()),
-                entry(1, wgpu::BindingResource::TextureView(&targets.items)),
-                entry(2, decided.buffer.as_entire_binding()),
-            ],
-        })
+        let resources = [self.marks.as_entire_binding(), view(&targets.items), decided.buffer.as_entire_binding()];
+        bind::group(gpu, &self.layout, resources)
     }
-}
-
-fn group_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let storage = |read_only| wgpu::BindingType::Buffer {
-        ty: BufferBindingType::Storage { read_only },
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    let numbers = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Uint,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let visibility = ShaderStages::FRAGMENT | ShaderStages::COMPUTE;
-    let entry = |(binding, ty)| wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None };
-    let entries: Vec<_> = (0..).zip([storage(false), numbers, storage(true)]).map(entry).collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
 /// Sets the bits of a range in the first half of the words.

@@ -72,7 +72,7 @@ impl Mesh {
         self.ranges.len() as u32
     }
 
-    /// What is drawn of an object.
+    /// The corners of an object that are drawn.
     pub fn drawn(&self, object: ObjectId) -> Range<u32> {
         let Range { start, end } = self.ranges[object.index()];
         if self.is_hidden(object) { start..start } else { start..end }
@@ -94,7 +94,7 @@ impl Mesh {
 
 /// Places of a scene, each once, and the number of the place of each of its positions; those of tubes have none.
 fn welded(scene: &Scene) -> (Vec<[u32; 3]>, Vec<u32>) {
-    // What is added makes both zeros one.
+    // Adding zero makes -0 and 0 the same bits.
     let bits = |p: &DVec3| (p.as_vec3() + Vec3::ZERO).to_array().map(f32::to_bits);
     let mut is_of_tube = vec![false; if scene.tubes.tubes.is_empty() { 0 } else { scene.positions.len() }];
     for object in scene.objects.iter().filter(|object| object.is_tube()) {
@@ -144,16 +144,16 @@ const SHELLS: f32 = 2.0;
 /// Runs of corners to draw: of neighbours one.
 #[derive(Default)]
 pub struct Runs {
-    /// What nothing is seen through.
+    /// Opaque objects.
     pub solid: Vec<Range<u32>>,
-    /// What is drawn as a screen door.
-    pub ghosts: Vec<Range<u32>>,
+    /// Transparent objects, drawn as screens.
+    pub transparent: Vec<Range<u32>>,
     keys: Vec<(i32, u32, u32)>,
 }
 
 impl Runs {
-    /// Of some objects, near ones first where there is an `eye`. `is_ghost`, by object.
-    pub fn set(&mut self, mesh: &Mesh, objects: &[ObjectId], is_ghost: &[bool], eye: Option<Vec3>) {
+    /// Of some objects, near ones first where there is an `eye`. `is_transparent`, by object.
+    pub fn set(&mut self, mesh: &Mesh, objects: &[ObjectId], is_transparent: &[bool], eye: Option<Vec3>) {
         self.keys.clear();
         self.keys.extend(objects.iter().map(|o| {
             let shell = eye.map_or(0, |eye| mesh.shell(*o, eye));
@@ -161,9 +161,9 @@ impl Runs {
         }));
         self.keys.sort_unstable();
         self.solid.clear();
-        self.ghosts.clear();
+        self.transparent.clear();
         for &(_, _, object) in &self.keys {
-            let runs = if is_ghost[object as usize] { &mut self.ghosts } else { &mut self.solid };
+            let runs = if is_transparent[object as usize] { &mut self.transparent } else { &mut self.solid };
             let range = mesh.drawn(ObjectId(object));
             if range.is_empty() {
                 continue;

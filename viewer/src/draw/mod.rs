@@ -1,8 +1,11 @@
-//! Everything that speaks to the graphics processor. [`frame`] is a frame from top to bottom; the other files hold what it uses.
+//! Everything on the graphics processor. [`frame`] lists the passes of a frame; [`renderer`] holds a building on a device.
 
 pub mod alarm;
+pub mod bind;
 pub mod caps;
+pub mod certain;
 pub mod culled;
+pub mod decided;
 pub mod draws;
 pub mod frame;
 pub mod full;
@@ -10,16 +13,20 @@ pub mod geometry;
 pub mod ground;
 pub mod hidden;
 pub mod hiz;
+pub mod interface;
 pub mod leaves;
 pub mod lines;
+pub mod lists;
 pub mod marks;
 pub mod mesh;
 pub mod mirror;
+pub mod pass;
 pub mod pipelines;
 pub mod pyramid;
 pub mod queries;
 pub mod ranks;
 pub mod readback;
+pub mod renderer;
 pub mod shade;
 pub mod slice;
 pub mod smooth;

@@ -1,5 +1,6 @@
 //! The scene on the graphics processor, and the pipelines that draw it.
 
+use super::bind::{self, STORAGE, UNIFORM};
 use super::draws::Draws;
 use super::geometry::{self, Geometry};
 use super::mesh::Triangles;
@@ -24,11 +25,11 @@ pub(super) const SCENE: &str = concat!(include_str!("geometry.wgsl"), include_st
 /// How the scene is drawn: what is solid, and what is a screen door.
 pub struct Pair {
     solid: wgpu::RenderPipeline,
-    ghost: wgpu::RenderPipeline,
+    transparent: wgpu::RenderPipeline,
 }
 
 /// A camera on the graphics processor, with the colours of objects.
-pub struct Eye {
+pub struct CameraBinding {
     camera: wgpu::Buffer,
     /// Bound for every pipeline here.
     pub group: wgpu::BindGroup,
@@ -46,9 +47,9 @@ pub struct Pipelines {
     others: Option<[Pair; 2]>,
     is_cut: bool,
     format: TextureFormat,
-    /// What binds a camera.
+    /// Layout of a camera's group.
     pub layout: wgpu::BindGroupLayout,
-    /// What binds triangles.
+    /// Layout of the triangles' group.
     pub geometry_layout: wgpu::BindGroupLayout,
     /// Those of the scene.
     pub geometry: Geometry,
@@ -68,20 +69,7 @@ impl Pipelines {
         let Triangles { places, corners, words: of_triangles } = triangles;
         gpu.fits("triangles", (12 * places.len()).max(4 * corners.len()) as u64)?;
         gpu.fits("colours", 4 * (scene.objects.len() as u64 + 1))?;
-        let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::VERTEX_FRAGMENT,
-            ty: buffer(ty),
-            count: None,
-        };
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[
-                entry(0, wgpu::BufferBindingType::Uniform),
-                entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
-            ],
-        });
+        let layout = bind::layout(gpu, ShaderStages::VERTEX_FRAGMENT, &[UNIFORM, STORAGE]);
         let mut ranks = ranks(scene);
         ranks.push(0);
         let geometry_layout = geometry::layout(gpu);
@@ -124,17 +112,10 @@ impl Pipelines {
     }
 
     /// A camera of its own.
-    pub fn eye(&self, gpu: &Gpu) -> Eye {
+    pub fn eye(&self, gpu: &Gpu) -> CameraBinding {
         let camera = gpu.buffer(96, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: camera.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: self.palette.as_entire_binding() },
-            ],
-        });
-        Eye { camera, group }
+        let group = bind::group(gpu, &self.layout, [&camera, &self.palette].map(wgpu::Buffer::as_entire_binding));
+        CameraBinding { camera, group }
     }
 
     /// Gives objects their colours: red, green and blue, by object, and then of what was made.
@@ -143,7 +124,7 @@ impl Pipelines {
     }
 
     /// Binds the scene's triangles.
-    pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye) {
+    pub fn bind(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding) {
         pass.set_bind_group(0, &eye.group, &[]);
         self.bind_triangles(pass);
     }
@@ -156,8 +137,8 @@ impl Pipelines {
 
 impl Pair {
     /// Draws runs of corners, after [`Pipelines::bind`].
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, solid: &[Range<u32>], ghosts: &[Range<u32>]) {
-        for (pipeline, runs) in [(&self.solid, solid), (&self.ghost, ghosts)] {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, solid: &[Range<u32>], transparent: &[Range<u32>]) {
+        for (pipeline, runs) in [(&self.solid, solid), (&self.transparent, transparent)] {
             if !runs.is_empty() {
                 pass.set_pipeline(pipeline);
                 runs.iter().for_each(|run| pass.draw(run.clone(), 0..1));
@@ -168,11 +149,11 @@ impl Pair {
     /// Draws what a buffer lists, first solid things, then screens.
     pub fn draw_listed(&self, pass: &mut wgpu::RenderPass<'_>, draws: &Draws) {
         draws.first(pass, &self.solid);
-        draws.second(pass, &self.ghost);
+        draws.second(pass, &self.transparent);
     }
 }
 
-impl Eye {
+impl CameraBinding {
     /// Sets where it looks; `cut`: what isn't before this plane (n, d) isn't drawn, in mirrors and with a section.
     pub fn set(&self, gpu: &Gpu, camera: &Camera, cut: Option<(Vec3, f32)>) {
         let (n, d) = cut.unwrap_or((Vec3::ZERO, -1.0));
@@ -212,17 +193,17 @@ pub fn depth_state(write: bool, compare: wgpu::CompareFunction) -> wgpu::DepthSt
     }
 }
 
-/// What render pipelines of the viewer differ in.
-pub struct Recipe<'r> {
+/// A render pipeline of the viewer.
+pub struct PipelineDesc<'r> {
     /// The shaders.
     pub module: &'r wgpu::ShaderModule,
     /// The entry point for corners.
     pub corner: &'r str,
     /// The buffer that corners come from, if there is one.
     pub corners: Option<wgpu::VertexBufferLayout<'r>>,
-    /// What corners make.
+    /// How corners make primitives.
     pub topology: wgpu::PrimitiveTopology,
-    /// What is bound.
+    /// Layouts of the groups.
     pub groups: &'r [Option<&'r wgpu::BindGroupLayout>],
     /// Depth, if it is looked at.
     pub depth: Option<wgpu::DepthStencilState>,
@@ -232,7 +213,7 @@ pub struct Recipe<'r> {
     pub pixel: Option<(&'r str, wgpu::ColorTargetState)>,
 }
 
-impl<'r> Recipe<'r> {
+impl<'r> PipelineDesc<'r> {
     /// Triangles without a buffer, depth or pixels, of one sample.
     pub fn new(module: &'r wgpu::ShaderModule, corner: &'r str) -> Self {
         let topology = wgpu::PrimitiveTopology::TriangleList;
@@ -285,13 +266,13 @@ pub fn compute(
     })
 }
 
-/// What a pipeline binds.
+/// The layout of a pipeline.
 pub fn layout(gpu: &Gpu, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
     let wanted = wgpu::PipelineLayoutDescriptor { label: None, bind_group_layouts: groups, ..Default::default() };
     gpu.device.create_pipeline_layout(&wanted)
 }
 
-/// What pipelines of the scene share.
+/// Makes pipelines of the scene.
 struct Maker<'m> {
     gpu: &'m Gpu,
     groups: &'m [Option<&'m wgpu::BindGroupLayout>],
@@ -299,17 +280,17 @@ struct Maker<'m> {
 }
 
 impl Maker<'_> {
-    fn pair(&self, vertex: &str, [solid, ghost]: [&str; 2], format: TextureFormat) -> Pair {
-        Pair { solid: self.pipeline(vertex, solid, format), ghost: self.pipeline(vertex, ghost, format) }
+    fn pair(&self, vertex: &str, [solid, transparent]: [&str; 2], format: TextureFormat) -> Pair {
+        Pair { solid: self.pipeline(vertex, solid, format), transparent: self.pipeline(vertex, transparent, format) }
     }
 
     fn pipeline(&self, vertex: &str, fragment: &str, format: TextureFormat) -> wgpu::RenderPipeline {
         // Models are wound both ways: nothing is culled by winding.
-        Recipe {
+        PipelineDesc {
             groups: self.groups,
             depth: Some(depth_state(true, wgpu::CompareFunction::Greater)),
             pixel: Some((fragment, format.into())),
-            ..Recipe::new(&self.module, vertex)
+            ..PipelineDesc::new(&self.module, vertex)
         }
         .pipeline(self.gpu)
     }

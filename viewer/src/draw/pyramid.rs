@@ -3,11 +3,12 @@
 //! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993. Deviation: levels are rounded up where engines take powers of
 //! two, so that a texel stands for its own pixels at any size of the picture, and for no other.
 
+use super::bind::{self, COLOUR_TEXTURE, DEPTH_TEXTURE, SAMPLES_TEXTURE, UNIFORM, view};
 use super::pipelines::{self, shader};
 use enfilade::gpu::Gpu;
 use wgpu::{
-    BindGroup, BindGroupLayout, BindingResource, BindingType, BufferUsages, ComputePipeline, ShaderStages, TextureFormat,
-    TextureSampleType, TextureUsages, TextureView, TextureViewDimension,
+    BindGroup, BindGroupLayout, BindingType, BufferUsages, ComputePipeline, ShaderStages, TextureFormat, TextureUsages,
+    TextureView, TextureViewDimension,
 };
 
 /// Texels that a workgroup writes, a side.
@@ -48,7 +49,7 @@ struct Level {
     view: TextureView,
     /// Texels.
     size: [u32; 2],
-    /// What it is made from: width and height.
+    /// Width and height of the level before.
     read: wgpu::Buffer,
     /// Binds the level before; none for the finest, whose depth may be another one in each frame.
     group: Option<BindGroup>,
@@ -96,36 +97,25 @@ impl Pyramid {
 
 impl Step {
     fn new(gpu: &Gpu, module: &wgpu::ShaderModule, name: &str, from: u32) -> Self {
-        let is_depth = from != FINER;
-        let sample_type = if is_depth { TextureSampleType::Depth } else { TextureSampleType::Float { filterable: false } };
-        let view_dimension = TextureViewDimension::D2;
-        let texture = BindingType::Texture { sample_type, view_dimension, multisampled: from == SAMPLES };
-        let (access, format) = (wgpu::StorageTextureAccess::WriteOnly, TextureFormat::R32Float);
-        let ty = wgpu::BufferBindingType::Uniform;
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: ShaderStages::COMPUTE, ty, count: None };
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[
-                entry(from, texture),
-                entry(LEVEL, BindingType::StorageTexture { access, format, view_dimension }),
-                entry(READ, BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }),
-            ],
-        });
+        let texture = match from {
+            PIXELS => DEPTH_TEXTURE,
+            SAMPLES => SAMPLES_TEXTURE,
+            _ => COLOUR_TEXTURE,
+        };
+        let level = BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format: TextureFormat::R32Float,
+            view_dimension: TextureViewDimension::D2,
+        };
+        let kinds = [(from, texture), (LEVEL, level), (READ, UNIFORM)];
+        let layout = bind::layout_at(gpu, ShaderStages::COMPUTE, &kinds);
         let pipeline = pipelines::compute(gpu, module, name, &[Some(&layout)]);
         Self { from, layout, pipeline }
     }
 
     fn group(&self, gpu: &Gpu, from: &TextureView, level: &Level) -> BindGroup {
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[
-                entry(self.from, BindingResource::TextureView(from)),
-                entry(LEVEL, BindingResource::TextureView(&level.view)),
-                entry(READ, level.read.as_entire_binding()),
-            ],
-        })
+        let read = level.read.as_entire_binding();
+        bind::group_at(gpu, &self.layout, [(self.from, view(from)), (LEVEL, view(&level.view)), (READ, read)])
     }
 }
 

@@ -1,15 +1,18 @@
-//! Occlusion queries that nobody waits for: boxes are drawn against the depth of what is certain to show, answers are turned into
+//! Occlusion queries without waiting: boxes are drawn against the depth of the certain objects, answers are turned into
 //! indirect draws on the device, in the same frame, and copied to where the processor reads them later.
 
+use super::bind::{self, STORAGE, WRITABLE};
 use super::draws::Draws;
+use super::frame::FrameContext;
 use super::mesh::Mesh;
-use super::pipelines::{self, Eye, Pipelines, Recipe, depth_state, shader};
-use super::readback::Readback;
+use super::pass::depth_attachment;
+use super::pipelines::{self, PipelineDesc, Pipelines, depth_state, shader};
+use super::readback::ReadbackRing;
 use super::smooth::SAMPLES;
 use crate::culling::ByDevice;
-use crate::delayed_queries::Late;
+use crate::delayed_queries::DelayedQueries;
 use enfilade::gpu::Gpu;
-use wgpu::{BufferBindingType, BufferUsages, QueryType, ShaderStages, TextureView};
+use wgpu::{BufferUsages, QueryType, ShaderStages, TextureView};
 
 /// Most questions of a frame: what a set of queries holds.
 pub const MOST: usize = 4096;
@@ -23,16 +26,16 @@ pub struct Queries {
     corners: wgpu::Buffer,
     answers: wgpu::Buffer,
     slots: wgpu::Buffer,
-    /// What is drawn: solid things, then the rest.
+    /// The draws: opaque objects, then the rest.
     pub draws: Draws,
     group: wgpu::BindGroup,
-    read: Readback<Questions>,
+    read: ReadbackRing<Questions>,
     slots_of_frame: Slots,
     /// Those that are read, for the next frames.
     spare: Vec<Questions>,
 }
 
-/// What hangs on the questions of a frame.
+/// Objects that wait for the answers of a frame.
 #[derive(Default)]
 struct Slots {
     /// Whether one sees through it, and the question, the first corner and the number of corners: of neighbours one.
@@ -43,14 +46,14 @@ struct Slots {
 
 impl Slots {
     /// Those of a plan; adds to `asked`, which is empty.
-    fn set(&mut self, late: &Late, mesh: &Mesh, is_ghost: &[bool], asked: &mut Questions) {
+    fn set(&mut self, delayed: &DelayedQueries, mesh: &Mesh, is_transparent: &[bool], asked: &mut Questions) {
         let slots = &mut self.slots;
         slots.clear();
-        asked.nodes.extend(late.questions.iter().map(|q| q.node));
-        asked.hanging.resize(late.questions.len(), ByDevice::default());
-        for &(question, object) in &late.conditional {
+        asked.nodes.extend(delayed.questions.iter().map(|q| q.node));
+        asked.hanging.resize(delayed.questions.len(), ByDevice::default());
+        for &(question, object) in &delayed.conditional {
             let range = mesh.drawn(object);
-            slots.push((is_ghost[object.index()], [question, range.start, range.end - range.start]));
+            slots.push((is_transparent[object.index()], [question, range.start, range.end - range.start]));
             let hanging = &mut asked.hanging[question as usize];
             hanging.objects += 1;
             hanging.triangles += u64::from(range.end - range.start) / 3;
@@ -64,26 +67,26 @@ impl Slots {
         self.words.clear();
         self.words.extend(slots.iter().flat_map(|slot| slot.1));
         self.corners.clear();
-        self.corners.extend(late.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()));
+        self.corners.extend(delayed.questions.iter().flat_map(|q| [q.least, q.most]).flat_map(|p| p.to_array()));
     }
 }
 
-/// What was asked in a frame.
+/// Questions of a frame.
 #[derive(Default)]
 struct Questions {
     /// Nodes that were asked about.
     nodes: Vec<u32>,
-    /// What hangs on each question.
+    /// Objects and triangles by question.
     hanging: Vec<ByDevice>,
 }
 
 impl Queries {
-    /// For so many objects.
+    /// For a number of objects.
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, objects: usize) -> Self {
         let device = &gpu.device;
         let module = shader(gpu, include_str!("boxes.wgsl"));
         let boxes = |samples| {
-            Recipe {
+            PipelineDesc {
                 samples,
                 groups: &[Some(&pipelines.layout)],
                 corners: Some(wgpu::VertexBufferLayout {
@@ -92,34 +95,18 @@ impl Queries {
                     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3],
                 }),
                 depth: Some(depth_state(false, wgpu::CompareFunction::GreaterEqual)),
-                ..Recipe::new(&module, "corner")
+                ..PipelineDesc::new(&module, "corner")
             }
             .pipeline(gpu)
         };
-        let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[storage(0, true), storage(1, true), storage(2, false)],
-        });
+        let layout = bind::layout(gpu, ShaderStages::COMPUTE, &[STORAGE, STORAGE, WRITABLE]);
         let decide = pipelines::compute(gpu, &shader(gpu, include_str!("decide.wgsl")), "decide", &[Some(&layout)]);
         let most = objects.max(1) as u64;
         let resolve = BufferUsages::QUERY_RESOLVE | BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let answers = gpu.buffer(8 * MOST as u64, resolve);
         let slots = gpu.buffer(12 * most, BufferUsages::STORAGE | BufferUsages::COPY_DST);
         let draws = Draws::new(gpu, objects, BufferUsages::STORAGE);
-        let entries = [&answers, &slots, &draws.buffer].map(wgpu::Buffer::as_entire_binding);
-        let entries: Vec<_> =
-            (0..).zip(entries).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout: &layout, entries: &entries });
+        let group = bind::group(gpu, &layout, [&answers, &slots, &draws.buffer].map(wgpu::Buffer::as_entire_binding));
         Self {
             boxes: [1, SAMPLES].map(boxes),
             decide,
@@ -133,46 +120,38 @@ impl Queries {
             slots,
             draws,
             group,
-            read: Readback::new(gpu, 8 * MOST as u64),
+            read: ReadbackRing::new(gpu, 8 * MOST as u64),
             slots_of_frame: Slots::default(),
             spare: Vec::new(),
         }
     }
 
-    /// Records the questions of a plan, [`MOST`] at most, to be asked of a depth with one sample a pixel or, where it `is_smooth`, more; and what the device makes of the answers.
-    /// Returns where they will be, for [`Self::ask`].
-    #[expect(clippy::too_many_arguments, reason = "a stage of the frame takes what the frame has")]
+    /// Records the questions of a frame, [`MOST`] at most, against a depth with one sample a pixel or, if it `is_smooth`, more; and the
+    /// draws that the device makes of the answers.
     pub fn record(
         &mut self,
-        gpu: &Gpu,
-        late: &Late,
-        mesh: &Mesh,
-        is_ghost: &[bool],
-        eye: &Eye,
+        frame: &FrameContext<'_>,
         (depth, is_smooth): (&TextureView, bool),
         commands: &mut wgpu::CommandEncoder,
-    ) -> Option<usize> {
+    ) {
+        let FrameContext { gpu, mesh, is_transparent, delayed, .. } = frame;
         // 1. What hangs on each question.
         let mut questions = self.spare.pop().unwrap_or_default();
-        self.slots_of_frame.set(late, mesh, is_ghost, &mut questions);
+        self.slots_of_frame.set(delayed, mesh, is_transparent, &mut questions);
         let Slots { slots, words, corners } = &self.slots_of_frame;
         let count = slots.len() as u32;
         self.draws.split(slots.partition_point(|slot| !slot.0) as u32, count);
         gpu.queue.write_buffer(&self.slots, 0, bytemuck::cast_slice(words));
         gpu.queue.write_buffer(&self.corners, 0, bytemuck::cast_slice(corners));
         // 2. Questions: boxes drawn into nothing.
-        let asked = late.questions.len() as u32;
+        let asked = delayed.questions.len() as u32;
         let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
+            depth_stencil_attachment: Some(depth_attachment(depth, None)),
             occlusion_query_set: Some(&self.queries),
             ..Default::default()
         });
         pass.set_pipeline(&self.boxes[usize::from(is_smooth)]);
-        pass.set_bind_group(0, &eye.group, &[]);
+        pass.set_bind_group(0, &frame.eye.group, &[]);
         pass.set_vertex_buffer(0, self.corners.slice(..));
         for question in 0..asked {
             pass.begin_occlusion_query(question);
@@ -188,22 +167,22 @@ impl Queries {
         pass.dispatch_workgroups(count.div_ceil(64), 1, 1);
         drop(pass);
         // 4. And go to where they can be read.
-        self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands)
+        self.read.copy(&self.answers, 8 * u64::from(asked), questions, commands);
     }
 
-    /// Asks for the answers, once the commands are submitted.
-    pub fn ask(&self, slot: usize) {
-        self.read.ask(slot);
+    /// Maps the answers, once the commands are submitted.
+    pub fn map(&mut self) {
+        self.read.map();
     }
 
     /// Teaches what has come. Returns what the device drew by the answers, of the last frame that is heard of.
-    pub fn heard(&mut self, late: &mut Late) -> Option<ByDevice> {
+    pub fn receive(&mut self, delayed: &mut DelayedQueries) -> Option<ByDevice> {
         let mut drawn = None;
         let spare = &mut self.spare;
-        while let Some(last) = self.read.heard(|mut asked, view| {
+        while let Some(last) = self.read.receive(|mut asked, view| {
             let Questions { nodes, hanging } = &asked;
             let shows = |i: usize| view[8 * i..8 * i + 8].iter().any(|b| *b != 0);
-            late.learn(nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
+            delayed.learn(nodes.iter().enumerate().map(|(i, &node)| (node, shows(i))));
             let shown = hanging.iter().enumerate().filter(|(i, _)| shows(*i));
             let drawn = shown.fold(ByDevice::default(), |sum, (_, more)| sum.with(*more));
             asked.nodes.clear();

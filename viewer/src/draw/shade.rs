@@ -1,19 +1,21 @@
 //! Shade in corners and lines along edges, from the depth of a picture: see `shade.wgsl`.
 
-use super::pipelines::{NEAR, Recipe, shader};
-use super::smooth::{SHADER, Smooth, samples};
-use super::targets::{Targets, texture};
+use super::bind::{self, COLOUR_TEXTURE, DEPTH_TEXTURE, SAMPLES_TEXTURE, UNIFORM, view};
+use super::frame::FrameContext;
+use super::pass::begin_flat;
+use super::pipelines::{NEAR, PipelineDesc, shader};
+use super::smooth::{SHADER, Smooth};
+use super::targets::{texture, view_of};
 use enfilade::gpu::Gpu;
-use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
-use wgpu::{BindingType, BlendComponent, BlendFactor, BlendState, TextureFormat, TextureUsages, TextureView};
+use wgpu::{BlendComponent, BlendFactor, BlendState, ShaderStages, TextureFormat, TextureUsages, TextureView};
 
 /// How far things shade each other: metres, and no more than this share of the scene's size.
 const REACH: (f64, f64) = (0.7, 0.05);
 /// Of shade.
 const SHADE: TextureFormat = TextureFormat::R8Unorm;
 
-/// What draws it.
+/// Draws shade and edges.
 pub struct Shade {
     corners: wgpu::RenderPipeline,
     smoothed: wgpu::RenderPipeline,
@@ -31,29 +33,7 @@ pub struct Shade {
 impl Shade {
     /// For pictures of `format`.
     pub fn new(gpu: &Gpu, scene: &Scene, format: TextureFormat) -> Self {
-        let texture_of = |sample_type| BindingType::Texture {
-            sample_type,
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let uniform =
-            BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, has_dynamic_offset: false, min_binding_size: None };
-        let kinds = [
-            uniform,
-            texture_of(wgpu::TextureSampleType::Depth),
-            texture_of(wgpu::TextureSampleType::Float { filterable: false }),
-        ];
-        let entries: Vec<_> = (0..)
-            .zip(kinds)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::FRAGMENT,
-                ty,
-                count: None,
-            })
-            .collect();
-        let layout =
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let layout = bind::layout(gpu, ShaderStages::FRAGMENT, &[UNIFORM, DEPTH_TEXTURE, COLOUR_TEXTURE]);
         let module = shader(gpu, SHADER);
         let darkens = BlendComponent {
             src_factor: BlendFactor::Dst,
@@ -65,12 +45,12 @@ impl Shade {
             blend: Some(BlendState { color: darkens, alpha: BlendComponent::REPLACE }),
             write_mask: wgpu::ColorWrites::COLOR,
         };
-        let smooth_entries = [entries[0], entries[2], samples(3)];
-        let smooth =
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &smooth_entries });
+        let kinds = [(0, UNIFORM), (2, COLOUR_TEXTURE), (3, SAMPLES_TEXTURE)];
+        let smooth = bind::layout_at(gpu, ShaderStages::FRAGMENT, &kinds);
         let pipeline = |fragment, target, layout| {
             let groups = [Some(layout)];
-            Recipe { groups: &groups, pixel: Some((fragment, target)), ..Recipe::new(&module, "everywhere") }.pipeline(gpu)
+            PipelineDesc { groups: &groups, pixel: Some((fragment, target)), ..PipelineDesc::new(&module, "everywhere") }
+                .pipeline(gpu)
         };
         let (reach, share) = REACH;
         Self {
@@ -86,37 +66,24 @@ impl Shade {
         }
     }
 
-    /// Darkens a picture by the depth in `targets`; lines are those of samples, where there are several a pixel.
-    pub fn record(
-        &mut self,
-        gpu: &Gpu,
-        camera: &Camera,
-        (targets, smooth): (&Targets, Option<&Smooth>),
-        picture: &TextureView,
-        commands: &mut wgpu::CommandEncoder,
-    ) {
+    /// Darkens the picture by its depth; lines are those of samples, if there are several a pixel.
+    pub fn record(&mut self, frame: &FrameContext<'_>, smooth: Option<&Smooth>, commands: &mut wgpu::CommandEncoder) {
+        let FrameContext { gpu, camera, targets, picture, .. } = *frame;
         let size = targets.size.map(|side| side.div_ceil(2));
         if self.half.as_ref().is_none_or(|(old, _)| *old != size) {
-            let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-            let half = || texture(gpu, size, SHADE, usage).create_view(&Default::default());
-            self.half = Some((size, [half(), half()]));
+            self.half = Some((size, [(); 2].map(|()| view_of(gpu, size, SHADE))));
         }
         let Some((_, [rough, smooth_half])) = &self.half else { return };
         let tangents = [camera.x, camera.y].map(|row| camera.w.length() / row.length());
         let words = [tangents[0], tangents[1], self.reach, NEAR];
         gpu.queue.write_buffer(&self.view, 0, bytemuck::cast_slice(&words));
-        let view = wgpu::BindingResource::TextureView;
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
-        };
-        let uniform = || entry(0, self.view.as_entire_binding());
-        let of = |shade| group(&self.layout, &[uniform(), entry(1, view(&targets.depth)), entry(2, view(shade))]);
+        let uniform = || self.view.as_entire_binding();
+        let of = |shade| bind::group(gpu, &self.layout, [uniform(), view(&targets.depth), view(shade)]);
         let over = match smooth {
             None => (&self.over, of(smooth_half)),
             Some(smooth) => {
                 let (pipeline, layout) = &self.over_smooth;
-                (pipeline, group(layout, &[uniform(), entry(2, view(smooth_half)), entry(3, view(&smooth.depth))]))
+                (pipeline, bind::group_at(gpu, layout, [(0, uniform()), (2, view(smooth_half)), (3, view(&smooth.depth))]))
             }
         };
         let white = Some(wgpu::Color::WHITE);
@@ -125,10 +92,7 @@ impl Shade {
             ((&self.smoothed, of(rough)), smooth_half, white),
             (over, picture, None),
         ] {
-            let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-                color_attachments: &[super::frame::colour(to, clear)],
-                ..Default::default()
-            });
+            let mut pass = begin_flat(commands, to, clear);
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &group, &[]);
             pass.draw(0..3, 0..1);

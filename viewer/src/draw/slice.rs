@@ -8,7 +8,7 @@ use std::collections::HashMap;
 const SAME: f64 = 1e-4;
 /// Ends that are left over are taken for one up to here, metres, where an edge of one triangle is two edges of others.
 const NEAR: f64 = 1e-3;
-/// More ends are not compared one by one: something with so many open ends is no solid.
+/// More open ends are not compared: a mesh with more is not closed.
 const MOST: usize = 200;
 
 /// The lines in which a plane cuts a thing, each from one end to the other, with the solid on one side all along.

@@ -1,15 +1,16 @@
 //! Four samples a pixel: edges of what is drawn as it looks are smooth.
 
-use super::frame::{begin, colour};
-use super::pipelines::{DEPTH, Recipe, depth_state, shader};
+use super::bind::{self, SAMPLES_TEXTURE, view};
+use super::pass::{begin, begin_resolved};
+use super::pipelines::{DEPTH, PipelineDesc, depth_state, shader};
 use super::targets::Targets;
 use enfilade::gpu::Gpu;
-use wgpu::{LoadOp, Operations, StoreOp, TextureFormat, TextureUsages, TextureView};
+use wgpu::{ShaderStages, TextureFormat, TextureUsages, TextureView};
 
 /// Samples a pixel: what every device has.
 pub const SAMPLES: u32 = 4;
 
-/// What is drawn into, of one size.
+/// Render targets with several samples a pixel, of one size.
 pub struct Smooth {
     size: [u32; 2],
     colour: TextureView,
@@ -21,16 +22,6 @@ pub struct Smooth {
 
 /// The shader of shade, and what it takes of samples.
 pub(super) const SHADER: &str = concat!(include_str!("shade.wgsl"), include_str!("smooth.wgsl"));
-
-/// Depth of samples, as shaders take it.
-pub(super) fn samples(binding: u32) -> wgpu::BindGroupLayoutEntry {
-    let ty = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Depth,
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: true,
-    };
-    wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None }
-}
 
 impl Smooth {
     /// For pictures of `size` pixels and `format`.
@@ -49,21 +40,15 @@ impl Smooth {
             texture.create_view(&Default::default())
         };
         let depth = texture(DEPTH);
-        let entries = [samples(3)];
-        let layout =
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
-        let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &layout,
-            entries: &[wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&depth) }],
-        });
+        let layout = bind::layout_at(gpu, ShaderStages::FRAGMENT, &[(3, SAMPLES_TEXTURE)]);
+        let group = bind::group_at(gpu, &layout, [(3, view(&depth))]);
         let module = shader(gpu, SHADER);
         let nothing = wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::empty() };
-        let nearest = Recipe {
+        let nearest = PipelineDesc {
             groups: &[Some(&layout)],
             depth: Some(depth_state(true, wgpu::CompareFunction::Always)),
             pixel: Some(("nearest", nothing)),
-            ..Recipe::new(&module, "everywhere")
+            ..PipelineDesc::new(&module, "everywhere")
         }
         .pipeline(gpu);
         Self { size: [width, height], colour: texture(format), depth, group, nearest }
@@ -82,20 +67,7 @@ impl Smooth {
         to: Option<&TextureView>,
         stamps: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) -> wgpu::RenderPass<'e> {
-        let load = if clear.is_some() { LoadOp::Clear(0.0) } else { LoadOp::Load };
-        let attachment = colour(&self.colour, clear);
-        commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[
-                attachment.map(|attachment| wgpu::RenderPassColorAttachment { resolve_target: to, ..attachment })
-            ],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(Operations { load, store: StoreOp::Store }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: stamps,
-            ..Default::default()
-        })
+        begin_resolved(commands, (&self.colour, to), &self.depth, clear, stamps)
     }
 
     /// Gives pixels the depth of their nearest sample.

@@ -1,20 +1,22 @@
 //! Two ways to cull side by side: the left half of the picture is of one, the right half of the other.
 
-use super::frame::{Painter, Side, Stage, Wish};
+use super::bind::{self, COLOUR_TEXTURE};
+use super::frame::{FrameRequest, Painter};
 use super::marks::Marking;
-use super::pipelines::{Recipe, shader};
-use super::targets::texture;
+use super::pipelines::{PipelineDesc, shader};
+use super::renderer::{CullState, Renderer};
+use super::targets::view_of;
 use crate::doors::Doors;
 use crate::mode::ViewMode;
 use enfilade::gpu::Gpu;
-use wgpu::{BindGroup, RenderPass, TextureFormat, TextureUsages, TextureView};
+use wgpu::{BindGroup, RenderPass, ShaderStages, TextureFormat, TextureView};
 
 /// The other way to cull, and its picture.
 pub struct Split<'b> {
     /// How the right half is culled.
     pub mode: ViewMode,
     /// With what it keeps from frame to frame.
-    pub side: Side<'b>,
+    pub side: CullState<'b>,
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     format: TextureFormat,
@@ -30,23 +32,15 @@ pub struct Half<'p> {
 }
 
 impl<'b> Split<'b> {
-    /// Of a stage whose pictures are of `format`; culled by `mode`.
-    pub fn new(stage: &Stage<'b>, mode: ViewMode, format: TextureFormat) -> Self {
-        let gpu = &stage.gpu;
-        let sampled = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
-        let visibility = wgpu::ShaderStages::FRAGMENT;
-        let entry = wgpu::BindGroupLayoutEntry { binding: 0, visibility, ty: sampled, count: None };
-        let layout =
-            gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[entry] });
+    /// Of a renderer whose pictures are of `format`; culled by `mode`.
+    pub fn new(renderer: &Renderer<'b>, mode: ViewMode, format: TextureFormat) -> Self {
+        let gpu = &renderer.gpu;
+        let layout = bind::layout(gpu, ShaderStages::FRAGMENT, &[COLOUR_TEXTURE]);
         let module = shader(gpu, include_str!("split.wgsl"));
         let groups = [Some(&layout)];
         let pixel = Some(("pixel", format.into()));
-        let pipeline = Recipe { groups: &groups, pixel, ..Recipe::new(&module, "corner") }.pipeline(gpu);
-        Self { mode, side: stage.side(), pipeline, layout, format, picture: None }
+        let pipeline = PipelineDesc { groups: &groups, pixel, ..PipelineDesc::new(&module, "corner") }.pipeline(gpu);
+        Self { mode, side: renderer.cull_state(), pipeline, layout, format, picture: None }
     }
 
     /// Doors were opened or shut.
@@ -54,32 +48,28 @@ impl<'b> Split<'b> {
         doors.tell(&mut self.side.culling.culler);
     }
 
-    /// Draws a frame of the other way, all of it, with triangles told apart or not. Its pictures are of the stage's size.
+    /// Draws a frame of the other way, all of it, with triangles told apart or not. Its pictures are of the renderer's size.
     ///
     /// # Errors
     ///
     /// One line: the device has failed.
-    pub fn draw(&mut self, stage: &mut Stage<'b>, wish: Wish<'_>, marking: Marking) -> Result<(), String> {
-        let size = stage.targets.size;
+    pub fn draw(&mut self, renderer: &mut Renderer<'b>, request: FrameRequest<'_>, marking: Marking) -> Result<(), String> {
+        let size = renderer.targets.size;
         if self.picture.as_ref().is_none_or(|(old, ..)| *old != size) {
             self.side.culling.resize(size);
-            let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
-            let view = texture(&stage.gpu, size, self.format, usage).create_view(&Default::default());
-            let group = stage.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &self.layout,
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }],
-            });
+            let view = view_of(&renderer.gpu, size, self.format);
+            let group = bind::group(&renderer.gpu, &self.layout, [bind::view(&view)]);
             self.picture = Some((size, view, group));
         }
         let Some((_, view, _)) = &self.picture else { return Ok(()) };
-        stage.swap(&mut self.side);
-        let drawn = stage.set_marking(marking).and_then(|()| stage.frame(wish, view, None).map_err(|e| e.to_string()));
-        stage.swap(&mut self.side);
+        renderer.swap(&mut self.side);
+        let drawn =
+            renderer.set_marking(marking).and_then(|()| renderer.frame(request, view, None).map_err(|e| e.to_string()));
+        renderer.swap(&mut self.side);
         drawn
     }
 
-    /// What draws the right half of the last frame over another picture. `None` before the first frame.
+    /// Paints the right half of the last frame over another picture. `None` before the first frame.
     pub fn half(&self) -> Option<Half<'_>> {
         self.picture.as_ref().map(|(_, _, group)| Half { pipeline: &self.pipeline, group, over: None })
     }

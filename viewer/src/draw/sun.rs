@@ -2,10 +2,12 @@
 //!
 //! Based on: Williams 1978.
 
+use super::bind::{self, UNIFORM};
 use super::full::FULL;
 use super::leaves::{Drawn, Leaves};
-use super::pipelines::{DEPTH, Pipelines, Recipe, depth_state, shader};
-use super::targets::texture;
+use super::pass::depth_attachment;
+use super::pipelines::{DEPTH, PipelineDesc, Pipelines, depth_state, shader};
+use super::targets::view_of;
 use super::tubes::{At, Look};
 use super::tubes_full::TubesInSun;
 use enfilade::gpu::Gpu;
@@ -13,7 +15,7 @@ use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
 use glam::{Mat4, Vec3, Vec4};
 use std::ops::Range;
-use wgpu::{BufferUsages, CompareFunction, TextureUsages, TextureView};
+use wgpu::{BufferUsages, CompareFunction, ShaderStages, TextureView};
 
 /// Where it stands, about a unit vector: high, and square to no wall.
 pub(super) const TOWARDS: Vec3 = Vec3::new(0.42, 0.78, 0.46);
@@ -32,7 +34,7 @@ pub struct Sun {
     pub shadows: TextureView,
     /// Whether that is to be drawn.
     pub is_new: bool,
-    /// What binds it alone.
+    /// Layout of its own group.
     pub layout: wgpu::BindGroupLayout,
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
@@ -53,34 +55,17 @@ impl Sun {
         let mut words = clip.to_cols_array().to_vec();
         words.extend(towards.extend(BEFORE * 2.0 * radius / SIDE as f32).to_array());
         let uniform = gpu.filled(bytemuck::cast_slice(&words), BufferUsages::UNIFORM);
-        let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: None,
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
-        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+        let layout = bind::layout(gpu, ShaderStages::VERTEX, &[UNIFORM]);
         Self {
-            shadows: texture(gpu, [SIDE; 2], DEPTH, usage).create_view(&Default::default()),
+            shadows: view_of(gpu, [SIDE; 2], DEPTH),
             is_new: true,
-            pipeline: Recipe {
+            pipeline: PipelineDesc {
                 groups: &[None, Some(&layout), Some(geometry)],
                 depth: Some(depth_state(true, CompareFunction::Less)),
-                ..Recipe::new(&shader(gpu, FULL), "shadow")
+                ..PipelineDesc::new(&shader(gpu, FULL), "shadow")
             }
             .pipeline(gpu),
-            group: gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout: &layout,
-                entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniform.as_entire_binding() }],
-            }),
+            group: bind::group(gpu, &layout, [uniform.as_entire_binding()]),
             uniform,
             layout,
             ball: (middle, radius),
@@ -110,11 +95,7 @@ impl Sun {
             return;
         }
         let mut pass = commands.begin_render_pass(&wgpu::RenderPassDescriptor {
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.shadows,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Store }),
-                stencil_ops: None,
-            }),
+            depth_stencil_attachment: Some(depth_attachment(&self.shadows, Some(1.0))),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

@@ -1,5 +1,6 @@
-//! What a corner's face is made of, and the materials and pictures that it names.
+//! Materials of triangles, and the materials and pictures on the device.
 
+use super::bind::{self, DEPTH_TEXTURE, STORAGE, UNIFORM, view};
 use super::mesh::Mesh;
 use super::sun::Sun;
 use crate::looks::Looks;
@@ -12,7 +13,7 @@ use image::RgbaImage;
 use image::imageops::{FilterType, resize};
 use wgpu::{BindingType, BufferUsages, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
 
-/// What triangles are made of, as [`super::geometry::Geometry`] has it.
+/// Materials of triangles, as [`super::geometry::Geometry`] has them.
 pub struct Surfaces {
     /// By triangle: the material in the lower half of a word, and the face's normal in the upper one.
     pub of_triangles: Vec<u32>,
@@ -50,7 +51,7 @@ impl Surfaces {
     }
 }
 
-/// What a triangle of an object is made of, and its texture coordinates, wherever it has been moved to; without one, it is of a door.
+/// Material and texture coordinates of a triangle of an object, wherever it has been moved to; of no object: of a door.
 pub fn of_triangle(scene: &Scene, looks: &Looks, of: Option<(ObjectId, u32)>, [a, b, c]: [DVec3; 3]) -> (u32, [u32; 3]) {
     let material = of.map_or(Some(looks.made), |(object, _)| looks.of_objects.get(object.index()).copied());
     let word = u32::from(material.unwrap_or_default()) | packed((b - a).cross(c - a)) << 16;
@@ -78,29 +79,16 @@ fn packed(n: DVec3) -> u32 {
     byte(folded(p.x, p.y)) | byte(folded(p.y, p.x)) << 8
 }
 
-/// What binds the sun, materials and pictures.
+/// Layout of the group of the sun, materials and pictures.
 pub fn layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
-    let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let texture = |sample_type, view_dimension| BindingType::Texture { sample_type, view_dimension, multisampled: false };
-    let kinds = [
-        buffer(wgpu::BufferBindingType::Uniform),
-        buffer(wgpu::BufferBindingType::Storage { read_only: true }),
-        texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
-        BindingType::Sampler(SamplerBindingType::Filtering),
-        texture(TextureSampleType::Depth, TextureViewDimension::D2),
-        BindingType::Sampler(SamplerBindingType::Comparison),
-        texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
-    ];
-    let entries: Vec<_> = (0..)
-        .zip(kinds)
-        .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: ShaderStages::VERTEX_FRAGMENT,
-            ty,
-            count: None,
-        })
-        .collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    let layers = BindingType::Texture {
+        sample_type: TextureSampleType::Float { filterable: true },
+        view_dimension: TextureViewDimension::D2Array,
+        multisampled: false,
+    };
+    let [filtering, comparing] = [SamplerBindingType::Filtering, SamplerBindingType::Comparison].map(BindingType::Sampler);
+    let kinds = [UNIFORM, STORAGE, layers, filtering, DEPTH_TEXTURE, comparing, layers];
+    bind::layout(gpu, ShaderStages::VERTEX_FRAGMENT, &kinds)
 }
 
 /// The sun, materials and pictures.
@@ -124,15 +112,13 @@ pub fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, looks: &Looks, sun: &Sun
     let resources = [
         sun.uniform.as_entire_binding(),
         materials.as_entire_binding(),
-        wgpu::BindingResource::TextureView(&pictures),
+        view(&pictures),
         wgpu::BindingResource::Sampler(&repeating),
-        wgpu::BindingResource::TextureView(&sun.shadows),
+        view(&sun.shadows),
         wgpu::BindingResource::Sampler(&comparing),
-        wgpu::BindingResource::TextureView(&numbers),
+        view(&numbers),
     ];
-    let entries: Vec<_> =
-        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    bind::group(gpu, layout, resources)
 }
 
 /// Pictures as layers, with smaller and smaller ones of each: as colours, and as numbers.

@@ -1,5 +1,6 @@
-//! What is drawn into: depth, items, and a picture that can be read where there is no window.
+//! Render targets: depth, items, and a picture that can be read without a window.
 
+use super::pass::depth_attachment;
 use super::pipelines::{DEPTH, ITEMS};
 use enfilade::gpu::{Gpu, GpuError};
 use enfilade_measure::walkthrough::picture::Picture;
@@ -23,17 +24,13 @@ pub struct Targets {
 impl Targets {
     /// Of `size` pixels, each above 0.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
-        let texture = |format| {
-            let texture = texture(gpu, size, format, TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING);
-            texture.create_view(&Default::default())
-        };
+        let texture = |format| view_of(gpu, size, format);
         Self { size, depth: texture(DEPTH), whole: texture(DEPTH), items: texture(ITEMS) }
     }
 
     /// A pass that adds to the depth. Items are drawn into as well, and are worth nothing: the alarm clears them before it draws.
     pub fn adds_depth<'e>(&self, commands: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
         let (load, store) = (wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), wgpu::StoreOp::Discard);
-        let kept = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
         commands.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: &self.items,
@@ -41,14 +38,16 @@ impl Targets {
                 resolve_target: None,
                 ops: wgpu::Operations { load, store },
             })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(kept),
-                stencil_ops: None,
-            }),
+            depth_stencil_attachment: Some(depth_attachment(&self.depth, None)),
             ..Default::default()
         })
     }
+}
+
+/// A view of a new texture that is drawn into and sampled.
+pub fn view_of(gpu: &Gpu, size: [u32; 2], format: TextureFormat) -> TextureView {
+    let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+    texture(gpu, size, format, usage).create_view(&Default::default())
 }
 
 /// A texture of one level.

@@ -1,105 +1,81 @@
-//! How long the graphics processor takes for a frame: time stamps at both ends, read when they come, some frames later.
+//! Device time of a frame, by time stamps at both ends. One frame is timed at once.
 
+use super::readback::ReadbackRing;
 use enfilade::gpu::Gpu;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use wgpu::{BufferUsages, Features, QueryType};
 
-/// Frames that may be under way at once; where all are, one isn't timed.
-const SLOTS: usize = 4;
+/// Bytes of two time stamps.
+const BYTES: u64 = 16;
 
-/// Times frames, where the device can.
+/// Times frames.
 pub struct Timer {
-    /// Nanoseconds of a step of the clock.
+    /// Nanoseconds of a tick.
     period: f64,
-    slots: Vec<Slot>,
-    told: Sender<usize>,
-    heard: Receiver<usize>,
-}
-
-struct Slot {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    read: wgpu::Buffer,
-    /// The frame that it times.
-    frame: Option<u64>,
+    read: ReadbackRing<()>,
+    /// This frame is timed.
+    is_timing: bool,
+    /// The stamps of an earlier frame have not arrived yet.
+    is_waiting: bool,
 }
 
 impl Timer {
-    /// `None` where the device has no clock.
+    /// `None` if the device has no time stamps.
     pub fn new(gpu: &Gpu) -> Option<Self> {
-        if !gpu.features.contains(Features::TIMESTAMP_QUERY) {
-            return None;
-        }
-        let slot = |_| Slot {
+        gpu.features.contains(Features::TIMESTAMP_QUERY).then(|| Self {
+            period: f64::from(gpu.queue.get_timestamp_period()),
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: None,
                 ty: QueryType::Timestamp,
                 count: 2,
             }),
-            resolved: gpu.buffer(16, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            read: gpu.buffer(16, BufferUsages::COPY_DST | BufferUsages::MAP_READ),
-            frame: None,
-        };
-        let (told, heard) = channel();
-        let period = f64::from(gpu.queue.get_timestamp_period());
-        Some(Self { period, slots: (0..SLOTS).map(slot).collect(), told, heard })
+            resolved: gpu.buffer(BYTES, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            read: ReadbackRing::new(gpu, BYTES),
+            is_timing: false,
+            is_waiting: false,
+        })
     }
 
-    /// A place for a frame's times.
-    pub fn start(&mut self, frame: u64) -> Option<usize> {
-        let free = self.slots.iter().position(|slot| slot.frame.is_none())?;
-        self.slots[free].frame = Some(frame);
-        Some(free)
+    /// Begins a frame, and times it if `wanted`.
+    pub fn start(&mut self, wanted: bool) {
+        self.is_timing = wanted && !self.is_waiting;
     }
 
-    /// For the first pass of a frame (`end` false), and the last.
-    pub fn writes(&self, slot: usize, end: bool) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites {
-            query_set: &self.slots[slot].queries,
-            beginning_of_pass_write_index: (!end).then_some(0),
-            end_of_pass_write_index: end.then_some(1),
+    /// For a pass of the frame: whether it is the first, and the last.
+    pub fn stamps(&self, is_first: bool, is_last: bool) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        (self.is_timing && (is_first || is_last)).then(|| wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: is_first.then_some(0),
+            end_of_pass_write_index: is_last.then_some(1),
+        })
+    }
+
+    /// Records how the stamps are read.
+    pub fn resolve(&mut self, commands: &mut wgpu::CommandEncoder) {
+        if self.is_timing {
+            commands.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+            self.is_waiting = self.read.copy(&self.resolved, BYTES, (), commands);
         }
     }
 
-    /// For a frame of one pass.
-    pub fn both(&self, slot: usize) -> wgpu::RenderPassTimestampWrites<'_> {
-        let queries = &self.slots[slot].queries;
-        wgpu::RenderPassTimestampWrites {
-            query_set: queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        }
+    /// Maps the stamps, once the commands are submitted.
+    pub fn map(&mut self) {
+        self.read.map();
     }
 
-    /// Records that the times are to be read.
-    pub fn resolve(&self, slot: usize, commands: &mut wgpu::CommandEncoder) {
-        let Slot { queries, resolved, read, .. } = &self.slots[slot];
-        commands.resolve_query_set(queries, 0..2, resolved, 0);
-        commands.copy_buffer_to_buffer(resolved, 0, read, 0, 16);
+    /// Forgets the stamps that have not arrived.
+    pub fn restart(&mut self) {
+        self.is_waiting = false;
     }
 
-    /// Asks for them, once the commands are submitted.
-    pub fn ask(&self, slot: usize) {
-        let told = self.told.clone();
-        // Nobody listens any more after a failure.
-        self.slots[slot].read.map_async(wgpu::MapMode::Read, .., move |result| {
-            if result.is_ok() {
-                let _ = told.send(slot);
-            }
-        });
-    }
-
-    /// Frames whose times have come, and their milliseconds.
-    pub fn heard(&mut self, mut tell: impl FnMut(u64, f64)) {
-        while let Ok(slot) = self.heard.try_recv() {
-            let slot = &mut self.slots[slot];
-            let frame = slot.frame.take();
-            if let (Some(frame), Ok(view)) = (frame, slot.read.get_mapped_range(..)) {
-                let times: Vec<u64> =
-                    view.chunks_exact(8).map(|b| u64::from_le_bytes(b.try_into().unwrap_or_default())).collect();
-                tell(frame, times[1].saturating_sub(times[0]) as f64 * self.period * 1e-6);
-            }
-            slot.read.unmap();
-        }
+    /// Milliseconds of the last timed frame, if they have arrived.
+    pub fn receive(&mut self) -> Option<f64> {
+        let times = self.read.receive(|(), view| {
+            let ticks: &[u64] = bytemuck::cast_slice(view);
+            ticks[1].saturating_sub(ticks[0])
+        })?;
+        self.is_waiting = false;
+        times.map(|ticks| ticks as f64 * self.period * 1e-6)
     }
 }

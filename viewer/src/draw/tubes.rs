@@ -4,10 +4,12 @@
 //! Based on: the thesis' tubes of discrete curves, whose triangles are made as they are drawn; Persson 2012 (thin things a pixel wide, by their
 //! weight). What differs: no tessellation stage, sides of a ring, not of a patch, by a bound in pixels; weight in place of width.
 
-use super::pipelines::{self, Eye, ITEMS, NEAR, Pipelines, Recipe, depth_state, shader};
+use super::bind::{self, STORAGE, WRITABLE};
+use super::pipelines::{self, CameraBinding, ITEMS, NEAR, PipelineDesc, Pipelines, depth_state, shader};
 use super::targets::Targets;
 use crate::building::Building;
 use crate::settings::TUBE_PIXELS;
+use crate::units::number;
 use clap::ValueEnum;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
@@ -73,10 +75,10 @@ impl Default for Look {
 
 /// Bands that are drawn by a camera.
 pub struct List {
-    /// What was chosen.
+    /// The chosen bands.
     pub selection: Selection,
     bands: wgpu::Buffer,
-    /// What the rings are worked out by, and what is drawn.
+    /// Groups for computing rings, and for drawing.
     groups: [wgpu::BindGroup; 2],
     words: Vec<u32>,
     /// By number of sides: how many bands there are.
@@ -85,10 +87,10 @@ pub struct List {
 }
 
 /// Tubes of a scene.
-pub struct Pipes {
+pub struct TubeRenderer {
     /// How they are drawn.
     pub look: Look,
-    /// How thin ones are drawn in this model where nobody says.
+    /// The default for thin tubes in this model.
     pub usual: Thin,
     /// Those that the frame draws.
     pub drawn: List,
@@ -98,7 +100,7 @@ pub struct Pipes {
     bare: List,
     /// Those that it doesn't draw, while they are shown.
     pub culled: List,
-    /// What lists are made of.
+    /// Sections and pipelines that lists share.
     pub source: Source,
     /// Bytes that they take on the device, without lists of frames.
     pub bytes: u64,
@@ -111,9 +113,9 @@ pub struct Pipes {
     no_items: wgpu::RenderPipeline,
 }
 
-/// What lists of bands are made of.
+/// Sections and pipelines that lists of bands share.
 pub struct Source {
-    /// What binds a list that is drawn.
+    /// Layout of the group of a list.
     pub layout: wgpu::BindGroupLayout,
     runs: Runs,
     /// Works out the rings of a list.
@@ -152,7 +154,7 @@ impl Triangles {
     }
 }
 
-impl Pipes {
+impl TubeRenderer {
     /// Puts the tubes of a scene on a device; `None`: it has none. Pictures are of `format`.
     ///
     /// # Errors
@@ -179,9 +181,9 @@ impl Pipes {
         let [sections, of_tubes, materials] = [&sections[..], &of_tubes(scene), &materials].map(filled);
         let bytes = sections.size() + of_tubes.size();
         let segments = objects.iter().map(|o| scene.objects[o.index()].segments.clone());
-        let of_rings = layout(gpu, ShaderStages::COMPUTE, &[true, true, true, false]);
+        let of_rings = bind::layout(gpu, ShaderStages::COMPUTE, &[STORAGE, STORAGE, STORAGE, WRITABLE]);
         let source = Source {
-            layout: layout(gpu, ShaderStages::VERTEX, &[true; 3]),
+            layout: bind::layout(gpu, ShaderStages::VERTEX, &[STORAGE; 3]),
             runs: Runs::new(tubes, segments),
             rings: rings(gpu, &of_rings),
             of_rings,
@@ -200,9 +202,10 @@ impl Pipes {
         let groups = [Some(&pipelines.layout), None, Some(&source.layout)];
         let pipeline = |corner, pixel, target: wgpu::ColorTargetState| {
             let depth = Some(depth_state(true, CompareFunction::Greater));
-            Recipe { groups: &groups, depth, pixel: Some((pixel, target)), ..Recipe::new(&module, corner) }.pipeline(gpu)
+            PipelineDesc { groups: &groups, depth, pixel: Some((pixel, target)), ..PipelineDesc::new(&module, corner) }
+                .pipeline(gpu)
         };
-        // A map of mains is kilometres wide: by their weight, nobody would see any.
+        // A map of mains is kilometres wide: weighed tubes would be invisible.
         let usual = if objects.len() == scene.objects.len() { Thin::Wide } else { Thin::default() };
         Ok(Some(Self {
             look: Look { thin: usual, ..Look::default() },
@@ -221,10 +224,17 @@ impl Pipes {
         }))
     }
 
-    /// Draws them with surfaces that may be off so many pixels, and thin ones some way; `None`: as usual.
+    /// Sets the error limit, pixels, and how thin tubes are drawn; `None`: the default.
     pub fn set(&mut self, pixels: Option<f64>, thin: Option<Thin>) {
         self.look.limit = pixels.unwrap_or(TUBE_PIXELS.usual);
         self.look.thin = thin.unwrap_or(self.usual);
+    }
+
+    /// Segments and triangles of the frame, in a line.
+    pub fn say_drawn(&self) -> String {
+        let chosen = self.drawn.chosen();
+        let [segments, triangles] = [chosen.segments, chosen.triangles].map(|n| number(n as f64));
+        format!("tubes: {segments} segments, {triangles} triangles")
     }
 
     /// All objects that are tubes.
@@ -232,7 +242,7 @@ impl Pipes {
         self.objects.iter().copied()
     }
 
-    /// What a frame draws of some objects, and, for the alarm, of `all`: by a camera, on pictures of so many pixels.
+    /// Selects bands of some objects and, for the alarm, of `all`: for a camera and a size of pictures.
     pub fn select(
         &mut self,
         gpu: &Gpu,
@@ -249,7 +259,7 @@ impl Pipes {
         self.bare.fill(gpu, scene, &self.source, &at, objects.filter(|_| all.is_some()));
     }
 
-    /// What it doesn't draw, if that is shown; `drawn`: what it does.
+    /// Selects bands of all objects but `drawn`.
     pub fn select_culled(&mut self, gpu: &Gpu, scene: &Scene, (camera, size): (&Camera, [u32; 2]), drawn: &[ObjectId]) {
         let mut is_drawn = vec![false; scene.objects.len()];
         drawn.iter().for_each(|o| is_drawn[o.index()] = true);
@@ -258,27 +268,27 @@ impl Pipes {
     }
 
     /// Draws a list in flat colours.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List) {
         self.draw_by(pass, eye, &self.colours, list);
     }
 
     /// Draws a list as items.
-    pub fn draw_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+    pub fn draw_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List) {
         self.draw_by(pass, eye, &self.items, list);
     }
 
     /// Draws a list as what hides things, and is no item.
-    pub fn draw_no_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+    pub fn draw_no_items(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List) {
         self.draw_by(pass, eye, &self.no_items, list);
     }
 
     /// Draws the depth of what the frame draws as it is, for the alarm: what is widened needn't hold what it stands for, where it bends.
-    pub fn stand_in(&self, eye: &Eye, targets: &Targets, commands: &mut wgpu::CommandEncoder) {
+    pub fn stand_in(&self, eye: &CameraBinding, targets: &Targets, commands: &mut wgpu::CommandEncoder) {
         let mut pass = targets.adds_depth(commands);
         self.draw_items(&mut pass, eye, &self.bare);
     }
 
-    fn draw_by(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, pipeline: &wgpu::RenderPipeline, list: &List) {
+    fn draw_by(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, pipeline: &wgpu::RenderPipeline, list: &List) {
         if list.counts.iter().any(|&bands| bands > 0) {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &eye.group, &[]);
@@ -295,7 +305,7 @@ pub struct At {
 }
 
 impl At {
-    /// By a camera, on pictures of so many pixels.
+    /// For a camera and a size of pictures.
     pub fn new(camera: &Camera, size: [u32; 2], look: Look) -> Self {
         let rows = [camera.x, camera.y, camera.w].map(Vec3::as_dvec3);
         let view = View::new(camera.eye.as_dvec3(), rows, f64::from(NEAR), size.map(f64::from), look.limit);
@@ -409,35 +419,20 @@ fn of_mesh(scene: &Scene, tube: &Tube) -> u64 {
     walls + u64::from(if tube.capped && !tube.closed { 2 * cap } else { 0 })
 }
 
-/// Buffers that a stage reads, or writes.
-fn layout(gpu: &Gpu, visibility: ShaderStages, are_read_only: &[bool]) -> wgpu::BindGroupLayout {
-    let entry = |(binding, &read_only)| {
-        let ty = wgpu::BufferBindingType::Storage { read_only };
-        let ty = wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-        wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
-    };
-    let entries: Vec<_> = (0..).zip(are_read_only).map(entry).collect();
-    gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
-}
-
-fn group(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
-    let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
-    let entries: Vec<_> =
-        (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }).collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-}
-
-/// What works out rings.
+/// Computes rings.
 fn rings(gpu: &Gpu, layout: &wgpu::BindGroupLayout) -> wgpu::ComputePipeline {
     let module = shader(gpu, concat!(include_str!("bands.wgsl"), include_str!("rings.wgsl")));
     pipelines::compute(gpu, &module, "ring", &[Some(layout)])
 }
 
-/// A buffer for so many bands, with what binds it and its rings.
+/// A buffer for a number of bands, and the groups of bands and rings.
 fn room(gpu: &Gpu, source: &Source, bands: usize) -> (wgpu::Buffer, [wgpu::BindGroup; 2]) {
     let list = gpu.buffer((HEAD + BAND * bands) as u64, BufferUsages::STORAGE | BufferUsages::COPY_DST);
     let rings = gpu.buffer((RINGS * bands) as u64, BufferUsages::STORAGE);
-    let of_rings = group(gpu, &source.of_rings, &[&source.sections, &source.tubes, &list, &rings]);
-    let drawn = group(gpu, &source.layout, &[&rings, &list, &source.materials]);
+    let group = |layout, buffers: &[&wgpu::Buffer]| {
+        bind::group(gpu, layout, buffers.iter().map(|buffer| buffer.as_entire_binding()))
+    };
+    let of_rings = group(&source.of_rings, &[&source.sections, &source.tubes, &list, &rings]);
+    let drawn = group(&source.layout, &[&rings, &list, &source.materials]);
     (list, [of_rings, drawn])
 }

@@ -1,8 +1,8 @@
 //! Tubes as they look: in the sun, which they keep from what is behind them.
 
-use super::pipelines::{Eye, Pipelines, Recipe, depth_state, shader};
+use super::pipelines::{CameraBinding, PipelineDesc, Pipelines, depth_state, shader};
 use super::smooth::SAMPLES;
-use super::tubes::{At, List, Pipes, blended};
+use super::tubes::{At, List, TubeRenderer, blended};
 use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
 use enfilade::scene::Scene;
@@ -12,7 +12,7 @@ use wgpu::{CompareFunction, TextureFormat};
 pub struct TubesInSun {
     /// For one sample a pixel, and for more.
     solid: [wgpu::RenderPipeline; 2],
-    /// What is thinner than a pixel: blended, without depth.
+    /// Tubes thinner than a pixel: blended, without depth.
     thin: wgpu::RenderPipeline,
     shadow: wgpu::RenderPipeline,
     casting: List,
@@ -23,7 +23,7 @@ impl TubesInSun {
     pub fn new(
         gpu: &Gpu,
         pipelines: &Pipelines,
-        pipes: &Pipes,
+        tubes: &TubeRenderer,
         [layout, of_sun]: [&wgpu::BindGroupLayout; 2],
         format: TextureFormat,
     ) -> Self {
@@ -34,28 +34,28 @@ impl TubesInSun {
             include_str!("tubes_full.wgsl")
         );
         let module = shader(gpu, source);
-        let groups = [Some(&pipelines.layout), Some(layout), Some(&pipes.source.layout)];
+        let groups = [Some(&pipelines.layout), Some(layout), Some(&tubes.source.layout)];
         let solid = |samples| {
             let depth = Some(depth_state(true, CompareFunction::Greater));
             let pixel = Some(("solid_tube", format.into()));
-            Recipe { groups: &groups, depth, samples, pixel, ..Recipe::new(&module, "lit_tube") }.pipeline(gpu)
+            PipelineDesc { groups: &groups, depth, samples, pixel, ..PipelineDesc::new(&module, "lit_tube") }.pipeline(gpu)
         };
         Self {
             solid: [1, SAMPLES].map(solid),
-            thin: Recipe {
+            thin: PipelineDesc {
                 groups: &groups,
                 depth: Some(depth_state(false, CompareFunction::Greater)),
                 pixel: Some(("thin_tube", blended(format))),
-                ..Recipe::new(&module, "lit_tube")
+                ..PipelineDesc::new(&module, "lit_tube")
             }
             .pipeline(gpu),
-            shadow: Recipe {
-                groups: &[None, Some(of_sun), Some(&pipes.source.layout)],
+            shadow: PipelineDesc {
+                groups: &[None, Some(of_sun), Some(&tubes.source.layout)],
                 depth: Some(depth_state(true, CompareFunction::Less)),
-                ..Recipe::new(&module, "shadow")
+                ..PipelineDesc::new(&module, "shadow")
             }
             .pipeline(gpu),
-            casting: List::new(gpu, &pipes.source),
+            casting: List::new(gpu, &tubes.source),
         }
     }
 
@@ -64,11 +64,11 @@ impl TubesInSun {
         &mut self,
         gpu: &Gpu,
         scene: &Scene,
-        pipes: &Pipes,
+        tubes: &TubeRenderer,
         sun: &At,
         objects: impl Iterator<Item = ObjectId> + Clone,
     ) {
-        self.casting.fill(gpu, scene, &pipes.source, sun, objects);
+        self.casting.fill(gpu, scene, &tubes.source, sun, objects);
     }
 
     /// Draws their depth for the sun, in a pass that has it.
@@ -78,14 +78,14 @@ impl TubesInSun {
     }
 
     /// Draws a list, in a pass of one sample a pixel or several that has the sun and materials; without those that are thinner than a pixel.
-    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List, is_smooth: bool) {
+    pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List, is_smooth: bool) {
         pass.set_pipeline(&self.solid[usize::from(is_smooth)]);
         pass.set_bind_group(0, &eye.group, &[]);
         list.draw(pass);
     }
 
     /// Draws those, in a pass of one sample a pixel, once all that is solid is there.
-    pub fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &Eye, list: &List) {
+    pub fn draw_thin(&self, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, list: &List) {
         pass.set_pipeline(&self.thin);
         pass.set_bind_group(0, &eye.group, &[]);
         list.draw(pass);

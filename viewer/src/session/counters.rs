@@ -2,40 +2,40 @@
 
 use super::Session;
 use crate::args::Shown;
+use crate::commands::Action;
 use crate::culling::{ByDevice, Decision};
 use crate::draw::marks::KINDS;
 use crate::mode::ViewMode;
-use crate::ui::graphs::number;
-use crate::ui::keys::Action;
+use crate::units::number;
 use enfilade::runtime::FrameMode;
 
 impl Session<'_> {
     /// Of the frame.
     pub(super) fn lines(&self) -> Vec<String> {
-        let Some(last) = &self.stage.culling.last else { return vec!["...".to_owned()] };
-        let frozen = if self.frozen.is_some() { ", frozen" } else { "" };
+        let Some(last) = &self.renderer.culling.last else { return vec!["...".to_owned()] };
+        let frozen = if self.motion.frozen.is_some() { ", frozen" } else { "" };
         let home = match last.home {
-            Some(cell) => match &self.building.file.cells[cell.index()] {
+            Some(cell) => match &self.document.building.file.cells[cell.index()] {
                 named if named.source.is_some() => format!("cell {cell} ({})", named.name),
                 _ => format!("cell {cell}"),
             },
             None => "no cell asked".to_owned(),
         };
-        let device = self.stage.heard.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
-        let how = if self.cut.is_on { format!("section: {}", last.method) } else { method(self.show.mode, last) };
-        let speed = self.preferences.units.speed(self.walker.metres_a_second());
+        let device = self.renderer.readback.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
+        let how = if self.section.is_on { format!("section: {}", last.method) } else { method(self.view.mode, last) };
+        let speed = self.user.preferences.units.speed(self.motion.walker.metres_a_second());
         let mut lines = vec![format!("{how}{frozen}"), home];
-        lines.extend(self.drawn(last, last.drawn(self.stage.heard.conditional)));
+        lines.extend(self.drawn(last, last.drawn(self.renderer.readback.conditional)));
         lines.extend([
-            format!("culling {:.2} ms, rest of CPU {:.2} ms{device}", last.ms, self.rest_ms),
-            format!("{:.0} frames a second", 1e3 / self.frame_ms.max(1e-3)),
-            format!("{speed}, {:.0}° field of view", self.show.fov_y.to_degrees()),
-            format!("{}: keys", self.keys.name_of(Action::Layer(Shown::Keys))),
+            format!("culling {:.2} ms, rest of CPU {:.2} ms{device}", last.ms, self.times.rest_ms),
+            format!("{:.0} frames a second", 1e3 / self.times.frame_ms.max(1e-3)),
+            format!("{speed}, {:.0}° field of view", self.view.fov_y.to_degrees()),
+            format!("{}: keys", self.user.keys.name_of(Action::Layer(Shown::Keys))),
         ]);
         lines.extend(self.say_ground());
         lines.extend(self.say_tubes());
         lines.extend(self.say_path());
-        if let Some(missed) = self.stage.heard.missed.as_ref().filter(|_| self.show.layers.alarm) {
+        if let Some(missed) = self.renderer.readback.missed.as_ref().filter(|_| self.view.layers.alarm) {
             lines.push(self.say_missed(missed));
         }
         lines
@@ -46,18 +46,18 @@ impl Session<'_> {
         let split = self.insight.split.as_ref()?;
         let Some(last) = &split.side.culling.last else { return Some(vec![split.mode.to_string()]) };
         let mut lines = vec![method(split.mode, last)];
-        lines.extend(self.drawn(last, last.drawn(split.side.heard.conditional)));
+        lines.extend(self.drawn(last, last.drawn(split.side.readback.conditional)));
         lines.push(format!("culling {:.2} ms", last.ms));
-        if let Some(kinds) = split.side.heard.marked.as_ref().map(|marked| self.stage.kinds_of(marked)) {
+        if let Some(kinds) = split.side.readback.marked.as_ref().map(|marked| self.renderer.kinds_of(marked)) {
             let [seen, in_vain, _] = kinds.map(|n| number(n as f64));
             lines.push(format!("{seen} {}, {in_vain} {}", KINDS[0], KINDS[1]));
         }
         Some(lines)
     }
 
-    /// What was drawn, by what it went through.
+    /// Triangles, objects, cells, portals and queries.
     fn drawn(&self, last: &Decision, drawn: ByDevice) -> [String; 3] {
-        let (objects, all) = (self.building.scene.objects.len(), self.building.scene.triangles.len());
+        let (objects, all) = (self.document.building.scene.objects.len(), self.document.building.scene.triangles.len());
         [
             format!("{} of {} triangles", number(drawn.triangles as f64), number(all as f64)),
             format!("{} of {} objects", drawn.objects, objects),

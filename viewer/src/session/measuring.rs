@@ -3,9 +3,8 @@
 use super::Session;
 use crate::draw::lines::Overlay;
 use crate::go::bounds;
-use crate::measure::{Measure, Point, on_screen, snapped};
+use crate::measure::{Label, Measure, Point, on_screen, snapped};
 use crate::overlays::SIGHT;
-use crate::ui::marks::Mark;
 use enfilade::CellId;
 use enfilade::scene::rays::Hit;
 use glam::{DVec2, DVec3};
@@ -38,7 +37,7 @@ impl Session<'_> {
     /// Measures from or to what a point of the screen (normalised device coordinates) shows.
     pub(super) fn measure_at(&mut self, at: DVec2) {
         let Some(hit) = self.ahead(at) else { return };
-        let place = self.walker.eye + self.camera().ray(at).normalize() * hit.t;
+        let place = self.motion.walker.eye + self.camera().ray(at).normalize() * hit.t;
         let point = self.snapped(&hit, place);
         self.measure.add(point);
     }
@@ -47,7 +46,7 @@ impl Session<'_> {
         let triangle = hit.triangle as usize;
         let own = self.corners_now(triangle);
         // A side is an edge unless a face that lies on goes on behind it.
-        let (object, scene) = (&self.building.scene.objects[hit.object.index()], &self.building.scene);
+        let (object, scene) = (&self.document.building.scene.objects[hit.object.index()], &self.document.building.scene);
         let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or(DVec3::Y);
         let model = scene.corners(triangle);
         let is_edge = |side: usize| {
@@ -58,12 +57,12 @@ impl Session<'_> {
             };
             !object.triangles.clone().any(|t| t != hit.triangle && goes_on(scene.corners(t as usize)))
         };
-        snapped(&self.camera(), self.size, place, own, &is_edge)
+        snapped(&self.camera(), self.size(), place, own, &is_edge)
     }
 
     /// Corners of a triangle; of a door's leaf, where it is now.
     fn corners_now(&self, triangle: usize) -> [DVec3; 3] {
-        let doors = &self.stage.doors;
+        let doors = &self.renderer.doors;
         if doors.is_leaf[triangle] {
             let drawn = doors.doors.iter().flat_map(|door| door.drawn());
             let is_it = |of: Option<(_, u32)>| of.is_some_and(|(_, t)| t as usize == triangle);
@@ -71,7 +70,7 @@ impl Session<'_> {
                 return corners;
             }
         }
-        self.building.scene.corners(triangle)
+        self.document.building.scene.corners(triangle)
     }
 
     /// Lines of this frame's lengths.
@@ -82,26 +81,26 @@ impl Session<'_> {
         }
     }
 
-    /// What is written at points of the scene: `cells` are reached.
-    pub fn marks(&self, cells: &[CellId]) -> Vec<Mark> {
-        let mut marks = if self.show.layers.names { self.names(cells) } else { Vec::new() };
+    /// Labels of the scene: names of rooms whose cells are reached, and lengths.
+    pub fn labels(&self, cells: &[CellId]) -> Vec<Label> {
+        let mut labels = if self.view.layers.names { self.names(cells) } else { Vec::new() };
         let camera = self.camera();
         for measured in &self.measure.done {
             let middle = (measured.ends[0].at + measured.ends[1].at) * 0.5;
-            let at = on_screen(&camera, self.size, middle);
-            marks.extend(at.map(|at| Mark { at, text: measured.text(), size: LENGTH, opacity: 1.0, yields: false }));
+            let at = on_screen(&camera, self.size(), middle);
+            labels.extend(at.map(|at| Label { at, text: measured.text(), size: LENGTH, opacity: 1.0, yields: false }));
         }
-        let first = self.measure.first.and_then(|first| on_screen(&camera, self.size, first.at));
-        marks.extend(first.map(|at| Mark { at, text: "+".to_owned(), size: LENGTH, opacity: 1.0, yields: false }));
-        marks
+        let first = self.measure.first.and_then(|first| on_screen(&camera, self.size(), first.at));
+        labels.extend(first.map(|at| Label { at, text: "+".to_owned(), size: LENGTH, opacity: 1.0, yields: false }));
+        labels
     }
 
-    /// Names and areas of rooms whose cells are reached, the nearest first; for who looks at a section, of those that it cuts.
-    fn names(&self, cells: &[CellId]) -> Vec<Mark> {
+    /// Names and areas of rooms whose cells are reached, the nearest first; with a section in view, of the rooms that it cuts.
+    fn names(&self, cells: &[CellId]) -> Vec<Label> {
         let reached: HashSet<CellId> = cells.iter().copied().collect();
-        let (camera, eye) = (self.camera(), self.walker.eye);
+        let (camera, eye) = (self.camera(), self.motion.walker.eye);
         let section = self.section().filter(|section| section.before(eye) < 0.0);
-        let mark = |room: &crate::start::rooms::Room| {
+        let label = |room: &crate::start::rooms::Room| {
             let largest = room.pieces.iter().max_by(|a, b| a.area.total_cmp(&b.area))?;
             let (bounds, mut middle) = (bounds(room), largest.bounds.centre());
             if let Some(section) = section {
@@ -118,14 +117,15 @@ impl Session<'_> {
             if opacity <= 0.0 || away < IN_THE_WAY {
                 return None;
             }
-            let at = on_screen(&camera, self.size, middle)?;
-            let name = &self.building.file.cells[room.cell.index()].name;
+            let at = on_screen(&camera, self.size(), middle)?;
+            let name = &self.document.building.file.cells[room.cell.index()].name;
             let text = if room.area < LEAST { name.clone() } else { format!("{name}\n{:.1} m²", room.area) };
             let size = SIZES[1] + (SIZES[0] - SIZES[1]) * opacity;
-            Some((away, Mark { at, text, size, opacity, yields: true }))
+            Some((away, Label { at, text, size, opacity, yields: true }))
         };
-        let mut marks: Vec<(f64, Mark)> = self.rooms().iter().filter(|room| room.is_named).filter_map(mark).collect();
-        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
-        marks.into_iter().map(|(_, mark)| mark).collect()
+        let mut labels: Vec<(f64, Label)> =
+            self.document.rooms().iter().filter(|room| room.is_named).filter_map(label).collect();
+        labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+        labels.into_iter().map(|(_, mark)| mark).collect()
     }
 }

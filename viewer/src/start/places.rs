@@ -7,11 +7,11 @@ use enfilade::geom::Aabb;
 use enfilade::scene::{Role, Scene};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 
-/// What is free on all sides of where a visit begins, metres.
+/// Free space on all sides of the start of a visit, metres.
 pub const FREE: f64 = 0.4;
 /// More room than this, metres, makes no place better.
 const AMPLE: f64 = 1.0;
-/// Points of the grid over a room's floor, and over a whole model: about so many.
+/// Number of points of the grid over a room's floor, and over a whole model.
 const OVER_A_ROOM: f64 = 300.0;
 const OVER_A_MODEL: f64 = 2500.0;
 /// Least distance between points of the grid, metres. Less: more are looked at. More: a strip between furniture is missed.
@@ -20,7 +20,7 @@ const FINEST: f64 = 0.15;
 const SPARSE: f64 = 8.0;
 /// Floors with heights that differ by less than this, metres, are at one height.
 const LEVEL: f64 = 0.1;
-/// Around a place, the floor goes on at so many points.
+/// Points around a place where the floor must go on.
 const AROUND: usize = 8;
 
 /// Somewhere to stand.
@@ -106,10 +106,9 @@ fn usual_height(feet: &[DVec3]) -> f64 {
     most.map_or(0.0, |first| heights[first])
 }
 
-/// Heights of floors over a point of the plan, ascending. Some models have no slabs: then a room that the author drew has its own bottom, if
-/// nobody falls from there.
+/// Heights of floors over a point of the plan, ascending. In models without slabs, the bottom of a room that the author drew is a floor.
 fn floors(space: &Space<'_>, scene: &Scene, room: Option<&Room>, at: DVec2) -> Vec<f64> {
-    // Nobody stands on furniture, doors and windows; leaves of doors are of no object.
+    // Furniture, doors and windows are no floors; leaves of doors belong to no object.
     let is_floor = |role: Role| !matches!(role, Role::Furnishing | Role::Door | Role::Window);
     let is_ground = |o: ObjectId| scene.objects.get(o.index()).is_some_and(|object| is_floor(object.role));
     let mut floors = space.floors(at, &is_ground);

@@ -14,7 +14,7 @@ const WAY_IN: [f64; 2] = [0.6, 1.8];
 const STAIRS: f64 = 0.2;
 /// How far down the stairs go that lead up to a landing, metres: a storey, less what leads on from the floor below.
 const FLIGHT: f64 = 2.5;
-/// Pieces reach no farther than so many diagonals of the model, as far as it matters where to stand.
+/// Pieces are cut at this many diagonals of the model.
 const FARTHEST: f64 = 2.0;
 /// Points within so much of a piece's sides are in it, in diagonals of the model: files are in `f32`.
 const ROUNDING: f64 = 1e-7;
@@ -71,7 +71,7 @@ impl Piece {
 
 /// A closed cell. What is listed first counts most, then what is next.
 pub struct Room {
-    /// The author has an id for it: somebody means it to be a room.
+    /// The author gave it an id: it is meant to be a room.
     pub is_named: bool,
     /// Stairs take up much of it.
     is_staircase: bool,
@@ -139,7 +139,7 @@ fn is_way_in(portal: &FilePortal) -> bool {
     portal.kind == PortalKind::Opening && DVec2::new(size.x, size.z).length() >= WAY_IN[0] && size.y >= WAY_IN[1]
 }
 
-/// Whether the eye of somebody who stands at `feet` is in one of some pieces.
+/// Whether the eye above `feet` is in one of some pieces.
 pub fn holds(pieces: &[Piece], feet: DVec3) -> bool {
     let at = DVec2::new(feet.x, feet.z);
     let eye = feet.y + EYE;

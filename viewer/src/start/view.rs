@@ -5,14 +5,14 @@ use glam::DVec3;
 
 /// Directions of lines.
 const LINES: usize = 32;
-/// A view is as high as lines that go up and down by so much of their length.
+/// Slopes of the lines above and below a view.
 const SLANTS: [f64; 2] = [-0.2, 0.2];
-/// A view is as broad as so many lines on each side of its middle.
+/// Lines on each side of the middle of a view.
 const BESIDE: usize = 2;
-/// Lines of at least this share of the longest are as good as it; of them, the view with most around is taken. Less: somebody looks at a
-/// wall. More: somebody looks through a crack beside a wall.
+/// Lines of at least this share of the longest count as long; of them, the view with the most around wins. Less: views of walls. More: views
+/// through a crack beside a wall.
 const AS_LONG: f64 = 0.8;
-/// A view into which all furniture falls is worth so much more.
+/// Bonus of a view that has all furniture.
 const FURNISHED: f64 = 0.25;
 
 /// A view.

@@ -1,173 +1,15 @@
-//! Finds rooms, nodes, types, properties and materials by a part of their names, and tells what was picked.
+//! The window to find things in, and the facts of what was picked or found.
 
 use crate::building::Building;
-use crate::elements::{self, Sheet};
+use crate::commands::{Action, Command};
+use crate::elements::Sheet;
+use crate::find::{FindTarget, Found, MOST, find};
 use crate::keymap::KeyMap;
-use crate::ui::keys::Action;
-use crate::units::Units;
-use enfilade::file::FileCell;
-use enfilade::scene::Role;
-use enfilade::{CellId, ObjectId};
-use std::collections::HashSet;
 
-/// Most hits: a longer list is narrowed by another letter.
-pub const MOST: usize = 50;
 /// Height of the list, points.
 const LIST: f32 = 180.0;
-/// What is told of something is at most so high, as a part of the window.
+/// Height of the facts at most, as a part of the window.
 const TOLD: f32 = 0.45;
-
-/// What has a name.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum What {
-    /// A cell that the author named.
-    Room(CellId),
-    /// All objects of the node of this one.
-    Node(ObjectId),
-    /// All objects whose elements have the type of this one's.
-    Type(ObjectId),
-    /// All objects whose elements are of the class of this one's.
-    Class(ObjectId),
-    /// All objects with the value of a property of this one's element: the numbers of its set, and in that.
-    Property(ObjectId, [u32; 2]),
-    /// The material with this number in the scene's trace.
-    Material(u32),
-}
-
-/// A hit.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct Found {
-    /// It.
-    pub what: What,
-    /// Its name.
-    pub name: String,
-}
-
-/// What has a text in its name, in capitals or not: rooms first, then nodes, types and classes, GlobalIds, values of properties, and
-/// materials that something is made of.
-pub fn find(building: &Building, text: &str) -> Vec<Found> {
-    let text = text.trim().to_lowercase();
-    if text.is_empty() {
-        return Vec::new();
-    }
-    let is_hit = |name: &str| name.to_lowercase().contains(&text);
-    let mut found = rooms(building, &|cell| is_hit(&cell.name));
-    // Who says more of elements calls them by their ids.
-    let [mut named, mut numbered] = nodes(building, &is_hit);
-    found.append(&mut named);
-    found.append(&mut kinds(building, &is_hit));
-    numbered.extend(rooms(building, &|cell| !is_hit(&cell.name) && cell.source.as_deref().is_some_and(is_hit)));
-    found.append(&mut numbered);
-    if found.len() < MOST {
-        let properties = elements::find_properties(building, &is_hit, MOST - found.len());
-        found.extend(properties.into_iter().map(|(name, object, at)| Found { what: What::Property(object, at), name }));
-    }
-    let materials = building.scene.trace.iter().flat_map(|trace| trace.materials.iter().enumerate());
-    for (i, material) in materials.filter(|(_, material)| is_hit(&material.name)) {
-        let what = What::Material(i as u32);
-        if !objects(building, what).is_empty() {
-            found.push(Found { what, name: material.name.clone() });
-        }
-    }
-    found.truncate(MOST);
-    found
-}
-
-/// Cells that the author named.
-fn rooms(building: &Building, is_hit: &dyn Fn(&FileCell) -> bool) -> Vec<Found> {
-    let named = (0u32..).zip(&building.file.cells).filter(|(_, cell)| cell.source.is_some() && is_hit(cell));
-    named.map(|(i, cell)| Found { what: What::Room(CellId(i)), name: cell.name.clone() }).collect()
-}
-
-/// Nodes and elements by their names, then elements by their GlobalIds.
-fn nodes(building: &Building, is_hit: &dyn Fn(&str) -> bool) -> [Vec<Found>; 2] {
-    let (mut found, mut seen) = ([const { Vec::new() }; 2], HashSet::new());
-    for (i, object) in (0u32..).zip(&building.scene.objects) {
-        if !seen.insert(&object.node) {
-            continue;
-        }
-        let what = What::Node(ObjectId(i));
-        match elements::of_object(building, ObjectId(i)).map(|element| element.name.as_deref().unwrap_or(&element.class)) {
-            Some(name) if is_hit(name) => found[0].push(Found { what, name: name.to_owned() }),
-            Some(name) if is_hit(&object.node) => found[1].push(Found { what, name: format!("{} {name}", object.node) }),
-            None if is_hit(&object.node) => found[0].push(Found { what, name: object.node.clone() }),
-            _ => {}
-        }
-    }
-    found
-}
-
-/// Types and classes of elements.
-fn kinds(building: &Building, is_hit: &dyn Fn(&str) -> bool) -> Vec<Found> {
-    let (mut found, mut seen) = ([const { Vec::new() }; 2], HashSet::new());
-    for object in (0..building.scene.objects.len() as u32).map(ObjectId) {
-        let Some(element) = elements::of_object(building, object) else { continue };
-        let class = Some(element.class.as_str());
-        for (k, name, what) in [(0, element.type_name(), What::Type(object)), (1, class, What::Class(object))] {
-            let Some(name) = name.filter(|name| is_hit(name)) else { continue };
-            if seen.insert((k, name)) {
-                found[k].push(Found { what, name: name.to_owned() });
-            }
-        }
-    }
-    found.into_iter().flatten().collect()
-}
-
-/// The objects of what was found; of a room, none.
-pub fn objects(building: &Building, what: What) -> Vec<ObjectId> {
-    let scene = &building.scene;
-    let ids = (0..scene.objects.len() as u32).map(ObjectId);
-    match what {
-        What::Room(_) => Vec::new(),
-        What::Node(first) => ids.filter(|o| scene.objects[o.index()].node == scene.objects[first.index()].node).collect(),
-        What::Type(first) => ids.filter(|o| elements::share_type(building, first, *o)).collect(),
-        What::Class(first) => ids.filter(|o| elements::share_class(building, first, *o)).collect(),
-        What::Property(first, at) => elements::with_property(building, first, at),
-        What::Material(number) => ids.filter(|o| material(building, *o) == Some(number)).collect(),
-    }
-}
-
-/// The number of an object's material.
-fn material(building: &Building, object: ObjectId) -> Option<u32> {
-    let trace = building.scene.trace.as_ref()?;
-    trace.looks[trace.meshes[object.index()] as usize].material
-}
-
-/// What is told of an object in a cell: names and values.
-pub fn facts(building: &Building, object: ObjectId, cell: CellId, units: Units) -> Vec<(&'static str, String)> {
-    let (scene, home) = (&building.scene, &building.file.cells[cell.index()]);
-    let of = &scene.objects[object.index()];
-    let role = match of.role {
-        Role::Structure => "structure",
-        Role::Furnishing => "furnishing",
-        Role::Door => "door",
-        Role::Window => "window",
-        Role::Unknown => "not told",
-        Role::Stair => "stair",
-        Role::Helper => "not drawn by engines",
-        Role::Sky => "sky",
-    };
-    let size = of.bounds.size();
-    let named = if home.source.is_some() { format!("{cell} ({})", home.name) } else { cell.to_string() };
-    let mut facts = vec![
-        ("Node", of.node.clone()),
-        ("Object", object.to_string()),
-        ("Role", role.to_owned()),
-        ("Cell", named),
-        ("Triangles", of.triangles.len().to_string()),
-        ("Size", size.to_array().map(|side| units.length(side)).join(" x ")),
-    ];
-    let material = material(building, object).zip(scene.trace.as_ref()).map(|(i, trace)| &trace.materials[i as usize]);
-    facts.extend(material.map(|material| ("Material", material.name.clone())));
-    let file = &building.file;
-    let by = (0..file.cells.len() as u32).filter(|&c| file.sees_object(CellId(c), object)).count();
-    let seen = file.objects_seen(cell).count();
-    facts.push((
-        "Seen",
-        format!("from {by} of {} cells; its own sees {seen} of {} objects", file.cells.len(), file.objects.len()),
-    ));
-    facts
-}
 
 /// The window to find things in.
 #[derive(Default)]
@@ -187,8 +29,11 @@ impl Find {
         self.is_new = self.is_open;
     }
 
-    /// Draws it; returns the hit that was clicked.
-    pub fn show(&mut self, ui: &mut egui::Ui, building: &Building) -> Option<What> {
+    /// Draws it, if it is open. Returns a command for the hit that was clicked.
+    pub fn show(&mut self, ui: &mut egui::Ui, building: &Building) -> Option<Command> {
+        if !self.is_open {
+            return None;
+        }
         let mut chosen = None;
         let window =
             egui::Window::new("Find").id(egui::Id::unique("find")).default_pos([8.0, 180.0]).open(&mut self.is_open);
@@ -203,21 +48,21 @@ impl Find {
             }
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             if let Some(first) = self.found.first().filter(|_| is_entered) {
-                chosen = Some(first.what);
+                chosen = Some(Command::GoTo(first.what));
             }
             egui::ScrollArea::vertical().max_height(LIST).auto_shrink([false, true]).show(ui, |ui| {
                 for found in &self.found {
                     let kind = match found.what {
-                        What::Room(cell) => format!("room, cell {cell}"),
-                        What::Node(_) => "node".to_owned(),
-                        What::Type(_) => "all of this type".to_owned(),
-                        What::Class(_) => "all of this class".to_owned(),
-                        What::Property(..) => "all with this property".to_owned(),
-                        What::Material(_) => "material".to_owned(),
+                        FindTarget::Room(cell) => format!("room, cell {cell}"),
+                        FindTarget::Node(_) => "node".to_owned(),
+                        FindTarget::Type(_) => "all of this type".to_owned(),
+                        FindTarget::Class(_) => "all of this class".to_owned(),
+                        FindTarget::Property(..) => "all with this property".to_owned(),
+                        FindTarget::Material(_) => "material".to_owned(),
                     };
                     let hit = ui.selectable_label(false, &found.name).on_hover_text(&kind);
                     if hit.clicked() {
-                        chosen = Some(found.what);
+                        chosen = Some(Command::GoTo(found.what));
                     }
                 }
             });
@@ -232,8 +77,11 @@ impl Find {
     }
 }
 
-/// Draws what is told of a picked object; more than fits below each other is scrolled.
-pub fn tell(ui: &mut egui::Ui, keys: &KeyMap, facts: &[(&'static str, String)], sheets: &[Sheet]) {
+/// Draws the facts of what was picked or found, if there are any.
+pub fn facts(ui: &mut egui::Ui, keys: &KeyMap, facts: &[(&'static str, String)], sheets: &[Sheet]) {
+    if facts.is_empty() {
+        return;
+    }
     let window = egui::Window::new("Picked").id(egui::Id::unique("picked")).anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]);
     let most = TOLD * ui.ctx().content_rect().height();
     window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {

@@ -1,18 +1,19 @@
-//! What frames cost, as lines that go on.
+//! Graphs of the cost of the last frames.
 
+use crate::units::number;
 use std::collections::VecDeque;
 
 /// Frames that are shown.
 const FRAMES: usize = 300;
 
-/// What a frame cost.
+/// The cost of a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
     /// Triangles, objects, the milliseconds of culling, of all else on the processor and of the device, queries.
     pub values: [f64; 6],
 }
 
-/// What the values of a [`Sample`] are called.
+/// Names of the values of a [`Sample`].
 const NAMES: [&str; 6] = ["triangles", "objects", "culling ms", "rest of CPU ms", "GPU ms", "queries"];
 const COLOURS: [egui::Color32; 6] = [
     egui::Color32::from_rgb(240, 200, 90),
@@ -60,15 +61,5 @@ impl Graphs {
         painter.line(line, egui::Stroke::new(1.2, COLOURS[value]));
         let text = format!("{name} {} (most {})", number(now), number(most));
         painter.text(rect.left_top(), egui::Align2::LEFT_TOP, text, egui::FontId::proportional(11.0), COLOURS[value]);
-    }
-}
-
-/// Few digits.
-pub fn number(x: f64) -> String {
-    match x {
-        _ if x >= 1e6 => format!("{:.2} M", x / 1e6),
-        _ if x >= 10_000.0 => format!("{:.1} k", x / 1e3),
-        _ if x.fract() == 0.0 => format!("{x}"),
-        _ => format!("{x:.2}"),
     }
 }

@@ -1,9 +1,15 @@
-//! Counters in a corner, what went wrong, and how far a bake is.
+//! Counters in a corner, lines and questions, and the progress of a bake.
 
+use crate::commands::Command;
+use crate::explain::Explanation;
 use crate::opening::Share;
 
 /// Room for a button above, points.
 const BELOW: f32 = 28.0;
+
+/// Answers to the question whether to quit.
+const ANSWERS: [(&str, Command); 3] =
+    [("Save and quit", Command::SaveAndQuit), ("Quit", Command::Quit), ("Stay", Command::Stay)];
 
 /// Draws lines of text in the upper left corner, of the right half where they are of what is `beside`; the first is a heading.
 pub fn show(ui: &mut egui::Ui, lines: &[String], beside: bool) {
@@ -19,15 +25,6 @@ pub fn show(ui: &mut egui::Ui, lines: &[String], beside: bool) {
                 ui.label(if i == 0 { text.strong() } else { text.size(12.0) });
             }
         });
-    });
-}
-
-/// Draws a message in the middle.
-pub fn message(ui: &mut egui::Ui, title: &str, text: &str) {
-    let window = egui::Window::new(title).id(egui::Id::unique("message")).collapsible(false).resizable(false);
-    window.anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(ui.ctx(), |ui| {
-        ui.set_max_width(520.0);
-        ui.label(text);
     });
 }
 
@@ -56,32 +53,33 @@ pub fn note(ui: &mut egui::Ui, line: &str) {
     });
 }
 
-/// Draws a small cross in the middle, light on dark, so that it is seen on anything.
-pub fn crosshair(ui: &egui::Ui) {
-    let layer = egui::LayerId::new(egui::Order::Background, egui::Id::unique("crosshair"));
-    let (painter, middle) = (ui.ctx().layer_painter(layer), ui.ctx().content_rect().center());
-    for (width, colour) in [(3.0, egui::Color32::from_black_alpha(150)), (1.0, egui::Color32::WHITE)] {
-        for arm in [egui::vec2(6.0, 0.0), egui::vec2(0.0, 6.0)] {
-            painter.line_segment([middle - arm, middle + arm], egui::Stroke::new(width, colour));
-        }
-    }
-}
-
-/// Draws a question with its answers, in the middle. Returns which one was clicked.
-pub fn question(ui: &mut egui::Ui, text: &str, answers: &[&str]) -> Option<usize> {
+/// Asks whether to quit.
+pub fn question(ui: &mut egui::Ui) -> Option<Command> {
     let mut clicked = None;
     let window = egui::Window::new("Quit?").collapsible(false).resizable(false);
     window.anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).show(ui.ctx(), |ui| {
-        ui.label(text);
+        ui.label("A recorded path isn't saved.");
         ui.horizontal(|ui| {
-            for (i, answer) in answers.iter().enumerate() {
-                if ui.button(*answer).clicked() {
-                    clicked = Some(i);
+            for (answer, command) in ANSWERS {
+                if ui.button(answer).clicked() {
+                    clicked = Some(command);
                 }
             }
         });
     });
     clicked
+}
+
+/// Draws the answer to `why`.
+pub fn why(ui: &mut egui::Ui, answer: &Explanation) -> Option<Command> {
+    let mut flies = false;
+    let window = egui::Window::new("Why").anchor(egui::Align2::CENTER_BOTTOM, [0.0, -8.0]);
+    window.collapsible(false).resizable(false).show(ui.ctx(), |ui| {
+        ui.set_max_width(460.0);
+        ui.label(&answer.text);
+        flies = answer.sight.is_some() && ui.button("Fly along the line").clicked();
+    });
+    flies.then_some(Command::FlyAlongSight)
 }
 
 fn bar(ui: &mut egui::Ui, share: Option<&Share>, width: f32) {

@@ -1,10 +1,10 @@
-//! What colours stand for.
+//! Legends of colours.
 
 use crate::colours::Tints;
 use crate::draw::marks::KINDS;
 use crate::heat;
 use crate::profile::Profile;
-use crate::ui::graphs::number;
+use crate::units::number;
 
 /// Of the kinds of triangles, in their order: as the shader draws what is seen and what is drawn in vain, and as what was culled shows.
 const COLOURS: [egui::Color32; 3] =

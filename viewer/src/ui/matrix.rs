@@ -1,6 +1,7 @@
 //! The visibility matrix: which cell sees which, in the order in which one walks through the building. The wheel zooms, a drag moves, a
 //! click asks why.
 
+use crate::commands::Command;
 use enfilade::file::PvsFile;
 use enfilade::{BitMatrix, CellId};
 use enfilade_measure::pages::matrix::{UNDECIDED, WITNESSED, matrix};
@@ -44,7 +45,7 @@ fn sides(file: &PvsFile) -> Option<(&BitMatrix, &BitMatrix)> {
     sides.or(file.cell_rows.as_ref().map(|rows| (rows, rows)))
 }
 
-/// What a file says of a pair, in words.
+/// The verdict of a file on a pair, in words.
 pub fn verdict(file: &PvsFile, from: CellId, to: CellId) -> &'static str {
     let Some((lower, upper)) = sides(file) else { return "not kept in the file" };
     match (lower.get(from.index(), to.index()), upper.get(from.index(), to.index()), file.bounds.is_some()) {
@@ -67,14 +68,14 @@ impl Matrix {
         Self { view: [0.0, 0.0, places.len() as f32], order, storeys, places, texture: None, counts: None }
     }
 
-    /// Draws it; returns the pair that was clicked. `home` and `pair` are marked.
+    /// Draws it; a click on a pair asks why. `home` and `pair` are marked.
     pub fn show(
         &mut self,
         ui: &mut egui::Ui,
         file: &PvsFile,
         home: Option<CellId>,
-        pair: Option<(CellId, CellId)>,
-    ) -> Option<(CellId, CellId)> {
+        pair: Option<[CellId; 2]>,
+    ) -> Option<Command> {
         let mut clicked = None;
         let window = egui::Window::new("Which cell (down) sees which (across)").id(egui::Id::unique("matrix"));
         window.anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]).auto_sized().show(ui.ctx(), |ui| {
@@ -89,7 +90,7 @@ impl Matrix {
             painter.rect_filled(rect, 0.0, HIDDEN);
             self.paint(ui, &painter, rect, lower, upper);
             self.mark(&painter, rect, [home, home], egui::Color32::from_rgba_unmultiplied(200, 40, 40, 120));
-            self.mark(&painter, rect, [pair.map(|p| p.0), pair.map(|p| p.1)], egui::Color32::BLACK);
+            self.mark(&painter, rect, [0, 1].map(|side| pair.map(|pair| pair[side])), egui::Color32::BLACK);
             let under = response.hover_pos().and_then(|at| self.pair_at(rect, at));
             if let Some((from, to)) = under {
                 let name = |cell: CellId| match &file.cells[cell.index()] {
@@ -99,9 +100,9 @@ impl Matrix {
                 let words = format!("{}\nsees {}?\n{}", name(from), name(to), verdict(file, from, to));
                 response.clone().on_hover_text_at_pointer(words);
             }
-            clicked = under.filter(|_| response.clicked());
+            clicked = under.map(|(from, to)| [from, to]).filter(|_| response.clicked());
         });
-        clicked
+        clicked.map(Command::Why)
     }
 
     /// Colours, what they stand for, and how many pairs there are of each.

@@ -1,5 +1,6 @@
 //! The plan of a storey: its cells, what the eye's cell sees, names and areas of rooms, and the way walked. A click goes there.
 
+use crate::commands::Command;
 use crate::doors::swings::Swing;
 use crate::start::rooms::Room;
 use crate::units::Units;
@@ -17,7 +18,7 @@ const SIZE: egui::Vec2 = egui::vec2(300.0, 240.0);
 const PAPER: egui::Color32 = egui::Color32::from_rgb(250, 249, 246);
 const UNSEEN: egui::Color32 = egui::Color32::from_rgb(228, 228, 224);
 const OPEN: egui::Color32 = egui::Color32::from_rgb(214, 228, 214);
-/// What is around the cells, in parts of their longer side.
+/// Margin around the cells, as a part of their longer side.
 const MARGIN: f64 = 0.05;
 /// How much nearer and farther than the whole it is looked at.
 const ZOOMS: [f64; 2] = [0.5, 100.0];
@@ -28,13 +29,18 @@ const LABEL: (f32, f32) = (11.0, 2.0);
 /// Slices of a cell that are nearer than this, metres, touch.
 const TOUCH: f64 = 0.02;
 
-/// What a person wants of the plan.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Wish {
-    /// To be at a point (x, z) of the storey with this number.
-    Go(usize, DVec2),
-    /// The plan of the storey with this number, as files.
-    Save(usize),
+/// The visit on the plan.
+pub struct Visit<'a> {
+    /// Rooms with names.
+    pub rooms: &'a [Room],
+    /// Cells in colours.
+    pub cells: &'a [CellId],
+    /// The eye.
+    pub eye: DVec3,
+    /// The eye sees between these directions (x, z).
+    pub sides: [DVec2; 2],
+    /// The walked way.
+    pub trail: &'a [DVec3],
 }
 
 /// Which part of a plan is on the screen.
@@ -83,7 +89,7 @@ struct Label {
     slices: Vec<Vec<DVec2>>,
 }
 
-/// What a plan shows of a storey.
+/// The plan of a storey.
 struct Drawing {
     /// Slices of cells, open ones first.
     cells: Vec<(CellId, Vec<Vec<DVec2>>)>,
@@ -147,7 +153,7 @@ impl Plan {
         }
     }
 
-    /// The storey that somebody with their eye at a height is on.
+    /// The storey for a height of the eye.
     pub fn here(&self, eye: f64) -> usize {
         let off = |s: &Storey| (s.floor + crate::body::EYE - eye).abs();
         (0..self.storeys.len()).min_by(|&a, &b| off(&self.storeys[a]).total_cmp(&off(&self.storeys[b]))).unwrap_or(0)
@@ -171,7 +177,7 @@ impl Plan {
         }
     }
 
-    /// One storey up or down: shows it; who asks for it once more goes there, so then it is returned.
+    /// Shows one storey up or down. If it is shown already, it is returned, to go there.
     pub fn turn(&mut self, up: bool, eye: f64) -> Option<usize> {
         let (here, shown) = (self.here(eye), self.shown(eye));
         if if up { shown > here } else { shown < here } {
@@ -196,21 +202,12 @@ impl Plan {
         self.drawings[storey].get_or_insert_with(|| Drawing::new(file, rooms, s, [min - air, max + air], units))
     }
 
-    /// Draws it: `cells` are in colours, `way` is a line, the eye sees between `sides` (x, z). Returns what is wanted.
-    #[expect(clippy::too_many_arguments, reason = "a plan shows what a visit has")]
-    pub fn show(
-        &mut self,
-        ui: &mut egui::Ui,
-        file: &PvsFile,
-        rooms: &[Room],
-        cells: &[CellId],
-        eye: DVec3,
-        sides: [DVec2; 2],
-        way: &[DVec3],
-    ) -> Option<Wish> {
+    /// Draws it.
+    pub fn show(&mut self, ui: &mut egui::Ui, file: &PvsFile, visit: &Visit<'_>) -> Option<Command> {
+        let &Visit { rooms, cells, eye, sides, trail } = visit;
         let storey = self.shown(eye.y);
         let title = format!("Plan at {}", self.units.length(self.storeys[storey].floor + file.origin.y));
-        let mut wish = None;
+        let mut command = None;
         let window = egui::Window::new(title).id(egui::Id::unique("plan")).anchor(egui::Align2::RIGHT_TOP, [-8.0, 8.0]);
         window.auto_sized().show(ui.ctx(), |ui| {
             ui.set_max_width(SIZE.x);
@@ -219,7 +216,7 @@ impl Plan {
             self.rect = rect;
             self.look(ui, rect, &response);
             if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) {
-                wish = Some(Wish::Go(storey, self.view.to_plan(rect, at)));
+                command = Some(Command::GoToPlan(storey, self.view.to_plan(rect, at)));
             }
             let painter = ui.painter_at(rect);
             painter.rect_filled(rect, 0.0, PAPER);
@@ -227,18 +224,18 @@ impl Plan {
             self.drawing(file, rooms, storey).paint(&painter, rect, &view, file, cells);
             self.draw_swings(&painter, rect, storey);
             if storey == self.here(eye.y) {
-                draw_eye(&painter, rect, &view, eye, sides, way);
+                draw_eye(&painter, rect, &view, (eye, sides), trail);
             }
             ui.horizontal(|ui| {
                 if ui.small_button("Whole").on_hover_text("all of the plan again").clicked() {
                     self.view = View::whole(self.bounds);
                 }
                 if ui.small_button("Save").on_hover_text("write this plan beside the model, as SVG and PNG").clicked() {
-                    wish = Some(Wish::Save(storey));
+                    command = Some(Command::SavePlan(storey));
                 }
             });
         });
-        wish
+        command
     }
 
     /// How the doors of a storey swing.
@@ -346,9 +343,9 @@ impl Drawing {
 }
 
 /// The way walked, and what the eye looks at.
-fn draw_eye(painter: &egui::Painter, rect: egui::Rect, view: &View, eye: DVec3, sides: [DVec2; 2], way: &[DVec3]) {
+fn draw_eye(painter: &egui::Painter, rect: egui::Rect, view: &View, (eye, sides): (DVec3, [DVec2; 2]), trail: &[DVec3]) {
     let at = |p: &DVec3| view.to_screen(rect, DVec2::new(p.x, p.z));
-    painter.line(way.iter().map(at).collect(), egui::Stroke::new(1.5, egui::Color32::from_rgb(200, 40, 40)));
+    painter.line(trail.iter().map(at).collect(), egui::Stroke::new(1.5, egui::Color32::from_rgb(200, 40, 40)));
     let here = at(&eye);
     for side in sides {
         let tip = egui::vec2(side.x as f32, side.y as f32).normalized() * 40.0;

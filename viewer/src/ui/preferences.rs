@@ -1,6 +1,7 @@
 //! The settings of a person, as a panel.
 
-use super::rebind::Rebind;
+use super::rebind::{self, Rebind};
+use crate::commands::Command;
 use crate::keymap::KeyMap;
 use crate::looks::Detail;
 use crate::settings::{DEAD_ZONE, FIELD_OF_VIEW, Preferences, Range, SENSITIVITY, SPEED, STICK, TEXT};
@@ -11,34 +12,50 @@ const STEP: f64 = 0.1;
 /// Room for the title and around the panel, points.
 const MARGIN: f32 = 80.0;
 
-/// Shows them; `fov_y` in radians.
+/// Values that the panel changes.
+#[derive(Clone, Copy, PartialEq)]
+struct Chosen {
+    preferences: Preferences,
+    /// Radians.
+    fov_y: f64,
+    detail: Detail,
+}
+
+/// Draws them. Returns a command for each that was changed.
 pub fn show(
     ui: &mut egui::Ui,
-    preferences: &mut Preferences,
-    fov_y: &mut f64,
-    detail: &mut Detail,
-    (keys, rebind): (&mut KeyMap, &mut Rebind),
-) {
+    preferences: &Preferences,
+    fov_y: f64,
+    detail: Detail,
+    keys: (&KeyMap, &Rebind),
+) -> Vec<Command> {
+    let before = Chosen { preferences: *preferences, fov_y, detail };
+    let (mut chosen, mut commands) = (before, Vec::new());
     let window = egui::Window::new("Settings").anchor(egui::Align2::CENTER_CENTER, [0.0, 0.0]).collapsible(false);
     let room = ui.ctx().content_rect().height() - MARGIN;
     window.resizable(false).show(ui.ctx(), |ui| {
         egui::ScrollArea::vertical().max_height(room).show(ui, |ui| {
-            rows(ui, preferences, fov_y, detail);
-            rebind.show(ui, keys);
+            rows(ui, &mut chosen);
+            commands.extend(rebind::show(ui, keys.0, keys.1));
             if ui.button("As they were first").clicked() {
-                (*preferences, *fov_y) = (Preferences::default(), FIELD_OF_VIEW.usual.to_radians());
+                (chosen.preferences, chosen.fov_y) = (Preferences::default(), FIELD_OF_VIEW.usual.to_radians());
             }
         });
     });
+    let Chosen { preferences, fov_y, detail } = chosen;
+    commands.extend((preferences != before.preferences).then_some(Command::SetPreferences(preferences)));
+    commands.extend((fov_y != before.fov_y).then_some(Command::SetFieldOfView(fov_y)));
+    commands.extend((detail != before.detail).then_some(Command::SetDetail(detail)));
+    commands
 }
 
 /// The settings, each in a row.
-fn rows(ui: &mut egui::Ui, preferences: &mut Preferences, fov_y: &mut f64, detail: &mut Detail) {
+fn rows(ui: &mut egui::Ui, Chosen { preferences, fov_y, detail }: &mut Chosen) {
     egui::Grid::new("settings").num_columns(2).show(ui, |ui| {
         let mut slider = |label: &str, value: &mut f64, range: Range, unit: &str| {
-            ui.label(label);
+            let name = ui.label(label).id;
             let slider = egui::Slider::new(value, range.least..=range.most).suffix(unit);
-            ui.add(slider.logarithmic(range.is_factor).max_decimals(2));
+            ui.add(slider.logarithmic(range.is_factor).max_decimals(2)).labelled_by(name);
             ui.end_row();
         };
         slider("Mouse sensitivity", &mut preferences.sensitivity, SENSITIVITY, "");

@@ -1,27 +1,17 @@
 //! The profile of a path: what each frame costs. A click on a frame goes there.
 
-use super::graphs::number;
+use crate::commands::Command;
 use crate::profile::{Cost, Profile};
+use crate::units::number;
 
 /// Size of a graph, points.
 const GRAPH: egui::Vec2 = egui::vec2(420.0, 64.0);
 /// Room above the highest line for the words, points.
 const WORDS: f32 = 14.0;
 
-/// What the panel is asked for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Wish {
-    /// To go to a frame of the path.
-    Go(usize),
-    /// To measure once more, as the frame is culled now.
-    Again,
-    /// To write it as a file.
-    Save,
-}
-
 type Line = (&'static str, egui::Color32, fn(&Cost) -> f64);
 
-/// What is drawn, and how.
+/// The graphs: name, colour and value of each line.
 const GRAPHS: [&[Line]; 3] = [
     &[
         ("ms a frame", egui::Color32::from_rgb(110, 190, 250), |cost| cost.ms),
@@ -34,31 +24,31 @@ const GRAPHS: [&[Line]; 3] = [
     &[("missed pixels", egui::Color32::from_rgb(240, 90, 200), |cost| f64::from(cost.missed_pixels))],
 ];
 
-/// Draws it; the frame at `here` is marked. Returns what is wanted.
-pub fn show(ui: &mut egui::Ui, profile: &Profile<'_>, here: Option<usize>) -> Option<Wish> {
-    let mut wish = None;
+/// Draws it; the frame at `here` is marked.
+pub fn show(ui: &mut egui::Ui, profile: &Profile<'_>, here: Option<usize>) -> Option<Command> {
+    let mut command = None;
     let window = egui::Window::new("Profile").id(egui::Id::unique("profile"));
     window.anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]).auto_sized().show(ui.ctx(), |ui| {
         let (done, all) = (profile.costs.len(), profile.path.frames.len());
         ui.label(format!("{}, culled by {}: {done} of {all} frames", profile.path.name, profile.mode));
         for lines in GRAPHS {
-            wish = wish.or(graph(ui, profile, lines, here));
+            command = command.or(graph(ui, profile, lines, here));
         }
         ui.horizontal(|ui| {
             for (label, words, asked) in [
-                ("Again", "measure once more, as frames are culled now", Wish::Again),
-                ("Save", "write it as JSON beside the model", Wish::Save),
+                ("Again", "measure once more, as frames are culled now", Command::ProfileAgain),
+                ("Save", "write it as JSON beside the model", Command::SaveProfile),
             ] {
                 if ui.small_button(label).on_hover_text(words).clicked() {
-                    wish = Some(asked);
+                    command = Some(asked);
                 }
             }
         });
     });
-    wish
+    command
 }
 
-fn graph(ui: &mut egui::Ui, profile: &Profile<'_>, lines: &[Line], here: Option<usize>) -> Option<Wish> {
+fn graph(ui: &mut egui::Ui, profile: &Profile<'_>, lines: &[Line], here: Option<usize>) -> Option<Command> {
     let (rect, response) = ui.allocate_exact_size(GRAPH, egui::Sense::click());
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 2.0, egui::Color32::from_black_alpha(90));
@@ -89,5 +79,5 @@ fn graph(ui: &mut egui::Ui, profile: &Profile<'_>, lines: &[Line], here: Option<
     if let Some(frame) = hovered {
         response.clone().on_hover_text_at_pointer(format!("frame {frame}: click to go there"));
     }
-    hovered.filter(|_| response.clicked()).map(Wish::Go)
+    hovered.filter(|_| response.clicked()).map(Command::ProfileFrame)
 }

@@ -1,9 +1,10 @@
 //! The part of the settings that gives actions other keys: a click on a key, and the next key that goes down takes its place.
 
+use crate::commands::Command;
 use crate::keymap::{Bound, KeyMap, all};
 use winit::keyboard::KeyCode;
 
-/// What is being given another key.
+/// The action whose key is being changed.
 #[derive(Default)]
 pub struct Rebind {
     waiting: Option<Bound>,
@@ -32,34 +33,35 @@ impl Rebind {
     pub fn wait_for(&mut self, bound: Bound) {
         *self = Self { waiting: Some(bound), said: None };
     }
+}
 
-    /// The list: what, and its key.
-    pub fn show(&mut self, ui: &mut egui::Ui, keys: &mut KeyMap) {
-        ui.collapsing("Keys of actions", |ui| {
-            ui.weak(self.said.as_deref().unwrap_or("Click a key, then press another. Esc: no."));
-            if ui.add_enabled(!keys.is_usual(), egui::Button::new("Usual keys")).clicked() {
-                *keys = KeyMap::default();
-                self.stop();
-            }
-            egui::Grid::new("key map").num_columns(2).striped(true).show(ui, |ui| {
-                for (bound, _, _, label) in all() {
-                    let is_waiting = self.waiting == Some(bound);
-                    let name = if is_waiting { "press a key".to_owned() } else { keys.name(bound) };
-                    ui.label(label);
-                    if ui.selectable_label(is_waiting, name).clicked() {
-                        self.wait_for(bound);
-                    }
-                    ui.end_row();
+/// Draws the list of actions with their keys.
+pub fn show(ui: &mut egui::Ui, keys: &KeyMap, rebind: &Rebind) -> Option<Command> {
+    let mut command = None;
+    ui.collapsing("Keys of actions", |ui| {
+        ui.weak(rebind.said.as_deref().unwrap_or("Click a key, then press another. Esc: no."));
+        if ui.add_enabled(!keys.is_usual(), egui::Button::new("Usual keys")).clicked() {
+            command = Some(Command::UsualKeys);
+        }
+        egui::Grid::new("key map").num_columns(2).striped(true).show(ui, |ui| {
+            for (bound, _, _, label) in all() {
+                let is_waiting = rebind.waiting == Some(bound);
+                let name = if is_waiting { "press a key".to_owned() } else { keys.name(bound) };
+                ui.label(label);
+                if ui.selectable_label(is_waiting, name).clicked() {
+                    command = Some(Command::WaitForKey(bound));
                 }
-            });
+                ui.end_row();
+            }
         });
-    }
+    });
+    command
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ui::keys::Action;
+    use crate::commands::Action;
 
     #[test]
     fn the_next_key_is_taken_and_no_more() {

@@ -9,7 +9,7 @@ const MARGIN: f32 = 170.0;
 /// The list is no lower than this, points.
 const LOWEST: f32 = 60.0;
 
-/// What is shown.
+/// The start screen.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Welcome {
     /// Files that were opened, the latest first, and whether they are there still.
@@ -18,7 +18,7 @@ pub struct Welcome {
     pub line: Option<String>,
 }
 
-/// What was clicked.
+/// A click on the start screen.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Chosen {
     /// A file to open.
@@ -68,50 +68,5 @@ impl Welcome {
             });
         });
         chosen
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use egui::{Event, Modifiers, PointerButton, Pos2, RawInput, Rect, Shape};
-
-    fn texts(shapes: &[egui::epaint::ClippedShape]) -> Vec<(String, Pos2)> {
-        let text = |clipped: &egui::epaint::ClippedShape| match &clipped.shape {
-            Shape::Text(text) => Some((text.galley.text().to_owned(), text.visual_bounding_rect().center())),
-            _ => None,
-        };
-        shapes.iter().filter_map(text).collect()
-    }
-
-    #[test]
-    fn a_click_opens_a_recent_file_or_the_dialog_and_a_missing_one_is_told() {
-        let (there, gone) = (PathBuf::from("/houses/there.glb"), PathBuf::from("/houses/gone.glb"));
-        let recent = vec![(there.clone(), true), (gone, false)];
-        let welcome = Welcome { recent, line: Some("bad.pvs: no pvs file".into()) };
-        let context = egui::Context::default();
-        let frame = |events: Vec<Event>| {
-            let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, egui::vec2(640.0, 480.0)));
-            let mut chosen = None;
-            let input = RawInput { screen_rect, events, ..Default::default() };
-            let output = context.run_ui(input, |ui| chosen = chosen.take().or(welcome.show(ui, &["pvs", "glb"])));
-            (texts(&output.shapes), chosen)
-        };
-        (0..3).for_each(|_| drop(frame(Vec::new())));
-        let click = |label: &str| {
-            let (texts, _) = frame(Vec::new());
-            let pos = texts.iter().find(|(text, _)| text == label).unwrap_or_else(|| panic!("no {label}: {texts:?}")).1;
-            let press = |pressed| {
-                vec![Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }]
-            };
-            frame(vec![Event::PointerMoved(pos)]);
-            let down = frame(press(true)).1;
-            down.or(frame(press(false)).1)
-        };
-        assert_eq!(click("there.glb"), Some(Chosen::File(there)));
-        assert_eq!(click("Open…"), Some(Chosen::Dialog));
-        assert_eq!(click("gone.glb (missing)"), None);
-        assert_eq!(click("bad.pvs: no pvs file"), None);
-        assert_eq!(click("This build reads pvs, glb."), None);
     }
 }

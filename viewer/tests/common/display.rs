@@ -111,5 +111,5 @@ pub fn can_run(test: &str) -> bool {
         eprintln!("not run: {test}: no {missing:?}");
         return false;
     }
-    has_device(test)
+    has_device()
 }

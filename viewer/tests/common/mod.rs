@@ -9,9 +9,14 @@ use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::CameraPath;
+use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_viewer::building::Building;
+use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::renderer::Renderer;
+use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::Looks;
+use enfilade_viewer::session::Session;
 use std::path::{Path, PathBuf};
 
 /// A building of this repository, with flow's rows only: what is undecided is drawn, so that pictures are whole all the same.
@@ -59,14 +64,56 @@ pub fn shipped(name: &str, end: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/buildings").join(name).with_extension(end)
 }
 
-/// Whether there is a device. Says by name that a test wasn't run where there is none; fails where `CI` is set.
-pub fn has_device(test: &str) -> bool {
-    match device() {
-        Ok(_) => true,
-        Err(line) => {
-            assert!(std::env::var_os("CI").is_none(), "{test}: {line}");
-            eprintln!("not run: {test}: {line}");
-            false
+/// Ends a test where there is no device.
+#[allow(unused_macros, reason = "not every test needs one")]
+macro_rules! needs_device {
+    () => {
+        if !crate::common::has_device() {
+            return;
         }
+    };
+}
+#[allow(unused_imports, reason = "not every test needs one")]
+pub(crate) use needs_device;
+
+/// Whether there is a device. Names the test that is not run where there is none; fails where `CI` is set.
+pub fn has_device() -> bool {
+    let missing = device().err();
+    if let Some(line) = &missing {
+        let test = std::thread::current().name().unwrap_or_default().to_owned();
+        assert!(std::env::var_os("CI").is_none(), "{test}: {line}");
+        eprintln!("not run: {test}: {line}");
     }
+    missing.is_none()
+}
+
+/// A visit to a building, and a canvas for its pictures.
+pub fn visit(building: &Building, oracle: Oracle, size: [u32; 2]) -> (Canvas, Session<'_>) {
+    let gpu = device().unwrap();
+    let canvas = Canvas::new(&gpu, size);
+    let renderer = Renderer::new(gpu, building, oracle, size, PICTURE).unwrap();
+    (canvas, Session::new(building, renderer))
+}
+
+/// Compares a picture with a golden one; `ENFILADE_GOLDEN=write` writes that anew. Drivers differ at edges: one pixel in a hundred may.
+pub fn compare(name: &str, picture: &Picture) {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("png");
+    if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
+        picture.save(&golden).unwrap();
+    }
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("golden_{name}.png"));
+    picture.save(&out).unwrap();
+    let wanted = read(&golden);
+    assert_eq!(wanted.len(), picture.pixels().len(), "{name}: size");
+    let differs = |(a, b): &(&[u8; 3], &[u8; 3])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 12);
+    let different = picture.pixels().iter().zip(&wanted).filter(differs).count();
+    assert!(different * 100 <= wanted.len(), "{name}: {different} pixels differ; see {}", out.display());
+    // A picture of nothing would be of one colour.
+    assert!(wanted.iter().filter(|p| **p != wanted[0]).count() * 4 > wanted.len(), "{name} shows nothing");
+}
+
+/// Pixels of a picture.
+pub fn read(path: &Path) -> Vec<[u8; 3]> {
+    let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    picture.to_rgb8().pixels().map(|pixel| pixel.0).collect()
 }
