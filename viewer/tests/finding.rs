@@ -213,7 +213,7 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
 #[test]
 fn elements_are_found_and_told_by_what_their_author_says() {
     let test = "elements_are_found_and_told_by_what_their_author_says";
-    let Some(folder) = data(test) else { return };
+    let folder = data();
     let Some(duplex) = quickly_baked(test, &folder.join("duplex/Duplex_A_20110907.ifc")) else { return };
     let names = |text: &str| find(&duplex, text).into_iter().map(|found| found.name).collect::<Vec<_>>();
     // #4131 of the file, by its GlobalId, by its tag within its name, and by a property of its own.

@@ -312,11 +312,9 @@ fn bytes_a_triangle(model: &Path) -> f64 {
 fn triangles_take_forty_bytes_with_their_materials() {
     let mut models: Vec<PathBuf> =
         ["villa_rotonda", "office", "gallery100"].iter().map(|name| shipped(name, "glb")).collect();
-    if let Some(data) = data("triangles_take_forty_bytes_with_their_materials") {
-        models.push(data.join("game-maps-obj/pandora.obj"));
-        if extensions().any(|extension| extension == "bsp") {
-            models.push(data.join("quake-id-gpl/e1m1.bsp"));
-        }
+    models.push(data().join("game-maps-obj/pandora.obj"));
+    if extensions().any(|extension| extension == "bsp") {
+        models.push(data().join("quake-id-gpl/e1m1.bsp"));
     }
     let told: Vec<(&PathBuf, f64)> = models.iter().map(|model| (model, bytes_a_triangle(model))).collect();
     println!("{told:.1?}");

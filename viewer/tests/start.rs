@@ -332,7 +332,7 @@ fn shipped_buildings_begin_in_a_closed_cell_on_a_floor() {
 #[test]
 fn real_buildings_begin_in_a_room_that_their_authors_named() {
     let test = "real_buildings_begin_in_a_room_that_their_authors_named";
-    let Some(folder) = data(test) else { return };
+    let folder = data();
     let models = [
         "duplex/Duplex_A_20110907",
         "webifc-mpl/Office_A_20110811",
@@ -363,7 +363,7 @@ fn real_buildings_begin_in_a_room_that_their_authors_named() {
 #[test]
 fn real_levels_begin_within() {
     let test = "real_levels_begin_within";
-    let Some(folder) = data(test) else { return };
+    let folder = data();
     for model in ["godot-demos/zdm2.glb", "quake-id-gpl/dm4.bsp"] {
         let Some(building) = quickly_baked(test, &folder.join(model)) else { return };
         let (eye, _) = begun(&building);
