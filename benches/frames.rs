@@ -55,7 +55,7 @@ fn main() {
 fn measure(name: &str, scene: &Scene, file: &PvsFile, path: &CameraPath) {
     let culler = Culler::new(file);
     let cameras: Vec<Camera> = (0..path.frames.len()).map(|i| path.camera(i, file.origin, ASPECT)).collect();
-    let modes = [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::Both];
+    let modes = [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs];
     let excess = check(scene, &culler, &cameras, &modes);
     for (mode, excess) in modes.into_iter().zip(excess) {
         let mut scratch = Scratch::for_culler(&culler);

@@ -18,7 +18,7 @@ mod renderer;
 use canvas::{ASPECT, SIZE};
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameMode, Motion, Rect, VisibleSet};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, Mode, Motion, Rect, VisibleSet};
 use enfilade_measure::walkthrough::tour::tour;
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Limit, Placement};
 use glam::{DVec3, Vec3};
@@ -47,7 +47,7 @@ pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, 
     for frame in 0..path.frames.len() {
         // 1. Where on the screen ground can show.
         let camera = path.camera(frame, file.origin, ASPECT);
-        look_out(&file, &frames.cull(&culler, &camera, path.near, FrameMode::Both, None), &mut windows);
+        look_out(&file, &frames.cull(&culler, &camera, path.near, Mode::PortalsAndPvs, None), &mut windows);
         // 2. Which of the tiles in memory are drawn there.
         let camera = in_ground(&camera, &place, file.origin);
         let view = GroundView { camera, size: SIZE, windows: &windows };

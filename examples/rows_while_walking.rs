@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 home = now;
                 now.into_iter().for_each(|cell| ask.send(cell).expect("the thread waits for cells"));
             }
-            for (sum, mode) in triangles.iter_mut().zip([Mode::Portals, Mode::Both]) {
+            for (sum, mode) in triangles.iter_mut().zip([Mode::Portals, Mode::PortalsAndPvs]) {
                 let objects = culler.cull(&camera, mode, &mut scratch).objects;
                 *sum += objects.iter().map(|&o: &ObjectId| u64::from(culler.triangles(o))).sum::<u64>();
             }

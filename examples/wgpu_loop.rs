@@ -17,7 +17,7 @@ mod renderer;
 
 use canvas::ASPECT;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, FrameCuller, FrameMode};
+use enfilade::runtime::{Culler, FrameCuller, Mode};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::tour::tour;
 use renderer::Renderer;
@@ -39,7 +39,7 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
         // Positions are relative to the file's origin. An engine with a matrix: `Camera::from_view_proj`.
         let camera = path.camera(frame, file.origin, ASPECT);
         ids.clear();
-        ids.extend_from_slice(frames.cull(&culler, &camera, path.near, FrameMode::Both, None).objects);
+        ids.extend_from_slice(frames.cull(&culler, &camera, path.near, Mode::PortalsAndPvs, None).objects);
         // Objects lie in the index buffer in the order of their ids, so neighbours are one draw.
         ids.sort_unstable();
         let mut count = 0;

@@ -11,7 +11,7 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{Camera, Culler, FrameCuller, FrameMode, Mode, Motion, Place, Scratch};
+use enfilade::runtime::{Camera, Culler, FrameCuller, Mode, Motion, Place, Scratch};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
 use enfilade_tubes as tubes;
 use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, Tubes};
@@ -42,7 +42,7 @@ fn meshes_of_tubes_that_are_too_large_take_no_memory() {
 fn culling_allocates_nothing() {
     let (_, file) = boxes::flat().0.finish();
     let culler = Culler::new(&file);
-    for mode in Mode::ALL {
+    for mode in Mode::WITHOUT_QUERIES {
         let mut scratch = Scratch::for_culler(&culler);
         // The first frame too: the scratch has its final size from the start. Memory that is taken and given back counts.
         let taken = measure(|| {
@@ -84,7 +84,7 @@ fn prefetching_allocates_nothing() {
             let eye = boxes::p(1.5 + f64::from(turn % 90) * 0.1, 1.6, 3.0 + sin * 4.0) - file.origin;
             let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
             motion.see(&camera, f64::from(turn));
-            let visible = culler.cull(&camera, Mode::Both, &mut scratch).objects;
+            let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).objects;
             prefetcher.frame(&culler, camera.eye, &motion, visible);
             while let Some(step) = prefetcher.next_step() {
                 if let Step::Load { object, .. } = step {
@@ -133,16 +133,16 @@ fn culling_with_an_oracle_allocates_nothing_after_the_first_frame_of_each_method
     let culler = Culler::new(&file);
     let mut frames = FrameCuller::new(&culler);
     let mut buffer = DepthBuffer::new(&scene, 160, 90);
-    let mut frame = |turn: u32, mode: FrameMode| {
+    let mut frame = |turn: u32, mode: Mode| {
         let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
         let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
         let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
         frames.cull(&culler, &camera, 0.05, mode, Some(&mut buffer)).objects.len()
     };
-    for mode in FrameMode::ALL {
+    for mode in Mode::ALL {
         frame(0, mode);
     }
-    for mode in FrameMode::ALL {
+    for mode in Mode::ALL {
         let mut drawn = 0;
         let taken = measure(|| drawn = (1..100).map(|turn| frame(turn, mode)).sum());
         assert_eq!(taken.count_total, 0, "{mode:?}");

@@ -23,7 +23,7 @@ use bevy_ecs::component::Component;
 use bevy_ecs::schedule::IntoScheduleConfigs;
 use bevy_transform::TransformSystems;
 use enfilade::ObjectId;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 
 /// Hides what no [`PortalCamera`] can see.
 pub struct EnfiladePlugin;
@@ -45,9 +45,9 @@ pub enum PortalCamera {
     /// when a door moves; what is outside of the view is left to Bevy's own culling.
     #[default]
     PerCell,
-    /// Shows what this view sees, in this mode: with [`FrameMode::Both`], through portals into what the row of its cell has. Asked in each update
+    /// Shows what this view sees, in this mode: with [`Mode::PortalsAndPvs`], through portals into what the row of its cell has. Asked in each update
     /// in which the camera moves. What is behind the camera is hidden, and so is its shadow.
-    PerFrame(FrameMode),
+    PerFrame(Mode),
 }
 
 /// What an entity draws of the building.

@@ -10,7 +10,7 @@ use bevy_ecs::query::{Changed, Or};
 use bevy_ecs::system::{Local, Query, Res};
 use bevy_math::Mat4;
 use bevy_transform::components::GlobalTransform;
-use enfilade::runtime::{self, FrameCuller, FrameMode, Place, Scratch};
+use enfilade::runtime::{self, FrameCuller, Mode, Place, Scratch};
 
 /// What decides.
 type Cameras<'w, 's> =
@@ -49,7 +49,7 @@ enum Question {
     /// What is there to be seen around here?
     Around(Place),
     /// What does this view see?
-    View(runtime::Camera, FrameMode),
+    View(runtime::Camera, Mode),
 }
 
 /// What is known from the updates before.

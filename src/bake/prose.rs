@@ -58,9 +58,7 @@ impl BakeReport {
         } else {
             format!("{} of {} cells are closed", self.cells - self.open_cells, self.cells)
         };
-        format!(
-            "portals and rows save nothing here ({why}); cull by occlusion queries: `walk --mode auto`, `FrameMode::Auto`"
-        )
+        format!("portals and rows save nothing here ({why}); cull by occlusion queries: `walk --mode auto`, `Mode::Auto`")
     }
 }
 

@@ -13,30 +13,32 @@ use crate::{CellId, ObjectId};
 use glam::Vec3;
 
 impl Culler {
-    /// What is to draw from this camera. Allocates nothing, as long as `scratch` was made for this culler.
+    /// The objects to draw from this camera. Modes with queries give what portals and rows leave. Allocates nothing, as long as `scratch` was
+    /// made for this culler.
     pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
         scratch.begin(self);
         // Lines of sight that don't meet in an eye: nothing is known of what they pass.
-        let mode = if camera.w == Vec3::ZERO { Mode::None } else { mode };
+        let mode = if camera.w == Vec3::ZERO { Mode::None } else { mode.without_queries() };
         let homes = match mode {
             Mode::None | Mode::Frustum => Homes::none(),
-            Mode::Portals | Mode::Pvs | Mode::Both => self.locate(camera.eye, scratch),
+            _ => self.locate(camera.eye, scratch),
         };
         scratch.stats.capped += u64::from(homes.overflow);
         let lost = homes.overflow || homes.as_slice().is_empty();
         match mode {
             Mode::None => self.take(None, scratch),
             Mode::Frustum => self.take_frustum(camera, scratch),
-            Mode::Portals | Mode::Pvs | Mode::Both if lost => self.take_frustum(camera, scratch),
+            _ if lost => self.take_frustum(camera, scratch),
             Mode::Pvs => {
                 self.join_rows(homes.as_slice(), scratch);
                 self.narrow_row(camera.eye, scratch);
                 self.take(Some(camera), scratch);
                 scratch.stats.cells = scratch.cell_row.iter().map(|w| u64::from(w.count_ones())).sum();
             }
-            Mode::Portals | Mode::Both => {
-                self.join_rows(if mode == Mode::Both { homes.as_slice() } else { &[] }, scratch);
-                if mode == Mode::Both {
+            _ => {
+                let has_rows = mode != Mode::Portals;
+                self.join_rows(if has_rows { homes.as_slice() } else { &[] }, scratch);
+                if has_rows {
                     self.narrow_row(camera.eye, scratch);
                 }
                 let eye = Eye::new(camera, self, None);

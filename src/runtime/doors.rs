@@ -1,7 +1,7 @@
 //! Doors that open and shut, and windows that are seen through one way only, without a new bake.
 //!
 //! Rows take every door as open, so they stay right whatever is shut. What is shut here, no portal traversal goes through:
-//! [`super::Mode::Portals`] and [`super::Mode::Both`] see less, the other modes see as much as before.
+//! [`super::Mode::Portals`] and [`super::Mode::PortalsAndPvs`] see less, the other modes see as much as before.
 //!
 //! A leaf hangs near its portal and not in it: before the portal's plane, behind it, or across it. So what is in the doorway, within
 //! [`Culler::doorway`] of the plane on the far side, is seen through a portal that is shut, the leaf among it; and to an eye that is itself

@@ -184,7 +184,8 @@ impl Culler {
         if depth == 0 {
             return;
         }
-        let by_portals = matches!(mode, Mode::Portals | Mode::Both);
+        let mode = mode.without_queries();
+        let by_portals = matches!(mode, Mode::Portals | Mode::PortalsAndPvs);
         let eye = |camera: &Camera, front| Eye::new(camera, self, front);
         let (open, parent) = (Rect::FULL, None);
         let root = Seeing { camera: *camera, eye: eye(camera, None), through: None, open, parent, depth: 0, by_portals };
@@ -194,7 +195,7 @@ impl Culler {
             let (mirror, camera, open, nested) = (&mirrors[view.mirror], view.camera, view.rect, view.depth);
             let eye = eye(&camera, Some(mirror.plane));
             out.scratch.begin(self);
-            let with_rows = matches!(mode, Mode::Pvs | Mode::Both);
+            let with_rows = matches!(mode, Mode::Pvs | Mode::PortalsAndPvs);
             self.join_rows(if with_rows { std::slice::from_ref(&mirror.cell) } else { &[] }, &mut out.scratch);
             if by_portals {
                 out.scratch.homes.push(mirror.cell);

@@ -9,7 +9,7 @@
 //! let mut scratch = Scratch::for_culler(&culler);
 //! let eye = DVec3::new(2.0, 1.6, 3.0) - file.origin;
 //! let camera = Camera::look_at(eye, eye + DVec3::X, 60f64.to_radians(), 16.0 / 9.0);
-//! let visible = culler.cull(&camera, Mode::Both, &mut scratch);
+//! let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
 //! for object in visible.objects {
 //!     println!("draw object {object}");
 //! }
@@ -47,7 +47,7 @@ mod small;
 
 pub use around::Place;
 pub use culler::Culler;
-pub use frame_culler::{FrameCuller, FrameMode};
+pub use frame_culler::FrameCuller;
 pub use frustum::{Camera, NotPerspective, Rect};
 pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
 pub use mode::Mode;

@@ -5,7 +5,7 @@
 //! do, and few nodes are left to ask about. An object is in the walk only where a portal opens the part of the screen that it is
 //! on, so the queries never look beyond the portals' frusta.
 
-use super::{Camera, Culler, FrameMode, FrameStats, Mode, Scratch, VisibleSet};
+use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::occlusion::chc::{Chc, Reduction};
@@ -56,7 +56,7 @@ impl OnlineCuller {
         self.tree
     }
 
-    /// Draws a frame by [`FrameMode::Chc`] or [`FrameMode::ChcPlus`], with an oracle that has just begun one with `view`, the camera's.
+    /// Draws a frame by [`Mode::Chc`] or [`Mode::ChcPlus`], with an oracle that has just begun one with `view`, the camera's.
     /// Returns what was drawn: every object that has a pixel at the oracle's size and no nearer than the near plane, as far as
     /// [`Culler::cull`] has it. `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each
     /// mode.
@@ -64,13 +64,13 @@ impl OnlineCuller {
         &mut self,
         culler: &Culler,
         (camera, view): (&Camera, &View),
-        mode: FrameMode,
+        mode: Mode,
         oracle: &mut impl OcclusionOracle,
     ) -> VisibleSet<'_> {
-        let visible = culler.cull(camera, Mode::Both, &mut self.scratch);
+        let visible = culler.cull(camera, Mode::PortalsAndPvs, &mut self.scratch);
         self.mask.set(&self.tree, visible.objects);
         let scope = Scope { tree: &self.tree, frustum: &Frustum::new(view), mask: Some(&self.mask) };
-        let (objects, asked) = if mode == FrameMode::ChcPlus {
+        let (objects, asked) = if mode == Mode::ChcPlus {
             self.plus.cull_of(&scope, oracle);
             (self.plus.objects(), self.plus.stats())
         } else {

@@ -59,7 +59,7 @@ fn the_villa_is_baked_the_same_everywhere_and_passes_its_check() {
 fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
     let (scene, file) = check_bake("gallery100");
     let path = CameraPath::load(&building("gallery100.path.json")).unwrap();
-    let modes = vec![Mode::Frustum.into(), Mode::Both.into()];
+    let modes = vec![Mode::Frustum.into(), Mode::PortalsAndPvs.into()];
     let options = WalkOptions {
         modes,
         width: 160,

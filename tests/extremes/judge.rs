@@ -176,7 +176,7 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
     }
     let fixed = WalkMode::from;
     let options = WalkOptions {
-        modes: [Mode::Portals, Mode::Pvs, Mode::Both].map(fixed).to_vec(),
+        modes: [Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs].map(fixed).to_vec(),
         width: 96,
         height: 64,
         verify_pixels: true,

@@ -11,7 +11,7 @@ use enfilade::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
-use enfilade::runtime::{Culler, FrameCuller, FrameMode, Mode, Scratch};
+use enfilade::runtime::{Culler, FrameCuller, Mode, Scratch};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::missed::objects_shown;
@@ -35,7 +35,7 @@ fn an_octree_of_the_clients_loses_nothing_that_shows() {
     let culler = Culler::new(&without_rows(&scene, &ImportOptions::default()));
     let mut oracle = DepthBuffer::new(&scene, 160, 90);
     let mut scratch = Scratch::for_culler(&culler);
-    for mode in [FrameMode::Chc, FrameMode::ChcPlus] {
+    for mode in [Mode::Chc, Mode::ChcPlus] {
         let mut frames = FrameCuller::new(&culler);
         frames.prepare_queries_with(&culler, tree.clone());
         let (mut drawn, mut in_frustum) = (0, 0);

@@ -3,7 +3,7 @@
 use enfilade::BitMatrix;
 use enfilade::cells::PortalKind;
 use enfilade::file::{FileCell, FileViewCell, PvsFile};
-use enfilade::runtime::{Camera, Culler, FrameCuller, FrameMode, Mode, Rect, Scratch};
+use enfilade::runtime::{Camera, Culler, FrameCuller, Mode, Rect, Scratch};
 use enfilade::scene::{Role, Scene};
 use enfilade::{CellId, ObjectId};
 use enfilade_measure::walkthrough::mode::WalkMode;
@@ -55,7 +55,7 @@ fn look(file: &PvsFile, eye: DVec3, target: DVec3, mode: Mode) -> Seen {
 fn a_room_is_seen_through_its_door_and_no_farther() {
     let (building, things) = flat();
     let (_, file) = building.finish();
-    for mode in [Mode::Portals, Mode::Both] {
+    for mode in [Mode::Portals, Mode::PortalsAndPvs] {
         // Out of A's door. Into B there is no line: both doors are in one wall.
         let out = look(&file, p(1.5, 1.6, 2.0), p(1.5, 1.6, 9.0), mode);
         assert_eq!((out.home, out.cells.as_slice()), (Some(A), [A, CORRIDOR].as_slice()));
@@ -98,12 +98,12 @@ fn an_eye_in_no_cell_sees_everything_in_the_frustum() {
     let (eye, target) = (p(5.0, 1.0, 2.0), p(9.0, 1.0, 2.0));
     let frustum = look(&file, eye, target, Mode::Frustum);
     assert!(!frustum.objects.is_empty());
-    for mode in [Mode::Portals, Mode::Pvs, Mode::Both] {
+    for mode in [Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
         let seen = look(&file, eye, target, mode);
         assert_eq!((seen.objects, seen.home), (frustum.objects.clone(), None));
     }
     let nan = Camera { eye: glam::Vec3::NAN, ..Camera::look_at(eye, target, 1.0, 1.0) };
-    assert_eq!(see(&Culler::new(&file), &nan, Mode::Both).objects.len(), file.objects.len());
+    assert_eq!(see(&Culler::new(&file), &nan, Mode::PortalsAndPvs).objects.len(), file.objects.len());
 }
 
 /// On the portal, a micrometre to either side, at its edge, in its plane beside it: both rooms are seen wherever one is
@@ -117,7 +117,7 @@ fn an_eye_on_a_portal_sees_both_sides() {
     let near = [0.5, 0.9, 1.1, 1.5, 1.9, 2.1, 3.0, 4.0, 6.0].into_iter().flat_map(|k| [-k * rho, k * rho]);
     for off in near.chain([-1e-3, -1e-6, 0.0, 1e-6, 1e-3]) {
         for x in [1.0, 1.0 + 1e-6, 1.5, 2.0] {
-            for mode in [Mode::Portals, Mode::Both, Mode::Pvs] {
+            for mode in [Mode::Portals, Mode::PortalsAndPvs, Mode::Pvs] {
                 let eye = p(x, 1.6, 4.0 + off);
                 let into_a = look(&file, eye, p(3.0, 0.5, 1.0), mode);
                 assert!(into_a.has(things.in_a), "{x} {off} {mode}");
@@ -290,7 +290,7 @@ fn thin_portals_and_extreme_angles_lose_nothing() {
                 if eye.z.abs() < 4.0 {
                     for fov in [1e-3f64, 1.0, 60.0, 175.0] {
                         let camera = Camera::look_at(eye - file.origin, at - file.origin, fov.to_radians(), 1.5);
-                        for mode in [Mode::Portals, Mode::Both] {
+                        for mode in [Mode::Portals, Mode::PortalsAndPvs] {
                             assert!(
                                 see(&culler, &camera, mode).has(thing),
                                 "{width} x {height}, {at}, {distance} m, {fov} degrees"
@@ -313,7 +313,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
         let culler = Culler::new(&file);
-        let mut scratch: Vec<Scratch> = Mode::ALL.iter().map(|_| Scratch::for_culler(&culler)).collect();
+        let mut scratch: Vec<Scratch> = Mode::WITHOUT_QUERIES.iter().map(|_| Scratch::for_culler(&culler)).collect();
         for frame in 0..40 {
             let mut i = random.below(grid.faces.len());
             let (low, high) = grid.bounds(i);
@@ -342,7 +342,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
                 Some(_) => {}
                 None => continue,
             }
-            let sets: Vec<(Vec<ObjectId>, Vec<CellId>)> = Mode::ALL
+            let sets: Vec<(Vec<ObjectId>, Vec<CellId>)> = Mode::WITHOUT_QUERIES
                 .iter()
                 .zip(&mut scratch)
                 .map(|(&mode, scratch)| {
@@ -438,7 +438,7 @@ fn a_tour_enters_every_cell_and_misses_no_pixel() {
         assert!(entered.iter().all(|&e| e), "seed {seed}: {entered:?}");
     }
     let path = tour(&file, 0);
-    let all = summaries(&scene, &file, &path, &Mode::ALL);
+    let all = summaries(&scene, &file, &path, &Mode::WITHOUT_QUERIES);
     for s in &all {
         assert_eq!((s.missed_pixels, s.frames), (Some(0), path.frames.len()), "{}", s.mode);
         assert!(s.triangles_mean >= s.exact_triangles_mean.unwrap(), "{}", s.mode);
@@ -533,7 +533,7 @@ fn a_tour_past_a_shut_door_misses_no_pixel() {
     file.portals[door].state.shut = true;
     let path = tour(&file, 0);
     let walked = |doors_as_found: bool| {
-        let options = WalkOptions { doors_as_found, ..options(&[Mode::Portals, Mode::Both]) };
+        let options = WalkOptions { doors_as_found, ..options(&[Mode::Portals, Mode::PortalsAndPvs]) };
         walk(&scene, &file, &path, &options, &mut |_| {}).unwrap()
     };
     for (open, shut) in walked(false).iter().zip(walked(true)) {
@@ -550,10 +550,10 @@ fn a_faulty_row_shows_as_missed_pixels() {
     let (scene, file) = building.finish_with(|_, objects| objects.clear(A.index(), things.in_a.index()));
     let frame = PathFrame { eye: p(0.5, 1.6, 3.0), target: p(3.0, 0.5, 1.0) };
     let path = CameraPath { name: "chair".into(), fov_y_degrees: 60.0, near: 0.01, frames: vec![frame] };
-    let s = summaries(&scene, &file, &path, &Mode::ALL);
+    let s = summaries(&scene, &file, &path, &Mode::WITHOUT_QUERIES);
     assert_eq!([0, 1, 2].map(|m| s[m].missed_pixels), [Some(0); 3]);
     assert!(s[3].missed_pixels > Some(100) && s[4].missed_pixels == s[3].missed_pixels);
-    let mut judged = options(&Mode::ALL);
+    let mut judged = options(&Mode::WITHOUT_QUERIES);
     judged.modes.push(WalkMode::Exact);
     let lost = |file: &PvsFile, min_pixels| {
         let judged = WalkOptions { min_pixels: vec![min_pixels], ..judged.clone() };
@@ -567,7 +567,7 @@ fn a_faulty_row_shows_as_missed_pixels() {
     let (scene, file) = building.finish_with(|_, objects| objects.clear(A.index(), things.glass.index()));
     let frame = PathFrame { eye: p(2.0, 1.5, 2.0), target: p(0.0, 1.5, 2.0) };
     let path = CameraPath { frames: vec![frame], ..path };
-    assert!(summaries(&scene, &file, &path, &[Mode::Both])[0].missed_pixels > Some(100));
+    assert!(summaries(&scene, &file, &path, &[Mode::PortalsAndPvs])[0].missed_pixels > Some(100));
 }
 
 /// A file without rows: every cell sees everything, until its row comes. Then its frames are those of a file that had it from the start.
@@ -591,7 +591,7 @@ fn rows_may_come_while_somebody_walks() {
     let sets = |culler: &Culler, eye: DVec3| {
         let cameras = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z]
             .map(|to| Camera::look_at(eye - file.origin, eye + to - file.origin, 90f64.to_radians(), 1.5));
-        cameras.map(|camera| [Mode::Frustum, Mode::Pvs, Mode::Both].map(|mode| see(culler, &camera, mode).objects))
+        cameras.map(|camera| [Mode::Frustum, Mode::Pvs, Mode::PortalsAndPvs].map(|mode| see(culler, &camera, mode).objects))
     };
     let mut fewer = 0;
     for (i, (cell, eye)) in eyes.into_iter().enumerate() {
@@ -612,7 +612,7 @@ fn frames_in_a_view_cell_draw_its_row() {
     let (_, mut file) = building.finish();
     let (eye, chair) = (p(1.5, 1.2, 3.), p(3., 0.5, 1.));
     let draws_chair = |file: &PvsFile, off: f64, mode: Mode| look(file, eye + p(0., off, 0.), chair, mode).has(things.in_a);
-    assert!(draws_chair(&file, 0.0, Mode::Pvs) && draws_chair(&file, 0.0, Mode::Both));
+    assert!(draws_chair(&file, 0.0, Mode::Pvs) && draws_chair(&file, 0.0, Mode::PortalsAndPvs));
     // 20 cm around the eye, and a row that says against the truth that the chair isn't seen: it must be believed there, and only there.
     let side = |axis: usize, sign: f64| {
         let n = DVec3::AXES[axis] * sign;
@@ -623,7 +623,7 @@ fn frames_in_a_view_cell_draw_its_row() {
     (0..file.objects.len()).filter(|&o| o != things.in_a.index()).for_each(|o| _ = rows.set(0, o));
     file.views.cells = vec![FileViewCell { id: "around the eye".into(), pieces: vec![planes] }];
     file.views.rows = Some(rows);
-    for mode in [Mode::Pvs, Mode::Both] {
+    for mode in [Mode::Pvs, Mode::PortalsAndPvs] {
         assert!(!draws_chair(&file, 0.0, mode), "{mode:?} in the view cell");
         assert!(draws_chair(&file, 0.1, mode), "{mode:?} on its boundary");
         assert!(draws_chair(&file, 0.2, mode), "{mode:?} beyond it");
@@ -648,11 +648,11 @@ fn auto_asks_in_open_cells_only() {
         let home = culler.cell_of((eye - file.origin).as_vec3(), &mut scratch);
         let is_closed = home.is_some_and(|cell| cell != OUTSIDE);
         counts[usize::from(is_closed)] += 1;
-        assert_eq!(chosen(eye, FrameMode::Auto), if is_closed { FrameMode::Both } else { FrameMode::Chc }, "{eye}");
+        assert_eq!(chosen(eye, Mode::Auto), if is_closed { Mode::PortalsAndPvs } else { Mode::Chc }, "{eye}");
     }
     assert!(counts.iter().all(|&count| count > 20), "{counts:?}: this tests nothing");
-    assert_eq!(chosen(p(500.0, 1.6, 500.0), FrameMode::Auto), FrameMode::Chc);
-    for mode in FrameMode::ALL.into_iter().filter(|&mode| mode != FrameMode::Auto) {
+    assert_eq!(chosen(p(500.0, 1.6, 500.0), Mode::Auto), Mode::Chc);
+    for mode in Mode::ALL.into_iter().filter(|&mode| mode != Mode::Auto) {
         assert_eq!(chosen(p(500.0, 1.6, 500.0), mode), mode);
     }
 }

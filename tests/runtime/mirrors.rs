@@ -154,7 +154,7 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
             .filter_map(|p| trace(&hung, &rays, camera.eye.as_dvec3(), camera.ray(ndc(p))))
             .inspect(|(turned, _)| counts[turned.len()] += 1)
             .collect();
-        for mode in Mode::ALL {
+        for mode in Mode::WITHOUT_QUERIES {
             let direct: BTreeSet<ObjectId> = culler.cull(&camera, mode, &mut scratch).objects.iter().copied().collect();
             culler.reflect(&camera, mode, &mirrors, DEPTH, &scratch, &mut out);
             for (turned, object) in &seen {

@@ -334,7 +334,7 @@ fn a_walk_by_rows_misses_nothing_and_one_on_demand_does() {
         let summary = walk_loading(&file, &culler, &bytes, &stroll, (method, &options), &mut |frame| {
             let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count() as u64;
             assert_eq!(drawn + frame.missing, frame.visible.len() as u64);
-            assert_eq!(culler.cull(&frame.camera, Mode::Both, &mut scratch).objects, frame.visible);
+            assert_eq!(culler.cull(&frame.camera, Mode::PortalsAndPvs, &mut scratch).objects, frame.visible);
             let held: u64 = (0..bytes.len()).filter(|&o| frame.in_memory[o]).map(|o| bytes[o]).sum();
             assert!(held <= budget);
             frames += 1;

@@ -38,7 +38,7 @@ fn a_shut_door_hides_what_is_behind_until_it_opens() {
     let camera = |eye: DVec3, target: DVec3| Camera::look_at(eye - file.origin, target - file.origin, 1.3, 1.6);
     let out = camera(p(1.5, 1.6, 2.0), p(1.5, 1.6, 9.0));
     let into = camera(p(1.5, 1.6, 5.0), p(1.5, 1.6, 0.0));
-    for mode in [Mode::Portals, Mode::Both] {
+    for mode in [Mode::Portals, Mode::PortalsAndPvs] {
         let mut sees =
             |culler: &Culler, camera: &Camera, object| culler.cull(camera, mode, &mut scratch).objects.contains(&object);
         assert!(sees(&culler, &out, things.in_corridor) && sees(&culler, &into, things.in_a));
@@ -99,7 +99,7 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
                 grid.walk(i, eye, camera.ray(ndc), 0, &mut |_, _, thing| things.extend(thing));
             }
             found += things.len();
-            for mode in [Mode::Portals, Mode::Both] {
+            for mode in [Mode::Portals, Mode::PortalsAndPvs] {
                 let seen = culler.cull(&camera, mode, &mut scratch);
                 kept += seen.cells.len();
                 let set = sorted(seen.objects);
@@ -134,7 +134,7 @@ fn what_is_seen_around_an_eye_is_what_it_sees_in_all_directions() {
             for _ in 0..6 {
                 let target = eye + random.between(DVec3::NEG_ONE, DVec3::ONE);
                 let camera = Camera::look_at(eye - file.origin, target - file.origin, 2.0, 1.6);
-                for object in culler.cull(&camera, Mode::Both, &mut scratch).objects {
+                for object in culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).objects {
                     assert!(around.binary_search(object).is_ok(), "round {round}: object {object} is seen from {eye}");
                 }
             }
@@ -207,7 +207,7 @@ fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
                 };
                 grid.walk(i, eye, camera.ray(ndc), DEPTH, &mut visit);
             }
-            for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::Both] {
+            for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
                 culler.cull(&camera, mode, &mut scratch);
                 culler.reflect(&camera, mode, &mirrors, DEPTH as u32, &scratch, &mut out);
                 let capped = out.stats().capped > 0;
@@ -230,7 +230,7 @@ fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
                     found += things.len();
                     deep += if turned.len() > 1 { things.len() } else { 0 };
                 }
-                if mode == Mode::Both {
+                if mode == Mode::PortalsAndPvs {
                     kept += sets.values().map(Vec::len).sum::<usize>();
                     all += sets.len() * file.objects.len();
                 }
@@ -277,9 +277,9 @@ fn two_facing_mirrors_are_bounded_and_say_so() {
     let eye = p(1.5, 1.3, 2.0) - file.origin;
     let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.0);
     let (mut scratch, mut out) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler));
-    culler.cull(&camera, Mode::Both, &mut scratch);
+    culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
     for depth in [0, 1, 5] {
-        culler.reflect(&camera, Mode::Both, &facing, depth, &scratch, &mut out);
+        culler.reflect(&camera, Mode::PortalsAndPvs, &facing, depth, &scratch, &mut out);
         // One wall is behind the eye: there is one way to each depth, the mirrors in turn.
         let seen: Vec<(usize, u32)> = out.views().iter().map(|v| (v.mirror, v.depth)).collect();
         assert_eq!(seen, (1..=depth).map(|d| ((d as usize + 1) % 2, d)).collect::<Vec<_>>());
@@ -287,7 +287,7 @@ fn two_facing_mirrors_are_bounded_and_say_so() {
             (0..depth as usize).all(|v| out.objects(v).contains(&things.in_a) && !out.objects(v).contains(&things.in_b))
         );
     }
-    culler.reflect(&camera, Mode::Both, &facing, 1000, &scratch, &mut out);
+    culler.reflect(&camera, Mode::PortalsAndPvs, &facing, 1000, &scratch, &mut out);
     assert!(out.views().len() <= enfilade::runtime::MOST_REFLECTIONS);
     assert!(out.views().len() < enfilade::runtime::MOST_REFLECTIONS || out.stats().capped > 0);
 }

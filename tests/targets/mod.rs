@@ -103,7 +103,7 @@ fn pvs(bytes: &[u8]) -> bool {
     let eyes = file.portals.iter().take(2).map(|p| p.winding[0]).chain([Vec3::ZERO]);
     for eye in eyes.map(|p| p.as_dvec3()) {
         let camera = Camera::look_at(eye, eye + DVec3::new(1.0, 0.25, 0.5), 1.2, 1.5);
-        for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::Both] {
+        for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
             let seen = culler.cull(&camera, mode, &mut scratch);
             assert!(seen.objects.iter().all(|o| o.index() < objects));
         }
@@ -200,7 +200,7 @@ fn path(bytes: &[u8]) -> bool {
     let mut scratch = Scratch::for_culler(&culler);
     for frame in 0..path.frames.len().min(16) {
         let camera = path.camera(frame, file.origin, 1.5);
-        for mode in [Mode::Frustum, Mode::Portals, Mode::Both] {
+        for mode in [Mode::Frustum, Mode::Portals, Mode::PortalsAndPvs] {
             let seen = culler.cull(&camera, mode, &mut scratch);
             assert!(seen.objects.iter().all(|o| o.index() < file.objects.len()));
         }

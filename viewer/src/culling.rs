@@ -7,7 +7,7 @@ use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameMode, FrameStats, MinPixels};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameStats, MinPixels, Mode};
 use enfilade::{CellId, ObjectId};
 use std::time::Instant;
 
@@ -36,15 +36,8 @@ impl Oracle {
 }
 
 /// Of all modes those that have a number key here, 1 first.
-pub const MODES: [FrameMode; 7] = [
-    FrameMode::None,
-    FrameMode::Frustum,
-    FrameMode::Portals,
-    FrameMode::Pvs,
-    FrameMode::Both,
-    FrameMode::Chc,
-    FrameMode::Auto,
-];
+pub const MODES: [Mode; 7] =
+    [Mode::None, Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs, Mode::Chc, Mode::Auto];
 
 /// The part of a frame that the device decides.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -79,7 +72,7 @@ pub struct Decision {
     /// The frame that it was made in.
     pub frame: u64,
     /// How.
-    pub method: FrameMode,
+    pub method: Mode,
     /// Objects to draw: all; with queries, the certain ones; with a pyramid, those in the frustum.
     pub objects: Vec<ObjectId>,
     /// Objects that the device decides about.
@@ -103,7 +96,7 @@ impl Decision {
     fn new(camera: &Camera) -> Self {
         Self {
             frame: 0,
-            method: FrameMode::None,
+            method: Mode::None,
             objects: Vec::new(),
             asks: Asks::Nothing,
             camera: *camera,
@@ -210,7 +203,7 @@ impl<'b> Culling<'b> {
         let mode = mode.into();
         // 1. How. Answers of a device come a frame delayed, and then asking costs more than it saves.
         let method = match (mode.of_library(), self.oracle) {
-            (FrameMode::Auto, Oracle::Device) => FrameMode::Both,
+            (Mode::Auto, Oracle::Device) => Mode::PortalsAndPvs,
             (mode, _) => self.frames.choose(&self.culler, camera, mode),
         };
         // 2. What.

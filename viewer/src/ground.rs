@@ -5,7 +5,7 @@ use crate::culling::Decision;
 use crate::draw::pipelines::NEAR;
 use enfilade::CellId;
 use enfilade::file::{FileObject, PvsFile};
-use enfilade::runtime::{Camera, Culler, FrameMode, Motion, Rect, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, Motion, Rect, Scratch};
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Patch, Placement, Things};
 use glam::{DVec3, Vec3};
 use std::path::Path;
@@ -226,8 +226,8 @@ fn is_whole(Loading { wanted, present, loaded, under_way }: Loading) -> bool {
 pub fn windows(decision: &Decision, file: &PvsFile, windows: &mut Vec<Rect>) {
     windows.clear();
     let goes_through = match decision.method {
-        FrameMode::Portals | FrameMode::Both | FrameMode::Chc | FrameMode::ChcPlus => true,
-        FrameMode::None | FrameMode::Frustum | FrameMode::Pvs | FrameMode::Auto => false,
+        Mode::Portals | Mode::PortalsAndPvs | Mode::Chc | Mode::ChcPlus => true,
+        Mode::None | Mode::Frustum | Mode::Pvs | Mode::Auto => false,
     };
     let is_open = |cell: CellId| file.cells.get(cell.index()).is_none_or(|cell| cell.open);
     if !goes_through || decision.home.is_none_or(is_open) {

@@ -1,6 +1,6 @@
 //! How frames are culled: as the library does it, or by a pyramid of depth on the device.
 
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,18 +8,18 @@ use std::str::FromStr;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ViewMode {
     /// By the library.
-    Culled(FrameMode),
+    Culled(Mode),
     /// By the frustum on the processor, and in two passes against a pyramid of depth on the device ([`crate::draw::hiz`]).
     Hiz,
 }
 
 impl ViewMode {
     /// Every mode, those of the library first.
-    pub const ALL: [Self; FrameMode::ALL.len() + 1] = {
-        let mut all = [Self::Hiz; FrameMode::ALL.len() + 1];
+    pub const ALL: [Self; Mode::ALL.len() + 1] = {
+        let mut all = [Self::Hiz; Mode::ALL.len() + 1];
         let mut i = 0;
-        while i < FrameMode::ALL.len() {
-            all[i] = Self::Culled(FrameMode::ALL[i]);
+        while i < Mode::ALL.len() {
+            all[i] = Self::Culled(Mode::ALL[i]);
             i += 1;
         }
         all
@@ -34,16 +34,16 @@ impl ViewMode {
     }
 
     /// The mode of the library.
-    pub const fn of_library(self) -> FrameMode {
+    pub const fn of_library(self) -> Mode {
         match self {
             Self::Culled(mode) => mode,
-            Self::Hiz => FrameMode::Frustum,
+            Self::Hiz => Mode::Frustum,
         }
     }
 }
 
-impl From<FrameMode> for ViewMode {
-    fn from(mode: FrameMode) -> Self {
+impl From<Mode> for ViewMode {
+    fn from(mode: Mode) -> Self {
         Self::Culled(mode)
     }
 }

@@ -7,7 +7,7 @@ use common::{building, needs_device};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::{Camera, Mode};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::import;
 use enfilade_scenes::{Kind, generate};
@@ -181,17 +181,17 @@ fn the_alarm_sees_a_portal_that_is_shut_while_its_leaf_is_open() {
     let (mut seen, mut culled) = (0, 0);
     for door in 0..visit.doors().len() {
         visit.stand(door, 1.8, 0.0);
-        assert_eq!(visit.missed(FrameMode::Portals).pixels, 0);
+        assert_eq!(visit.missed(Mode::Portals).pixels, 0);
         let open = visit.session.renderer.triangles();
         let portals = visit.doors()[door].portals.clone();
         let culler = &mut visit.session.renderer.culling.culler;
         portals.iter().for_each(|&portal| culler.set_open(portal, false));
-        seen += usize::from(visit.missed(FrameMode::Portals).pixels > 100);
+        seen += usize::from(visit.missed(Mode::Portals).pixels > 100);
         // With its leaf in it, the same portal misses nothing, and less is drawn.
         visit.session.open_or_shut(door);
         visit.session.renderer.doors.step(SECONDS, None);
         visit.session.renderer.doors_changed();
-        assert_eq!(visit.missed(FrameMode::Portals).pixels, 0, "door {door}");
+        assert_eq!(visit.missed(Mode::Portals).pixels, 0, "door {door}");
         culled += usize::from(visit.session.renderer.triangles() < open);
         visit.session.open_or_shut(door);
         visit.session.renderer.doors.step(SECONDS, None);
@@ -212,9 +212,9 @@ fn the_alarm_sees_a_leaf_that_is_not_drawn() {
         visit.session.renderer.doors.step(SECONDS, None);
         visit.session.renderer.doors_changed();
         visit.session.motion.walker.turn(std::f64::consts::PI, 0.0);
-        assert_eq!(visit.missed(FrameMode::Both).pixels, 0);
+        assert_eq!(visit.missed(Mode::PortalsAndPvs).pixels, 0);
         visit.session.motion.walker.turn(std::f64::consts::PI, 0.0);
-        let missed = visit.missed_by(FrameMode::Both, None);
+        let missed = visit.missed_by(Mode::PortalsAndPvs, None);
         let leaf = visit.doors()[door].first_object().unwrap();
         let pixels = missed.objects.iter().find(|(o, _)| *o == leaf).map_or(0, |found| found.1);
         rang += usize::from(pixels > 500);
@@ -268,7 +268,7 @@ fn a_door_shows_where_it_is() {
     needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, [640, 360], 1);
     visit.session.view.hud = false;
-    visit.session.view.mode = FrameMode::Both.into();
+    visit.session.view.mode = Mode::PortalsAndPvs.into();
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
     let drawn = |visit: &mut Visit<'_>, name: &str| {
         visit.session.draw(&visit.canvas.view, Default::default(), 0.0).unwrap();
@@ -331,7 +331,7 @@ fn a_mirror_shows_a_leaf_where_it_is() {
 fn a_frozen_view_shows_a_leaf_where_it_is() {
     needs_device!();
     let mut visit = Visit::new(villa(), Oracle::Software, [320, 180], 1);
-    visit.session.view.mode = FrameMode::Both.into();
+    visit.session.view.mode = Mode::PortalsAndPvs.into();
     visit.stand(2, 2.0, 0.0);
     picture(&mut visit);
     visit.session.act(Action::Freeze);

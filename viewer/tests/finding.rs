@@ -5,7 +5,7 @@ mod common;
 
 use common::{building, needs_device, path, quickly_baked};
 use enfilade::cells::{Locator, PortalKind};
-use enfilade::runtime::{Culler, FrameMode};
+use enfilade::runtime::{Culler, Mode};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Material, Role};
 use enfilade::types::scene::{Look, Trace};
@@ -159,7 +159,7 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
         session.act(Action::Hide);
         assert!(session.renderer.is_hidden(object) && session.selection.objects.is_empty());
         hidden.insert(object);
-        for mode in [FrameMode::None, FrameMode::Pvs, FrameMode::Both, FrameMode::Chc] {
+        for mode in [Mode::None, Mode::Pvs, Mode::PortalsAndPvs, Mode::Chc] {
             session.view.mode = mode.into();
             for &object in &hidden {
                 assert_eq!(pixels(&mut session, object), (0, 0), "{mode}: {object}: pixels and missed ones");

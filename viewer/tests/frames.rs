@@ -4,7 +4,7 @@
 mod common;
 
 use common::{building, needs_device, path};
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use enfilade::types::portal::PortalKind;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
@@ -29,14 +29,14 @@ fn villa() -> &'static Building {
 /// Somebody in a building whose frames are culled by both, and what they are drawn on.
 fn visit(building: &Building) -> (Canvas, Session<'_>) {
     let (canvas, mut session) = common::visit(building, Oracle::Software, SIZE);
-    session.view.mode = FrameMode::Both.into();
+    session.view.mode = Mode::PortalsAndPvs.into();
     (canvas, session)
 }
 
 /// Modes and oracles, every sensible pair.
 fn ways() -> Vec<(ViewMode, Oracle)> {
     let software = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
-    software.chain([FrameMode::Chc, FrameMode::Auto].map(|mode| (mode.into(), Oracle::Device))).collect()
+    software.chain([Mode::Chc, Mode::Auto].map(|mode| (mode.into(), Oracle::Device))).collect()
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn no_mode_misses_a_pixel_on_the_recorded_walk() {
 fn the_alarm_sees_a_row_that_was_broken_on_purpose() {
     needs_device!();
     let (sound, path) = (villa(), path("villa_rotonda"));
-    let mode = FrameMode::Pvs;
+    let mode = Mode::Pvs;
     // What fills the most pixels of a frame is taken out of the row of the frame's cell.
     let frame = path.frames.len() / 2;
     let mut walk = Walk::new(sound, &path, None, SIZE).unwrap();
@@ -159,7 +159,7 @@ fn a_lost_device_is_one_line() {
     let (villa, path) = (villa(), path("villa_rotonda"));
     let mut walk = Walk::new(villa, &path, None, SIZE).unwrap();
     let camera = walk.camera(0);
-    let request = || FrameRequest::new(camera, FrameMode::Auto);
+    let request = || FrameRequest::new(camera, Mode::Auto);
     walk.draw(request()).unwrap();
     walk.renderer.gpu.close();
     let line = walk.draw(request()).unwrap_err();
@@ -170,7 +170,7 @@ fn a_lost_device_is_one_line() {
 fn either_oracle_hides_three_quarters_of_the_villa() {
     needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let mode = FrameMode::Chc;
+    let mode = Mode::Chc;
     let mut device = Walk::new(villa, &path, Some(Oracle::Device), SIZE).unwrap();
     let mut software = Walk::new(villa, &path, Some(Oracle::Software), SIZE).unwrap();
     let mut sums = [0, 0];

@@ -6,7 +6,7 @@ mod common;
 use common::{building, needs_device, path, shipped};
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
-use enfilade::runtime::{Camera, FrameMode, Rect};
+use enfilade::runtime::{Camera, Mode, Rect};
 use enfilade_terrain::{Ground, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
@@ -73,7 +73,7 @@ fn hills_around(name: &str) -> Land {
 fn visit(land: Option<Land>) -> (Canvas, Session<'static>) {
     let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
     land.into_iter().for_each(|land| session.renderer.set_ground(land).unwrap());
-    (session.view.mode, session.view.hud) = (FrameMode::Both.into(), false);
+    (session.view.mode, session.view.hud) = (Mode::PortalsAndPvs.into(), false);
     (canvas, session)
 }
 
@@ -120,7 +120,7 @@ fn portals_windows_miss_no_pixel_and_save_most_of_the_ground() {
     for frame in 0..path.frames.len() {
         let camera = walk.camera(frame);
         let mut sums = Vec::new();
-        for mode in [ViewMode::Hiz, FrameMode::Frustum.into(), FrameMode::Both.into()] {
+        for mode in [ViewMode::Hiz, Mode::Frustum.into(), Mode::PortalsAndPvs.into()] {
             let missed = walk.missed(camera, mode).unwrap().expect("counted");
             assert_eq!(missed.pixels, 0, "{mode}, frame {frame}: {missed:?}");
             sums.push(patches(&walk.renderer));
@@ -147,7 +147,7 @@ fn who_sees_no_window_has_no_ground() {
         let angle = f64::from(turn) * std::f64::consts::FRAC_PI_4;
         let target = eye + DVec3::new(angle.sin(), -0.2, angle.cos());
         let camera = Camera::look_at(eye, target, 0.8, 16.0 / 9.0);
-        let missed = walk.missed(camera, FrameMode::Both).unwrap().expect("counted");
+        let missed = walk.missed(camera, Mode::PortalsAndPvs).unwrap().expect("counted");
         assert_eq!(missed.pixels, 0, "frame {frame}, turn {turn}: {missed:?}");
         let terrain = walk.renderer.terrain.as_ref().unwrap();
         if terrain.shown.windows.is_empty() {
@@ -168,8 +168,12 @@ fn the_alarm_sees_ground_that_was_left_out() {
     walk.renderer.set_ground(hills_around("alarm")).unwrap();
     let outside = Camera::look_at(DVec3::new(60.0, 30.0, 60.0), DVec3::new(120.0, 0.0, 120.0), 1.0, 16.0 / 9.0);
     let mut seen = |camera, culled_by| {
-        walk.draw(FrameRequest { culled_by: Some(culled_by), alarm: true, ..FrameRequest::new(camera, FrameMode::Both) })
-            .unwrap();
+        walk.draw(FrameRequest {
+            culled_by: Some(culled_by),
+            alarm: true,
+            ..FrameRequest::new(camera, Mode::PortalsAndPvs)
+        })
+        .unwrap();
         walk.renderer.settle().unwrap();
         walk.renderer.readback.missed.clone().expect("counted")
     };
@@ -196,7 +200,7 @@ fn no_sky_shows_through_ground_while_tiles_are_missing_or_all_there() {
         land.limit = Limit::Pixels(4.0);
         let (canvas, mut session) = visit(Some(land));
         session.view.fov_y = 40f64.to_radians();
-        session.view.mode = FrameMode::Frustum.into();
+        session.view.mode = Mode::Frustum.into();
         let mut levels = BTreeSet::new();
         for frame in 0..frames {
             let (angle, down) = (0.05 * f64::from(frame), 35f64.to_radians());
@@ -264,7 +268,7 @@ fn a_peak_beside_the_corner_of_two_coarser_tiles_looks_as_the_library_has_it() {
     let place = Placement { at: DVec3::new(0.0, 400.0, 0.0), degrees: 0.0 };
     let (canvas, mut session) = visit(Some(Land::new(ground, Some(place))));
     session.view.fov_y = 40f64.to_radians();
-    session.view.mode = FrameMode::Frustum.into();
+    session.view.mode = Mode::Frustum.into();
     let (mut between_two, mut compared, mut wrong) = (BTreeSet::new(), 0, Vec::new());
     for (top, turn) in tops.iter().flat_map(|top| (0..8).map(move |turn| (*top, turn))) {
         let away = AWAY * DVec2::from_angle(f64::from(turn) * std::f64::consts::FRAC_PI_4);
@@ -331,7 +335,7 @@ fn objects_behind_a_ridge_are_not_drawn_and_none_is_missed() {
     // To the east of the ridge, 2 m above the ground and 300 m; and between the ridge and the villa.
     let eyes = [(1000.0, 2.0), (1000.0, 300.0), (500.0, 2.0)].map(|(x, y)| land.to_building(DVec3::new(x, y, 0.0), origin));
     walk.renderer.set_ground(land).unwrap();
-    for mode in [FrameMode::None, FrameMode::Frustum, FrameMode::Both, FrameMode::Chc] {
+    for mode in [Mode::None, Mode::Frustum, Mode::PortalsAndPvs, Mode::Chc] {
         for (eye, is_hidden) in eyes.into_iter().zip([true, false, false]) {
             let camera = Camera::look_at(eye.as_dvec3(), DVec3::ZERO, 0.5, 16.0 / 9.0);
             let missed = walk.missed(camera, mode).unwrap().expect("counted");
@@ -342,7 +346,7 @@ fn objects_behind_a_ridge_are_not_drawn_and_none_is_missed() {
             assert_eq!(counted, (drawn, drawn > 0), "{mode} from {eye}");
             let told = format!("{mode} from {eye}: {drawn} drawn, {shown} not");
             assert_eq!((drawn == 0, shown > 0), (is_hidden, is_hidden), "{told}");
-            assert!(mode != FrameMode::None || drawn + shown == villa().scene.objects.len(), "{told}");
+            assert!(mode != Mode::None || drawn + shown == villa().scene.objects.len(), "{told}");
         }
     }
 }
@@ -371,7 +375,7 @@ fn walk_the_row(row: &Building, enters: bool) -> Asked {
     for frame in 0..440u32 {
         let eye = p(1.0 + 0.05 * f64::from(frame), 1.6, 2.0) - row.file.origin;
         let camera = Camera::look_at(eye, eye + DVec3::X, 1.0, 16.0 / 9.0);
-        culling.decide(frame.into(), &camera, 0.01, FrameMode::Both);
+        culling.decide(frame.into(), &camera, 0.01, Mode::PortalsAndPvs);
         let decision = culling.last.as_mut().unwrap();
         let home = decision.home.expect("in a room");
         land.select(decision, &row.file, SIZE, &mut shown);

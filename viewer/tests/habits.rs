@@ -5,7 +5,7 @@ mod common;
 
 use common::{building, has_device};
 use egui::RawInput;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
@@ -37,7 +37,7 @@ fn visit(test: &str) -> Option<(Canvas, Session<'static>, PathBuf)> {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
-    session.view.mode = FrameMode::Both.into();
+    session.view.mode = Mode::PortalsAndPvs.into();
     session.document.output = OutputFiles::beside(&folder.join("villa.glb"));
     session.begin(None);
     Some((canvas, session, folder))

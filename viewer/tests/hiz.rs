@@ -4,7 +4,7 @@
 mod common;
 
 use common::{building, needs_device, path};
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::{Camera, Mode};
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::culling::ByDevice;
@@ -137,7 +137,7 @@ fn nothing_is_missed_after_jumps_at_any_size() {
                 assert_eq!(missed(&mut walk, camera), 0, "{size:?}, jump {jump}, from {eye} to {to}");
             }
             drawn += walk.renderer.triangles();
-            walk.missed(camera, FrameMode::Frustum).unwrap();
+            walk.missed(camera, Mode::Frustum).unwrap();
             in_frustum += walk.renderer.triangles();
         }
         assert!(0 < drawn && 3 * drawn < 2 * in_frustum, "{size:?}: {drawn} of {in_frustum} triangles");
@@ -153,5 +153,5 @@ fn objects_that_a_buffer_does_not_hold_are_one_line() {
     let line = walk.missed(look(&hall, 4.0, size), ViewMode::Hiz).unwrap_err();
     assert!(line.starts_with("objects take ") && line.lines().count() == 1, "{line}");
     // Other modes go on.
-    assert_eq!(walk.missed(look(&hall, 4.0, size), FrameMode::Frustum).unwrap().expect("counted").pixels, 0);
+    assert_eq!(walk.missed(look(&hall, 4.0, size), Mode::Frustum).unwrap().expect("counted").pixels, 0);
 }

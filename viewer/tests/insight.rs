@@ -5,7 +5,7 @@ mod common;
 
 use common::{building, needs_device, path, sampled, shipped};
 use egui::RawInput;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use enfilade::scene::ImportOptions;
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
@@ -38,7 +38,7 @@ fn villa() -> &'static Building {
 fn visit(building: &Building, oracle: Oracle) -> (Canvas, Session<'_>) {
     let (canvas, mut session) = common::visit(building, oracle, SIZE);
     session.view.hud = false;
-    session.view.mode = FrameMode::Both.into();
+    session.view.mode = Mode::PortalsAndPvs.into();
     (canvas, session)
 }
 
@@ -73,7 +73,7 @@ fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
     let (canvas, mut session) = visit(&hall, Oracle::Software);
     session.motion.walker = Walker::new(p(0.0, 0.0, 0.0) - hall.file.origin, DVec3::NEG_Z, true);
     session.act(Action::Waste);
-    let of_library = [(FrameMode::Frustum, [2, 22, 12]), (FrameMode::None, [2, 34, 0]), (FrameMode::Chc, [2, 10, 24])];
+    let of_library = [(Mode::Frustum, [2, 22, 12]), (Mode::None, [2, 34, 0]), (Mode::Chc, [2, 10, 24])];
     let of_device = [(ViewMode::Hiz, [2, 10, 24])];
     for (mode, kinds) in of_library.map(|(mode, kinds)| (mode.into(), kinds)).into_iter().chain(of_device) {
         session.view.mode = mode;
@@ -96,9 +96,8 @@ fn every_mode_draws_all_that_is_seen() {
     let (villa, path) = (villa(), path("villa_rotonda"));
     for frame in (0..path.frames.len()).step_by(12) {
         let mut seen = Vec::new();
-        let ways = [FrameMode::None, FrameMode::Portals, FrameMode::Both, FrameMode::Chc]
-            .map(|mode| (mode.into(), Oracle::Software));
-        let of_device = [(FrameMode::Chc.into(), Oracle::Device), (ViewMode::Hiz, Oracle::Device)];
+        let ways = [Mode::None, Mode::Portals, Mode::PortalsAndPvs, Mode::Chc].map(|mode| (mode.into(), Oracle::Software));
+        let of_device = [(Mode::Chc.into(), Oracle::Device), (ViewMode::Hiz, Oracle::Device)];
         for (mode, oracle) in ways.into_iter().chain(of_device) {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
             walk.renderer.set_marking(Marking::Counted).unwrap();

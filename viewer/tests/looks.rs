@@ -4,7 +4,7 @@
 mod common;
 
 use common::{baked, building, needs_device, path, shipped};
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::{Camera, Mode};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::{extensions, import};
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
@@ -43,7 +43,7 @@ fn pictures_are_the_same_in_every_mode() {
     needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
     let ways = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
-    let of_device = [FrameMode::Chc, FrameMode::Auto].map(|mode| (mode.into(), Oracle::Device));
+    let of_device = [Mode::Chc, Mode::Auto].map(|mode| (mode.into(), Oracle::Device));
     let ways: Vec<_> = ways.chain(of_device).collect();
     for detail in [Detail::Plain, Detail::Full, Detail::Smooth] {
         let mut whole = Walk::new(villa, &path, None, SIZE).unwrap();
@@ -54,17 +54,14 @@ fn pictures_are_the_same_in_every_mode() {
             let mut least = u64::MAX;
             for frame in (0..path.frames.len()).step_by(9) {
                 let camera = whole.camera(frame);
-                let [expected, found] = [drawn(&mut whole, camera, FrameMode::None), drawn(&mut walk, camera, *mode)];
+                let [expected, found] = [drawn(&mut whole, camera, Mode::None), drawn(&mut walk, camera, *mode)];
                 let differ = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 0, "{detail:?}, {mode} by {oracle:?}, frame {frame}");
                 least = least.min(walk.renderer.triangles());
             }
             // That something was culled at all is what makes it a test.
             let all = villa.scene.triangles.len() as u64;
-            assert!(
-                *mode == FrameMode::None.into() || least < all / 2,
-                "{mode} by {oracle:?} drew {least} of {all} at least"
-            );
+            assert!(*mode == Mode::None.into() || least < all / 2, "{mode} by {oracle:?} drew {least} of {all} at least");
         }
     }
 }
@@ -77,7 +74,7 @@ fn the_alarm_counts_the_same_in_full() {
     let mut sound = Walk::new(villa, &path, None, SIZE).unwrap();
     let camera = sound.camera(frame);
     let mut broken = villa.clone();
-    sound.missed(camera, FrameMode::Pvs).unwrap();
+    sound.missed(camera, Mode::Pvs).unwrap();
     let home = sound.renderer.culling.last.as_ref().and_then(|d| d.home).unwrap();
     // Everything but what the eye stands in: walls that are seen across rooms, glass and doors among it.
     let rows = broken.file.object_rows.as_mut().unwrap();
@@ -86,7 +83,7 @@ fn the_alarm_counts_the_same_in_full() {
     let missed = |building: &Building, detail| {
         let mut walk = Walk::new(building, &path, None, SIZE).unwrap();
         walk.renderer.set_detail(detail).unwrap();
-        walk.missed(camera, FrameMode::Pvs).unwrap().expect("counted").pixels
+        walk.missed(camera, Mode::Pvs).unwrap().expect("counted").pixels
     };
     let details = [Detail::Plain, Detail::Full, Detail::Smooth];
     assert_eq!(details.map(|detail| missed(villa, detail)), [0; 3]);
@@ -161,7 +158,7 @@ fn seen(building: &Building) -> [[u8; 3]; 2] {
     let mut walk = Walk::new(building, &path, None, [192, 108]).unwrap();
     walk.renderer.set_detail(Detail::Full).unwrap();
     let camera = walk.camera(0);
-    let pixels = drawn(&mut walk, camera, FrameMode::None);
+    let pixels = drawn(&mut walk, camera, Mode::None);
     // A metre is 54 / (3 tan 30 degrees) pixels.
     let half = (54.0 / (3.0 * 30f64.to_radians().tan()) * 0.8) as usize;
     [96 - half, 96 + half].map(|x| pixels[54 * 192 + x])
@@ -277,7 +274,7 @@ fn four_samples_change_edges_and_nothing_else() {
     let camera = walk.camera(0);
     let [full, smooth] = [Detail::Full, Detail::Smooth].map(|detail| {
         walk.renderer.set_detail(detail).unwrap();
-        drawn(&mut walk, camera, FrameMode::None)
+        drawn(&mut walk, camera, Mode::None)
     });
     let is_black = |x: usize, y: usize| full[y * 192 + x] == [0; 3];
     let (mut at_edges, mut between) = (0, 0);
@@ -328,7 +325,7 @@ fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
     let white = unlit(json!({"baseColorFactor": [1.0, 1.0, 1.0, 1.0]}));
     let (_, hall) = walls("looks_mirror", &[(0.0, white), (6.0, picture)]);
     let (canvas, mut session) = common::visit(&hall, Oracle::Software, [192, 108]);
-    (session.view.hud, session.view.mode) = (false, FrameMode::None.into());
+    (session.view.hud, session.view.mode) = (false, Mode::None.into());
     session.motion.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
     // Half a metre to either side on a wall that seems to be 9 m away.
     let off = (54.0 / (9.0 * (session.view.fov_y / 2.0).tan()) * 0.5) as usize;

@@ -6,7 +6,7 @@ mod common;
 
 use allocation_counter::measure;
 use common::{building, path};
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::{Camera, Mode};
 use enfilade_terrain::{Ground, MakeOptions, Placement, make};
 use enfilade_viewer::culling::{Culling, Oracle};
 use enfilade_viewer::doors::Doors;
@@ -76,7 +76,7 @@ fn ground_that_is_chosen_and_loaded_allocates_nothing_once_warm() {
             // Now and then at the floor, where no window is in view.
             let floor = Camera::look_at(ahead.eye.into(), ahead.eye.as_dvec3() - DVec3::new(0.0, 1.0, 0.1), 0.5, 1.0);
             let camera = if frame % 4 == 0 { floor } else { ahead };
-            culling.decide(number, &camera, 0.01, FrameMode::Both);
+            culling.decide(number, &camera, 0.01, Mode::PortalsAndPvs);
             let decision = culling.last.as_mut().unwrap();
             land.select(decision, &building.file, SIZE, &mut shown);
             land.load_at(number as f64 / 60.0, SIZE, &mut shown);

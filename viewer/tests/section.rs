@@ -5,7 +5,7 @@ mod common;
 
 use common::{building, needs_device, path};
 use enfilade::cells::PortalKind;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use enfilade::scene::ImportOptions;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -21,7 +21,7 @@ use std::path::Path;
 use testing::boxes::{self, block, p};
 
 const SIZE: [u32; 2] = [640, 480];
-const MODES: [FrameMode; 5] = [FrameMode::None, FrameMode::Frustum, FrameMode::Pvs, FrameMode::Both, FrameMode::Chc];
+const MODES: [Mode; 5] = [Mode::None, Mode::Frustum, Mode::Pvs, Mode::PortalsAndPvs, Mode::Chc];
 /// Of caps.
 const CAP: [u8; 3] = [69, 74, 84];
 
@@ -108,7 +108,7 @@ fn caps_are_as_large_as_what_is_cut() {
     }
     // From below no cap is seen, and the ceiling is gone.
     set(&mut visit, 1.2);
-    (visit.session.view.detail, visit.session.view.mode) = (Detail::Plain, FrameMode::Auto.into());
+    (visit.session.view.detail, visit.session.view.mode) = (Detail::Plain, Mode::Auto.into());
     visit.session.motion.walker = Walker::new(p(1.0, 1.0, 3.0) - room.file.origin, DVec3::new(1.0, 0.2, -1.0), true);
     let (picture, missed) = visit.draw();
     assert_eq!((caps(&picture), missed), (0, 0));
@@ -137,7 +137,7 @@ fn what_is_cut_away_is_neither_picked_nor_missed() {
                 visit.session.motion.walker.eye.y += 15.0;
                 visit.session.motion.walker.pitch = -1.2;
             }
-            for mode in [FrameMode::Pvs.into(), FrameMode::Chc.into(), ViewMode::Hiz] {
+            for mode in [Mode::Pvs.into(), Mode::Chc.into(), ViewMode::Hiz] {
                 for detail in [Detail::Plain, Detail::Full] {
                     (visit.session.view.mode, visit.session.view.detail) = (mode, detail);
                     let (picture, missed) = visit.draw();
@@ -145,7 +145,7 @@ fn what_is_cut_away_is_neither_picked_nor_missed() {
                     assert_eq!(missed, 0, "frame {frame}, {mode}, {oracle:?}");
                 }
             }
-            assert_eq!(visit.session.renderer.culling.last.as_ref().unwrap().method, FrameMode::Frustum);
+            assert_eq!(visit.session.renderer.culling.last.as_ref().unwrap().method, Mode::Frustum);
             visit.session.act(Action::Pick);
             for object in visit.session.selection.objects.clone() {
                 let bounds = &villa.scene.objects[object.index()].bounds;
@@ -247,7 +247,7 @@ fn names_are_those_of_rooms_that_are_reached() {
     [study, hall].iter().for_each(|cell| file.cells[cell.index()].source = Some("room".into()));
     let house = Building::new(scene, file, Looks::default());
     let mut visit = Visit::new(&house, Oracle::Software);
-    visit.session.view.mode = FrameMode::Portals.into();
+    visit.session.view.mode = Mode::Portals.into();
     visit.session.motion.walker = Walker::new(p(0.5, 1.6, 1.8) - house.file.origin, DVec3::X, true);
     let names = |visit: &mut Visit<'_>| -> Vec<String> {
         visit.draw();

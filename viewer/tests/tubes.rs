@@ -7,7 +7,7 @@ use common::{needs_device, path, shipped};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::{Camera, Mode};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::picture::Picture;
@@ -85,7 +85,7 @@ fn alone(tubes: &Tubes, below: f64) -> Building {
     building(builder.finish("pipes").unwrap())
 }
 
-fn picture(walk: &mut Walk<'_, '_>, camera: Camera, mode: FrameMode) -> Picture {
+fn picture(walk: &mut Walk<'_, '_>, camera: Camera, mode: Mode) -> Picture {
     walk.draw(FrameRequest::new(camera, mode)).unwrap();
     walk.picture().unwrap()
 }
@@ -96,11 +96,11 @@ fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
     let (villa, path) = (villa(), path("villa_rotonda"));
     let software = ViewMode::ALL.into_iter().map(|mode| (mode, Oracle::Software));
     let mut drawn = HashMap::new();
-    for (mode, oracle) in software.chain([(FrameMode::Chc.into(), Oracle::Device)]) {
+    for (mode, oracle) in software.chain([(Mode::Chc.into(), Oracle::Device)]) {
         for thin in [Thin::Off, Thin::Weighed] {
             let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
             walk.renderer.tubes.as_mut().unwrap().look.thin = thin;
-            if mode == FrameMode::Both.into() {
+            if mode == Mode::PortalsAndPvs.into() {
                 walk.renderer.set_detail(Detail::Full).unwrap();
             }
             for frame in (0..path.frames.len()).step_by(9) {
@@ -112,8 +112,8 @@ fn no_mode_misses_a_pixel_of_tubes_in_rooms() {
             }
         }
     }
-    for mode in [FrameMode::Pvs, FrameMode::Both, FrameMode::Chc].map(FrameMode::name) {
-        let fewer = |frame: &usize| drawn[&(mode, *frame)] < drawn[&(FrameMode::Frustum.name(), *frame)];
+    for mode in [Mode::Pvs, Mode::PortalsAndPvs, Mode::Chc].map(Mode::name) {
+        let fewer = |frame: &usize| drawn[&(mode, *frame)] < drawn[&(Mode::Frustum.name(), *frame)];
         assert!((0..path.frames.len()).step_by(9).any(|frame| fewer(&frame)), "{mode} culls no tube that the frustum has");
     }
 }
@@ -127,8 +127,8 @@ fn pictures_are_the_same_with_and_without_culling() {
         walk.renderer.set_detail(detail).unwrap();
         for frame in (0..path.frames.len()).step_by(11) {
             let camera = walk.camera(frame);
-            let whole = picture(&mut walk, camera, FrameMode::None);
-            for mode in [FrameMode::Pvs, FrameMode::Both] {
+            let whole = picture(&mut walk, camera, Mode::None);
+            for mode in [Mode::Pvs, Mode::PortalsAndPvs] {
                 let culled = picture(&mut walk, camera, mode);
                 let different = whole.pixels().iter().zip(culled.pixels()).filter(|(a, b)| a != b).count();
                 assert_eq!(different, 0, "{detail:?}, {mode}, frame {frame}");
@@ -147,10 +147,10 @@ fn the_alarm_sees_tubes_that_are_missing() {
     let mut rang = 0;
     for frame in (0..path.frames.len()).step_by(5) {
         let camera = walk.camera(frame);
-        assert_eq!(walk.missed(camera, FrameMode::Frustum).unwrap().expect("counted").pixels, 0);
+        assert_eq!(walk.missed(camera, Mode::Frustum).unwrap().expect("counted").pixels, 0);
         // What was decided stays; the frame is drawn by a camera that has turned away from it.
         let turned = Camera { x: -camera.x, w: -camera.w, ..camera };
-        walk.draw(FrameRequest { culled_by: None, alarm: true, ..FrameRequest::new(turned, FrameMode::Frustum) }).unwrap();
+        walk.draw(FrameRequest { culled_by: None, alarm: true, ..FrameRequest::new(turned, Mode::Frustum) }).unwrap();
         walk.renderer.settle().unwrap();
         let missed = walk.renderer.readback.missed.clone().expect("counted");
         rang += u32::from(missed.objects.iter().any(|(o, pixels)| is_tube(o) && *pixels > 0));
@@ -176,7 +176,7 @@ fn black<'b>(building: &'b Building, thin: Thin) -> (Canvas, Renderer<'b>) {
 }
 
 fn shot(renderer: &mut Renderer<'_>, canvas: &Canvas, camera: Camera) -> Picture {
-    renderer.frame(FrameRequest::new(camera, FrameMode::None), &canvas.view, None).unwrap();
+    renderer.frame(FrameRequest::new(camera, Mode::None), &canvas.view, None).unwrap();
     canvas.read(&renderer.gpu).unwrap()
 }
 

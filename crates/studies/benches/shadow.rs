@@ -158,11 +158,11 @@ impl Study<'_> {
         let file = bake(self.scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).expect("a bake").file;
         let culler = Culler::new(&file);
         let mut scratch = Scratch::for_culler(&culler);
-        let row = self.run(|_, camera| (culler.cull(camera, Mode::Both, &mut scratch).objects.to_vec(), 0));
+        let row = self.run(|_, camera| (culler.cull(camera, Mode::PortalsAndPvs, &mut scratch).objects.to_vec(), 0));
         self.print("both", &row, base);
         let mut shadows = ShadowCuller::new(32);
         let row = self.run(|view, camera| {
-            let mut objects = culler.cull(camera, Mode::Both, &mut scratch).objects.to_vec();
+            let mut objects = culler.cull(camera, Mode::PortalsAndPvs, &mut scratch).objects.to_vec();
             let mut lit = shadows.cull(tree, occluders, view).to_vec();
             lit.sort_unstable();
             objects.retain(|o| lit.binary_search(o).is_ok());

@@ -31,7 +31,7 @@
 //!     prefetcher.loaded(object);
 //! }
 //! motion.see(&camera, seconds);
-//! let visible = culler.cull(&camera, Mode::Both, &mut scratch);
+//! let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
 //! let missing = prefetcher.frame(&culler, camera.eye, &motion, visible.objects);
 //! println!("{} objects are drawn, {missing} are late", visible.objects.len());
 //! while loader.is_idle() {

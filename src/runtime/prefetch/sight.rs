@@ -34,7 +34,7 @@ impl Sight {
         let screens = cameras.iter().flatten().map(wider);
         let around = AROUND.iter().filter_map(|&time| cameras[time]).flat_map(|camera| all_around(&camera));
         for camera in screens.chain(around) {
-            let visible = culler.cull(&camera, Mode::Both, &mut self.scratch);
+            let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut self.scratch);
             if !visible.objects.iter().all(|&object| tell(object)) {
                 return;
             }

@@ -1,6 +1,6 @@
 //! Where the camera is at every second: on a way, and half way above the building.
 
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_viewer::args::Shown;
@@ -141,7 +141,7 @@ impl<'b> Visit<'b> {
         renderer.doors.set_all(false);
         renderer.doors_changed();
         let mut session = Session::new(building, renderer);
-        session.view.mode = FrameMode::Portals.into();
+        session.view.mode = Mode::Portals.into();
         session.view.detail = Detail::Smooth;
         session.view.layers.plan = true;
         session.user.preferences.text = TEXT;

@@ -115,8 +115,8 @@ impl Mirrors {
     /// Works out what they show, in the frame of a camera.
     pub fn look(&mut self, culler: &Culler, camera: &Camera) {
         if !self.mirrors.is_empty() {
-            culler.cull(camera, Mode::Both, &mut self.scratch);
-            culler.reflect(camera, Mode::Both, &self.mirrors, 1, &self.scratch, &mut self.reflections);
+            culler.cull(camera, Mode::PortalsAndPvs, &mut self.scratch);
+            culler.reflect(camera, Mode::PortalsAndPvs, &self.mirrors, 1, &self.scratch, &mut self.reflections);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::culling::{ByDevice, Decision};
 use crate::draw::marks::KINDS;
 use crate::mode::ViewMode;
 use crate::units::number;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 
 impl Session<'_> {
     /// Of the frame.
@@ -69,7 +69,7 @@ impl Session<'_> {
 /// How a frame was culled.
 fn method(mode: ViewMode, last: &Decision) -> String {
     match mode {
-        ViewMode::Culled(FrameMode::Auto) => format!("auto: {}", last.method),
+        ViewMode::Culled(Mode::Auto) => format!("auto: {}", last.method),
         mode => mode.to_string(),
     }
 }

@@ -10,7 +10,7 @@ use crate::heat;
 use crate::mode::ViewMode;
 use crate::profile::Profile;
 use crate::walker::Walker;
-use enfilade::runtime::{Camera, FrameMode};
+use enfilade::runtime::{Camera, Mode};
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_measure::walkthrough::tour::tour;
 
@@ -69,8 +69,8 @@ impl<'b> Session<'b> {
         self.insight.split = match self.insight.split.take() {
             Some(_) => None,
             None => {
-                let frustum = FrameMode::Frustum.into();
-                let other = if self.view.mode == frustum { FrameMode::None.into() } else { frustum };
+                let frustum = Mode::Frustum.into();
+                let other = if self.view.mode == frustum { Mode::None.into() } else { frustum };
                 Some(Split::new(&self.renderer, other, self.renderer.format))
             }
         };

@@ -3,7 +3,7 @@
 use super::Session;
 use crate::draw::slice::Section;
 use crate::mode::ViewMode;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use glam::DVec3;
 
 /// A level section is so far above the eye at first, metres: below the heads of doors for a standing person.
@@ -90,8 +90,8 @@ impl Session<'_> {
     /// The mode of culling. With a section, any cell may be seen through the cut: only the frustum culls.
     pub(super) fn mode(&self) -> ViewMode {
         match (self.section.is_on, self.view.mode) {
-            (true, ViewMode::Culled(FrameMode::None)) | (false, _) => self.view.mode,
-            (true, _) => FrameMode::Frustum.into(),
+            (true, ViewMode::Culled(Mode::None)) | (false, _) => self.view.mode,
+            (true, _) => Mode::Frustum.into(),
         }
     }
 }

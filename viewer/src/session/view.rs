@@ -5,7 +5,7 @@ use crate::colours::Tints;
 use crate::looks::Detail;
 use crate::mode::ViewMode;
 use crate::settings::{FIELD_OF_VIEW, Layers};
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 
 /// View settings.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ pub struct ViewSettings {
 impl Default for ViewSettings {
     fn default() -> Self {
         Self {
-            mode: FrameMode::Auto.into(),
+            mode: Mode::Auto.into(),
             detail: Detail::Plain,
             looks: Detail::Full,
             tints: Tints::default(),

@@ -7,7 +7,7 @@ use super::kinds::Kind;
 use super::{CliError, Outcome, at};
 use enfilade::file::PvsFile;
 use enfilade::pvs::Guarantee;
-use enfilade::runtime::FrameMode;
+use enfilade::runtime::Mode;
 use enfilade::scene::{ImportOptions, Picture, Scene};
 use enfilade_formats::import;
 use enfilade_measure::verify::random_path;
@@ -214,7 +214,7 @@ fn modes(names: &[String]) -> Result<Vec<WalkMode>, CliError> {
     let mut modes = Vec::new();
     for name in names {
         let named = match name.as_str() {
-            "all" => FrameMode::ALL.map(WalkMode::from).to_vec(),
+            "all" => Mode::ALL.map(WalkMode::from).to_vec(),
             name => vec![name.parse().map_err(|e| CliError(format!("--mode: {e}")))?],
         };
         for mode in named {

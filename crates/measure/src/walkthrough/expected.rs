@@ -22,7 +22,7 @@ pub fn expected_draw(file: &PvsFile) -> Option<ExpectedDraw> {
     let mut triangles = [0u64; 4];
     for frame in 0..path.frames.len() {
         let camera = path.camera(frame, file.origin, ASPECT);
-        for (sum, mode) in triangles.iter_mut().zip([Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::Both]) {
+        for (sum, mode) in triangles.iter_mut().zip([Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs]) {
             *sum += culler.cull(&camera, mode, &mut scratch).stats.triangles;
         }
     }

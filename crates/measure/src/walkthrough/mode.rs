@@ -1,6 +1,6 @@
 //! How frames of a walk are culled.
 
-use enfilade::runtime::{FrameMode, Mode};
+use enfilade::runtime::Mode;
 use std::fmt;
 use std::str::FromStr;
 
@@ -8,7 +8,7 @@ use std::str::FromStr;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum WalkMode {
     /// As in a renderer.
-    Culled(FrameMode),
+    Culled(Mode),
     /// By the exact judge ([`crate::exact`]): objects with a triangle that is visible from the eye within the picture, or
     /// undecided. This is the reference for the other modes; it takes milliseconds a frame.
     Exact,
@@ -29,15 +29,9 @@ impl WalkMode {
     }
 }
 
-impl From<FrameMode> for WalkMode {
-    fn from(mode: FrameMode) -> Self {
-        Self::Culled(mode)
-    }
-}
-
 impl From<Mode> for WalkMode {
     fn from(mode: Mode) -> Self {
-        Self::Culled(mode.into())
+        Self::Culled(mode)
     }
 }
 

@@ -6,7 +6,7 @@ use super::plan::{PlanView, portal_colour};
 use super::raster::{View, draw};
 use super::shade::{MAGENTA, shade};
 use enfilade::file::PvsFile;
-use enfilade::runtime::{FrameMode, Rect, VisibleSet};
+use enfilade::runtime::{Mode, Rect, VisibleSet};
 use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::DVec2;
@@ -20,7 +20,7 @@ pub struct Overlay<'a> {
     /// The camera and the size of the picture.
     pub view: View,
     /// How it was culled.
-    pub mode: FrameMode,
+    pub mode: Mode,
     /// The visible set.
     pub visible: VisibleSet<'a>,
     /// Missed pixels.
@@ -70,10 +70,10 @@ impl Overlay<'_> {
         }
         let mut seen = vec![false; self.file.cells.len()];
         match (self.mode, self.visible.home) {
-            (FrameMode::Portals | FrameMode::Both | FrameMode::Chc | FrameMode::ChcPlus, Some(_)) => {
+            (Mode::Portals | Mode::PortalsAndPvs | Mode::Chc | Mode::ChcPlus, Some(_)) => {
                 self.visible.cells.iter().for_each(|c| seen[c.index()] = true)
             }
-            (FrameMode::Pvs, Some(home)) => self.file.cells_seen(home).for_each(|c| seen[c.index()] = true),
+            (Mode::Pvs, Some(home)) => self.file.cells_seen(home).for_each(|c| seen[c.index()] = true),
             _ => seen.fill(true),
         }
         let eye = self.view.camera.eye.as_dvec3();

@@ -18,14 +18,14 @@ pub fn portal_costs(file: &PvsFile, seed: u64) -> Vec<PortalCost> {
     let mut saved = vec![0u64; file.portals.len()];
     for frame in 0..path.frames.len() {
         let camera = path.camera(frame, file.origin, ASPECT);
-        let seen = culler.cull(&camera, Mode::Both, &mut scratch);
+        let seen = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
         let all = seen.stats.triangles;
         let mut portals: Vec<PortalId> = seen.portals.iter().map(|crossed| crossed.portal.portal()).collect();
         portals.sort_unstable();
         portals.dedup();
         for portal in portals {
             culler.set_open(portal, false);
-            let rest = culler.cull(&camera, Mode::Both, &mut scratch).stats.triangles;
+            let rest = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).stats.triangles;
             culler.set_open(portal, true);
             saved[portal.index()] += all.saturating_sub(rest);
         }

@@ -5,7 +5,7 @@ use enfilade::ObjectId;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
 use enfilade::occlusion::oracle::OcclusionOracle;
-use enfilade::runtime::{Culler, FrameCuller, FrameMode, VisibleSet};
+use enfilade::runtime::{Culler, FrameCuller, Mode, VisibleSet};
 use std::time::Instant;
 
 /// Times of a frame, microseconds.
@@ -19,13 +19,13 @@ pub(super) struct Times {
 
 /// Times the culling of a walk's frames in one mode.
 pub(super) struct TimedCuller {
-    mode: FrameMode,
+    mode: Mode,
     frames: FrameCuller,
 }
 
 impl TimedCuller {
     /// `tree`: the hierarchy of the culler's objects, for modes with queries.
-    pub fn new(mode: FrameMode, culler: &Culler, tree: impl FnOnce() -> Hierarchy) -> Self {
+    pub fn new(mode: Mode, culler: &Culler, tree: impl FnOnce() -> Hierarchy) -> Self {
         let mut frames = FrameCuller::new(culler);
         if mode.has_queries() {
             frames.prepare_queries_with(culler, tree());
@@ -40,7 +40,7 @@ impl TimedCuller {
         culler: &Culler,
         view: &View,
         mut oracle: Option<&mut DepthBuffer<'_>>,
-    ) -> (VisibleSet<'_>, FrameMode, Times) {
+    ) -> (VisibleSet<'_>, Mode, Times) {
         let start = Instant::now();
         let us = || start.elapsed().as_nanos() as f64 / 1e3;
         let (camera, near) = (&view.camera, nearer(view).near);

@@ -13,7 +13,7 @@ use enfilade::ObjectId;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::runtime::{Culler, FrameMode, FrameStats, MinPixels, VisibleSet};
+use enfilade::runtime::{Culler, FrameStats, MinPixels, Mode, VisibleSet};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Role, Scene};
 use serde::Serialize;
@@ -252,7 +252,7 @@ pub fn walk(
             let missed = truth.as_ref().map(|truth| truth.missed(visible.objects));
             let times = times[m][i];
             let mut frame_line = frame_line(*frame, run.setting, &visible.stats, times, missed.as_ref());
-            frame_line.method = (run.setting.mode == FrameMode::Auto.into()).then(|| method.name());
+            frame_line.method = (run.setting.mode == Mode::Auto.into()).then(|| method.name());
             frame_line.lost_objects =
                 witnesses.as_ref().filter(|_| run.setting.keeps_all()).map(|witnesses| witnesses.lost(visible.objects));
             frame_line.visible_triangles = judged.map(|judged| judged.visible);
@@ -307,7 +307,7 @@ enum Walker<'s> {
 struct CulledFrame<'w> {
     visible: VisibleSet<'w>,
     /// The mode that was used; `none` for the exact judge.
-    method: FrameMode,
+    method: Mode,
     judged: Option<Judged>,
     times: Times,
 }
@@ -321,7 +321,7 @@ impl Walker<'_> {
             }
             Self::Exact(walker) => {
                 let (visible, judged, times) = walker.cull(view, oracle);
-                CulledFrame { visible, method: FrameMode::None, judged: Some(judged), times }
+                CulledFrame { visible, method: Mode::None, judged: Some(judged), times }
             }
         }
     }
@@ -448,7 +448,7 @@ fn summary(setting: Setting, lines: &[FrameLine], exact_triangles_mean: Option<f
 mod tests {
     use super::*;
 
-    const BOTH: Setting = Setting { mode: WalkMode::Culled(FrameMode::Both), min_pixels: 0 };
+    const BOTH: Setting = Setting { mode: WalkMode::Culled(Mode::PortalsAndPvs), min_pixels: 0 };
 
     #[test]
     fn a_summary_is_of_its_lines() {

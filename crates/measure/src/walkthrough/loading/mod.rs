@@ -117,7 +117,7 @@ pub fn walk_loading(
             let now = frame as f64 / RATE;
             let camera = stroll.camera(place, file.origin, options.aspect);
             motion.see(&camera, now);
-            let visible = culler.cull(&camera, Mode::Both, &mut scratch).objects;
+            let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).objects;
             times.push(client.load(culler, &camera, &motion, visible, now));
             let missing = visible.iter().filter(|object| !client.in_memory[object.index()]).count() as u64;
             is_settled |= missing == 0;
