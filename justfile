@@ -38,7 +38,7 @@ test-full:
 bevy:
     cargo test --profile plain -p bevy_enfilade
 
-# The README's commands, as written there, its tests among them.
+# The README's commands, as written there, its tests among them; the viewer draws a picture in place of its window.
 readme:
     bash scripts/readme-commands.sh
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The long figures of docs/results.md, on the real buildings and levels of $ENFILADE_DATA: bake, ten million rays, every pixel of
+# The long tests, on the real buildings and levels of $ENFILADE_DATA: bake, ten million rays, every pixel of
 # a walk through every cell and of ten thousand random views in each mode. Prints one line of JSON a model and leaves everything in out/torture.
 # Then what is hostile: a million mutants of `.pvs` files and many of every other format, fifty kills of a bake and fifty of workers who share one, extreme scenes of up to 100,000 cells. With
 # ONLY=extremes nothing but that.

@@ -1,6 +1,6 @@
 //! Clusters of triangles with cones of normals: what the software oracle could save if it dropped whole clusters that face
 //! away from the eye, where it finds triangle by triangle. They aren't in the library, since they save too little:
-//! docs/results.md has the figures.
+//! README.md of this crate has the figures.
 //!
 //! Based on: Kumar, Manocha, Garrett, Lin, *Hierarchical back-face culling*, 1996: a cluster faces away from every eye in a
 //! region behind all of its planes. The form of the region, an apex, an axis and a sine, is that of meshoptimizer's clusters

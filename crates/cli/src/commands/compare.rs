@@ -1,4 +1,4 @@
-//! Compares rows of another tool with a level's, for `vis --against` and `report --rows`.
+//! Compares rows of another tool with a level's, for `vis --against` and `report --against`.
 
 use super::level::Input;
 use super::{CliError, at};
