@@ -58,7 +58,7 @@ impl FromStr for Mode {
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         let found = Self::ALL.into_iter().find(|mode| mode.name() == name);
-        found.ok_or_else(|| format!("no mode \"{name}\"; give none, frustum, portals, pvs, both, chc, chc++, auto, or all"))
+        found.ok_or_else(|| format!("no mode \"{name}\"; give {}, or all", Self::ALL.map(Self::name).join(", ")))
     }
 }
 

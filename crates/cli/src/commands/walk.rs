@@ -32,9 +32,15 @@ pub struct Args {
     /// A camera path, or N random views [default: a path through every cell]
     #[arg(long, value_name = "P.json|random:N", value_parser = views)]
     path: Option<Views>,
-    /// How to cull: none, frustum, portals, pvs, both, chc, chc++, auto, or all of these; or exact: only what is visible, in
-    /// milliseconds per frame. May be repeated
-    #[arg(long = "mode", default_value = "both")]
+    #[arg(
+        long = "mode",
+        value_name = "MODE",
+        default_value = "both",
+        help = format!(
+            "How to cull: {}, or all of these; or exact: only what is visible, in milliseconds per frame. May be repeated",
+            Mode::ALL.map(Mode::name).join(", ")
+        )
+    )]
     modes: Vec<String>,
     /// Write a picture of every frame into this folder; frames are compared as with --verify-pixels
     #[arg(long, value_name = "DIR")]

@@ -48,8 +48,7 @@ impl FromStr for WalkMode {
         if name == Self::Exact.name() {
             return Ok(Self::Exact);
         }
-        let unknown =
-            |_| format!("no mode \"{name}\"; give none, frustum, portals, pvs, both, chc, chc++, auto, exact, or all");
+        let unknown = |_| format!("no mode \"{name}\"; give {}, exact, or all", Mode::ALL.map(Mode::name).join(", "));
         name.parse().map(Self::Culled).map_err(unknown)
     }
 }
