@@ -5,8 +5,10 @@
 //! the three weightings of the hull that he lists, only the exact integral over the surface is here.
 
 #[cfg(feature = "bake")]
+#[path = "../../crates/studies/src/boxes/hull.rs"]
 mod hull;
 #[cfg(feature = "bake")]
+#[path = "../../crates/studies/src/boxes/minimum.rs"]
 mod minimum;
 
 use crate::geom::Aabb;

@@ -8,6 +8,7 @@
 
 mod given;
 mod parts;
+#[path = "../../crates/studies/src/trees.rs"]
 mod split;
 
 #[cfg(feature = "bake")]

@@ -39,6 +39,7 @@ pub mod chc_plus;
 pub mod depth;
 pub mod frustum;
 pub mod hierarchy;
+#[path = "../../crates/studies/src/levels.rs"]
 pub mod levels;
 pub mod mask;
 pub mod oracle;
