@@ -7,12 +7,12 @@
 //! everything in it; with the feature `gpu`, whole frames by occlusion queries, too. `--test` takes the smallest office alone.
 
 use enfilade::ObjectId;
-use enfilade::occlusion::bounds::{Bounds, Fit};
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::bounds::Bounds;
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
-use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
+use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::stats::OnlineStats;
 use enfilade::occlusion::view::{Frustum, View};
@@ -63,12 +63,6 @@ fn measure(scene: &Scene, eyes: &[DVec3]) {
     frames(scene, &tree, eyes);
     #[cfg(feature = "gpu")]
     queries(scene, &tree, eyes);
-    for split in Split::ALL {
-        let tree = Hierarchy::build(scene, &HierarchyOptions { fit: Fit::Aligned, split, least_triangles: 1 });
-        let mut chc = Chc::new(Reduction::None, 0);
-        let name = format!("chc, {split:?}");
-        row(&name, scene, eyes, |_, frustum, buffer| (chc.cull(&tree, frustum, buffer).to_vec(), chc.stats()));
-    }
 }
 
 /// Whatever a visibility cube shows is drawn.
@@ -77,7 +71,7 @@ fn check(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
     let mut opaque = scene.clone();
     opaque.objects.iter_mut().for_each(|o| o.opaque = true);
     let ready = CubeScene::new(&opaque);
-    let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
+    let (mut chc, mut plus) = (Chc::default(), ChcPlus::new(ChcPlusOptions::default()));
     let mut buffer = DepthBuffer::new(&opaque, SIDE as usize, SIDE as usize);
     let mut cube = Cube::default();
     for &eye in eyes {
@@ -136,7 +130,7 @@ fn boxes(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
         inside.truncate(BOXES);
         let asked: Vec<Bounds> = inside.iter().map(bounds).filter(|b| !frustum.meets_near(b)).collect();
         buffer.begin(&view);
-        let visible = Chc::new(Reduction::None, 0).cull(tree, &frustum, &mut buffer).to_vec();
+        let visible = Chc::default().cull(tree, &frustum, &mut buffer).to_vec();
         drawing += least(|| {
             buffer.begin(&view);
             visible.iter().for_each(|&o| buffer.draw(o));
@@ -166,11 +160,8 @@ fn frames(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
         objects.iter().for_each(|&o| buffer.draw(o));
         (objects, frustum_culler.stats())
     });
-    for reduction in [Reduction::None, Reduction::EveryNth(4), Reduction::AtRandom(0.25), Reduction::NotNearest(50)] {
-        let mut chc = Chc::new(reduction, 0);
-        let name = format!("chc, {reduction:?}");
-        row(&name, scene, eyes, |_, frustum, buffer| (chc.cull(tree, frustum, buffer).to_vec(), chc.stats()));
-    }
+    let mut chc = Chc::default();
+    row("chc", scene, eyes, |_, frustum, buffer| (chc.cull(tree, frustum, buffer).to_vec(), chc.stats()));
     let mut plus = ChcPlus::new(ChcPlusOptions::default());
     row("chc++", scene, eyes, |_, frustum, buffer| (plus.cull(tree, frustum, buffer).to_vec(), plus.stats()));
 }
@@ -189,7 +180,7 @@ fn queries(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
     println!("| culler | us a frame, median | slowest | objects | by software | queries | batches | waits |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
     let mut buffer = DepthBuffer::new(scene, SIZE[0], SIZE[1]);
-    let (mut chc, mut plus) = (Chc::new(Reduction::None, 0), ChcPlus::new(ChcPlusOptions::default()));
+    let (mut chc, mut plus) = (Chc::default(), ChcPlus::new(ChcPlusOptions::default()));
     let (mut other_chc, mut other_plus) = (chc.clone(), plus.clone());
     for name in ["chc", "chc++"] {
         let (mut times, mut sum, mut batches, mut by_software) = (Vec::new(), OnlineStats::default(), 0, 0);

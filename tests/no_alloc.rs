@@ -3,12 +3,11 @@
 
 use allocation_counter::measure;
 use enfilade::PortalId;
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::occlusion::levels::{LevelCuller, LevelOptions};
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
 use enfilade::runtime::{Camera, Culler, FrameCuller, Mode, Motion, Place, Scratch};
@@ -103,8 +102,8 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
     let (scene, file) = boxes::flat().0.finish();
     let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
     let mut buffer = DepthBuffer::new(&scene, 160, 90);
-    let (mut frustum_culler, mut chc) = (FrustumCuller::default(), Chc::new(Reduction::AtRandom(0.5), 0));
-    let (mut plus, mut levels) = (ChcPlus::new(ChcPlusOptions::default()), LevelCuller::new(LevelOptions::new(!0)));
+    let (mut frustum_culler, mut chc) = (FrustumCuller::default(), Chc::default());
+    let mut plus = ChcPlus::new(ChcPlusOptions::default());
     let mut frame = |turn: u32| {
         // Back and forth, in and out of the building: what is asked about differs from frame to frame.
         let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
@@ -115,9 +114,7 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
         buffer.begin(&view);
         drawn += chc.cull(&tree, &frustum, &mut buffer).len();
         buffer.begin(&view);
-        drawn += plus.cull(&tree, &frustum, &mut buffer).len();
-        buffer.begin(&view);
-        drawn + levels.cull(&tree, &frustum, &mut buffer).len()
+        drawn + plus.cull(&tree, &frustum, &mut buffer).len()
     };
     frame(0);
     let mut drawn = 0;

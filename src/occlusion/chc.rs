@@ -1,8 +1,7 @@
 //! Coherent hierarchical culling: what showed in the last frame is drawn at once, what was hidden is asked about while that goes on.
 //!
-//! Based on: Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware occlusion queries made useful*, 2004, with the
-//! three ways to ask less that Ivson (2006) compares. Deviations: of a leaf that showed, the box is asked about and not its triangles,
-//! since an oracle knows boxes only.
+//! Based on: Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware occlusion queries made useful*, 2004. Deviation:
+//! of a leaf that showed, the box is asked about and not its triangles, since an oracle knows boxes only.
 //!
 //! An oracle that answers at once is asked about a leaf that showed before the leaf is drawn: so it isn't drawn once more in vain.
 //!
@@ -15,21 +14,6 @@ use super::stats::OnlineStats;
 use super::view::Frustum;
 use super::walk::{AskingWalk, Open, Policy};
 use crate::ObjectId;
-use crate::random::Prng;
-
-/// Of the leaves that showed in the last frame, which are asked about again. One that isn't counts as still in sight: less is asked, more is
-/// drawn.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Reduction {
-    /// All.
-    None,
-    /// Each in every `n`th frame that it shows in; 0 and 1 are all. Leaves that came into sight together are asked about together.
-    EveryNth(u32),
-    /// Each with this probability, 0 to 1.
-    AtRandom(f64),
-    /// All but the `n` nearest.
-    NotNearest(u32),
-}
 
 /// What is known of a node.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,33 +22,22 @@ struct State {
     visible: bool,
     /// The last frame that came to it.
     visited: u64,
-    /// Frames since it was asked about.
-    unasked: u32,
 }
 
 /// Culls a tree; keeps what one camera needs from frame to frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Chc {
     memory: Memory,
     walk: AskingWalk,
 }
 
-#[derive(Clone, Debug)]
+/// By node.
+#[derive(Clone, Debug, Default)]
 struct Memory {
-    reduction: Reduction,
-    random: Prng,
     states: Vec<State>,
-    /// Leaves of this frame that showed in the last.
-    nearest: u32,
 }
 
 impl Chc {
-    /// `seed` decides the random choices.
-    pub fn new(reduction: Reduction, seed: u64) -> Self {
-        let memory = Memory { reduction, random: Prng::new(seed, 0), states: Vec::new(), nearest: 0 };
-        Self { memory, walk: AskingWalk::default() }
-    }
-
     /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
     /// nothing after the first frame of a tree; to be used for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
@@ -74,18 +47,17 @@ impl Chc {
     /// The same, of a part of a tree.
     pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.memory.states.resize(scope.tree.nodes().len(), State::default());
-        self.memory.nearest = 0;
         self.walk.run(scope, &mut self.memory, oracle)
     }
 
     /// What the last frame drew.
     pub fn objects(&self) -> &[ObjectId] {
-        &self.walk.walk.objects
+        self.walk.objects()
     }
 
     /// Of the last frame.
     pub fn stats(&self) -> OnlineStats {
-        self.walk.walk.stats
+        self.walk.stats()
     }
 }
 
@@ -94,30 +66,23 @@ impl Policy for Memory {
         let Scope { tree, frustum, .. } = *scope;
         let node = &tree.nodes()[open.node as usize];
         let state = &mut self.states[open.node as usize];
-        let was_visible = state.visible && state.visited + 1 == walk.walk.frame;
-        (state.visible, state.visited) = (false, walk.walk.frame);
+        let was_visible = state.visible && state.visited + 1 == walk.frame();
+        *state = State { visible: false, visited: walk.frame() };
         if frustum.meets_near(&node.bounds) {
             self.pull_up(tree, open.node);
-            walk.walk.go_on(scope, open, oracle);
+            walk.go_on(scope, open, oracle);
         } else if !was_visible {
             // It ended the walk before: hidden, or out of the frustum.
-            state.unasked = 0;
             walk.ask(tree, open, false, oracle);
         } else {
+            // Leaves are asked whether they show; other nodes are opened.
+            let is_drawn_first = !node.is_leaf() || !oracle.answers_at_once();
             if node.is_leaf() {
-                if self.is_asked(open.node) {
-                    self.states[open.node as usize].unasked = 0;
-                    let is_drawn_first = !oracle.answers_at_once();
-                    walk.ask(tree, open, is_drawn_first, oracle);
-                    if !is_drawn_first {
-                        return;
-                    }
-                } else {
-                    self.pull_up(tree, open.node);
-                }
+                walk.ask(tree, open, is_drawn_first, oracle);
             }
-            // Other nodes are opened: their leaves say whether they show.
-            walk.walk.go_on(scope, open, oracle);
+            if is_drawn_first {
+                walk.go_on(scope, open, oracle);
+            }
         }
     }
 
@@ -129,19 +94,6 @@ impl Policy for Memory {
 }
 
 impl Memory {
-    /// Whether a leaf that showed is asked about.
-    fn is_asked(&mut self, node: u32) -> bool {
-        let state = &mut self.states[node as usize];
-        state.unasked += 1;
-        self.nearest += 1;
-        match self.reduction {
-            Reduction::None => true,
-            Reduction::EveryNth(n) => state.unasked >= n,
-            Reduction::AtRandom(probability) => self.random.unit() < probability,
-            Reduction::NotNearest(n) => self.nearest > n,
-        }
-    }
-
     /// A node shows, and so do all above it.
     fn pull_up(&mut self, tree: &Hierarchy, node: u32) {
         let mut next = Some(node);

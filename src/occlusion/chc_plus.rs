@@ -370,9 +370,8 @@ fn tighter(tree: &Hierarchy, node: u32, most: f64, boxes: &mut Vec<Bounds>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bounds::Fit;
     use super::super::depth::DepthBuffer;
-    use super::super::hierarchy::{HierarchyOptions, Split};
+    use super::super::hierarchy::HierarchyOptions;
     use super::super::scenes::row;
     use super::super::view::View;
     use super::*;
@@ -417,8 +416,7 @@ mod tests {
     #[test]
     fn far_apart_children_are_asked_about_instead_of_what_is_between() {
         let scene = row(&[(0.0, 1), (1.0, 1), (50.0, 1), (51.0, 1)]);
-        let options = HierarchyOptions { fit: Fit::Aligned, split: Split::ObjectMedian, least_triangles: 1 };
-        let tree = Hierarchy::build(&scene, &options);
+        let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
         let count = |most: f64| {
             let mut boxes = Vec::new();
             tighter(&tree, 0, most, &mut boxes);

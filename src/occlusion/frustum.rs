@@ -55,9 +55,8 @@ impl FrustumCuller {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bounds::Fit;
-    use super::super::hierarchy::{HierarchyOptions, Split};
-    use super::super::scenes::{crowd, random_view};
+    use super::super::hierarchy::HierarchyOptions;
+    use super::super::scenes::{crowd, random_view, turned_tree};
     use super::super::view::View;
     use super::*;
     use crate::random::Prng;
@@ -80,21 +79,19 @@ mod tests {
     fn the_set_is_that_of_brute_force() {
         let scene = crowd(80, 1);
         let mut rng = Prng::new(5, 0);
-        for fit in Fit::ALL {
-            for split in [Split::Sah, Split::ObjectMedian] {
-                let tree = Hierarchy::build(&scene, &HierarchyOptions { fit, split, ..HierarchyOptions::default() });
-                let mut culler = FrustumCuller::default();
-                let mut drawn = 0;
-                for _ in 0..100 {
-                    let view = View { far: rng.range(5.0, 40.0), ..random_view(&mut rng, 0.1) };
-                    let frustum = Frustum::new(&view);
-                    let mut objects = culler.cull(&tree, &frustum).to_vec();
-                    objects.sort_unstable();
-                    assert_eq!(objects, brute(&tree, &frustum).0, "{fit:?} {split:?}");
-                    drawn += objects.len();
-                }
-                assert!((1000..7000).contains(&drawn), "{drawn} of 8000: a test of nothing");
+        let aligned = Hierarchy::build(&scene, &HierarchyOptions::default());
+        for (kind, tree) in [aligned, turned_tree(&scene)].iter().enumerate() {
+            let mut culler = FrustumCuller::default();
+            let mut drawn = 0;
+            for _ in 0..100 {
+                let view = View { far: rng.range(5.0, 40.0), ..random_view(&mut rng, 0.1) };
+                let frustum = Frustum::new(&view);
+                let mut objects = culler.cull(tree, &frustum).to_vec();
+                objects.sort_unstable();
+                assert_eq!(objects, brute(tree, &frustum).0, "tree {kind}");
+                drawn += objects.len();
             }
+            assert!((1000..7000).contains(&drawn), "{drawn} of 8000: a test of nothing");
         }
     }
 
@@ -102,7 +99,7 @@ mod tests {
     #[test]
     fn aligned_boxes_are_taken_one_by_one() {
         let scene = crowd(80, 2);
-        let tree = Hierarchy::build(&scene, &HierarchyOptions { split: Split::ObjectMedian, ..HierarchyOptions::default() });
+        let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
         let mut rng = Prng::new(6, 0);
         for _ in 0..100 {
             let frustum = Frustum::new(&random_view(&mut rng, 0.1));

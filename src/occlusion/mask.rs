@@ -77,7 +77,7 @@ mod tests {
     fn a_node_is_in_it_where_an_object_below_is() {
         let scene = crowd(40, 1);
         // Some leaves have several objects.
-        let tree = Hierarchy::build(&scene, &HierarchyOptions { least_triangles: 30, ..HierarchyOptions::default() });
+        let tree = Hierarchy::build(&scene, &HierarchyOptions { least_triangles: 30 });
         let mut mask = Mask::new(&tree);
         assert!((0..40).all(|o| !mask.has(ObjectId(o))), "none at first");
         for seed in 0..20u32 {

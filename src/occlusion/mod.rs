@@ -22,7 +22,8 @@
 //!
 //! A tree of boxes over the objects ([`bounds`], [`hierarchy`]) is walked from near to far within the frustum ([`view`], [`frustum`]); what
 //! might be hidden is asked of an [`oracle`], which also draws. [`depth`] is one without a graphics processor, `queries`
-//! (with the feature `gpu`) one by its occlusion queries. Whom to ask about, and when, is where [`chc`], [`chc_plus`] and [`levels`] differ.
+//! (with the feature `gpu`) one by its occlusion queries. Whom to ask about, and when, is where [`chc`] and [`chc_plus`]
+//! differ; a client's own rule is a policy over the same [`walk`].
 //!
 //! # What holds, whatever the camera did before
 //!
@@ -39,17 +40,16 @@ pub mod chc_plus;
 pub mod depth;
 pub mod frustum;
 pub mod hierarchy;
-pub mod levels;
 pub mod mask;
 pub mod oracle;
 #[cfg(feature = "gpu")]
 pub mod queries;
 pub mod stats;
 pub mod view;
+pub mod walk;
 
 mod pixels;
 mod slabs;
-mod walk;
 
 #[cfg(test)]
 mod scenes;

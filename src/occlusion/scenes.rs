@@ -3,6 +3,7 @@
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::occlusion::bounds::Bounds;
+use crate::occlusion::hierarchy::{Divide, Hierarchy, Node};
 use crate::occlusion::view::View;
 use crate::random::Prng;
 use crate::types::scene::{Object, Role, Scene};
@@ -53,4 +54,33 @@ pub fn random_view(rng: &mut Prng, near: f64) -> View {
     let mut point = |reach: f64| DVec3::new(rng.range(-reach, reach), rng.range(-reach, reach), rng.range(-reach, reach));
     let (eye, target) = (point(12.0), point(5.0));
     View::look_at(eye, target, rng.range(0.4, 1.8), 1.5, near)
+}
+
+/// The least box around an object that [`add`] made, along its own axes.
+pub fn own_bounds(scene: &Scene, object: &Object) -> Bounds {
+    let first = scene.triangles[object.triangles.start as usize][0] as usize;
+    let corners = &scene.positions[first..first + 8];
+    Bounds::along(corners, [1, 2, 4].map(|k| (corners[k] - corners[0]).normalize()))
+}
+
+/// A binary tree of turned boxes over objects that [`add`] made: those of leaves are along the axes of their object, those of other nodes
+/// along the axes of one of their objects. A child's may reach out of its parent's.
+pub fn turned_tree(scene: &Scene) -> Hierarchy {
+    struct Turned(Vec<Bounds>);
+    impl Divide for Turned {
+        fn divide(&mut self, node: &Node, objects: &mut [ObjectId]) -> Vec<usize> {
+            let at = |o: &ObjectId| node.bounds.longest().dot(self.0[o.index()].centre);
+            objects.sort_by(|a, b| at(a).total_cmp(&at(b)));
+            vec![objects.len() / 2]
+        }
+
+        fn bounds(&mut self, objects: &[ObjectId], _: Bounds) -> Bounds {
+            let of = |o: &ObjectId| self.0[o.index()];
+            let corners: Vec<DVec3> = objects.iter().flat_map(|o| of(o).corners()).collect();
+            Bounds::along(&corners, of(&objects[0]).axes)
+        }
+    }
+    let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
+    let triangles: Vec<u32> = scene.objects.iter().map(|o| o.triangles.len() as u32).collect();
+    Hierarchy::divided(&boxes, &triangles, &mut Turned(scene.objects.iter().map(|o| own_bounds(scene, o)).collect()))
 }

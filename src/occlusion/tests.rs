@@ -1,17 +1,17 @@
 //! What every culler by occlusion promises, over camera paths with jumps.
 
-use super::bounds::{Bounds, Fit};
-use super::chc::{Chc, Reduction};
+use super::bounds::Bounds;
+use super::chc::Chc;
 use super::chc_plus::{ChcPlus, ChcPlusOptions, Interval};
 use super::depth::DepthBuffer;
 use super::frustum::FrustumCuller;
-use super::hierarchy::{Hierarchy, HierarchyOptions, Split};
-use super::levels::{C1_TO_C7, LevelCuller, LevelOptions};
+use super::hierarchy::{Divide, Hierarchy, HierarchyOptions, Node};
 use super::oracle::{OcclusionOracle, QueryId};
-use super::scenes::{Picture, crowd, random_view};
+use super::scenes::{Picture, crowd, random_view, turned_tree};
 use super::stats::OnlineStats;
 use super::view::{Frustum, View};
 use crate::ObjectId;
+use crate::geom::Aabb;
 use crate::random::Prng;
 use crate::types::scene::Scene;
 use glam::DVec3;
@@ -59,7 +59,6 @@ impl OcclusionOracle for Late<'_, '_> {
 enum Any {
     Chc(Chc),
     Plus(ChcPlus),
-    Levels(LevelCuller),
 }
 
 impl Any {
@@ -72,45 +71,44 @@ impl Any {
         match self {
             Self::Chc(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
             Self::Plus(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
-            Self::Levels(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
         }
     }
 
     fn every_kind() -> Vec<(String, Self)> {
-        let reductions = [Reduction::None, Reduction::EveryNth(3), Reduction::AtRandom(0.5), Reduction::NotNearest(4)];
-        let chc = reductions.map(|r| (format!("{r:?}"), Self::Chc(Chc::new(r, 1))));
         let plus = [(20, 8, 1.4), (1, 1, 0.0), (5, 3, 1.4)].map(|(batch, frames, tighter)| {
             let assumed = Interval::Frames(frames);
             let options = ChcPlusOptions { batch, assumed, tighter, seed: 2 };
             (format!("{options:?}"), Self::Plus(ChcPlus::new(options)))
         });
-        let levels = C1_TO_C7.map(|levels| {
-            let options =
-                LevelOptions { least_triangles: u64::from(levels == C1_TO_C7[3]) * 40, ..LevelOptions::new(levels) };
-            (format!("{options:?}"), Self::Levels(LevelCuller::new(options)))
-        });
-        chc.into_iter().chain(plus).chain(levels).collect()
+        [("CHC".to_owned(), Self::Chc(Chc::default()))].into_iter().chain(plus).collect()
     }
 }
 
 /// The scene's objects in groups of groups, by where they are.
-fn four_levels(scene: &Scene, fit: Fit) -> Hierarchy {
-    let group = |cells: f64| {
-        let of = |p: DVec3| ((p + 12.0) / 24.0 * cells).floor().dot(DVec3::new(1.0, 100.0, 10_000.0)) as u32;
-        scene.objects.iter().map(|o| of(o.bounds.centre())).collect::<Vec<_>>()
-    };
-    Hierarchy::from_levels(scene, fit, &[group(2.0), group(4.0)])
+fn four_levels(scene: &Scene) -> Hierarchy {
+    struct Grid<'s>(&'s [Aabb]);
+    impl Divide for Grid<'_> {
+        fn divide(&mut self, node: &Node, objects: &mut [ObjectId]) -> Vec<usize> {
+            let cells = [2.0, 4.0, f64::INFINITY][node.level.min(2) as usize];
+            if cells.is_infinite() {
+                return vec![1; objects.len()];
+            }
+            let of = |o: &ObjectId| {
+                let cell = ((self.0[o.index()].centre() + 12.0) / 24.0 * cells).floor();
+                cell.dot(DVec3::new(1.0, 100.0, 10_000.0)) as u32
+            };
+            objects.sort_by_key(of);
+            objects.chunk_by(|a, b| of(a) == of(b)).map(<[_]>::len).collect()
+        }
+    }
+    let boxes: Vec<Aabb> = scene.objects.iter().map(|o| o.bounds).collect();
+    let triangles: Vec<u32> = scene.objects.iter().map(|o| o.triangles.len() as u32).collect();
+    Hierarchy::divided(&boxes, &triangles, &mut Grid(&boxes))
 }
 
 fn trees(scene: &Scene) -> Vec<Hierarchy> {
-    let build = |fit, split| Hierarchy::build(scene, &HierarchyOptions { fit, split, least_triangles: 1 });
-    vec![
-        build(Fit::Aligned, Split::Sah),
-        build(Fit::Minimum, Split::ObjectMedian),
-        build(Fit::Aligned, Split::ObjectMedian).with_parts(scene),
-        four_levels(scene, Fit::Aligned),
-        four_levels(scene, Fit::Covariance),
-    ]
+    let binary = Hierarchy::build(scene, &HierarchyOptions::default());
+    vec![binary.clone(), turned_tree(scene), binary.with_parts(scene), four_levels(scene)]
 }
 
 /// A walk with a jump every fifth frame, a look back, and stops.
@@ -175,12 +173,7 @@ fn whatever_has_a_pixel_is_drawn_in_the_same_frame() {
                         assert!(drawn.contains(object), "{place}: object {object} is missing");
                     }
                 }
-                match &culler {
-                    Any::Levels(_) if name.contains("levels: 0,") => assert_eq!(count, in_frustum, "tree {t}, {name}"),
-                    // Of the binary trees' levels, the upper ones never hide a whole.
-                    Any::Levels(_) if t < 3 => assert!(count <= in_frustum, "tree {t}, {name}"),
-                    _ => assert!(count < in_frustum, "tree {t}, {name}: {count} of {in_frustum}"),
-                }
+                assert!(count < in_frustum, "tree {t}, {name}: {count} of {in_frustum}");
             }
         }
     }
@@ -204,7 +197,7 @@ fn before_a_wall(culler: &mut Any, frames: usize, latency: u32) -> Vec<OnlineSta
 
 #[test]
 fn behind_a_wall_nothing_is_drawn_and_little_is_asked() {
-    for (name, mut culler) in Any::every_kind().into_iter().take(7) {
+    for (name, mut culler) in Any::every_kind() {
         let stats = before_a_wall(&mut culler, 24, 0);
         // By then whatever was drawn before the wall, in the first frame, and counted as in sight since, has been asked about.
         for (frame, of_frame) in stats.iter().enumerate().skip(16) {
@@ -215,14 +208,14 @@ fn behind_a_wall_nothing_is_drawn_and_little_is_asked() {
     }
 }
 
-/// What stays as it was is asked about less by CHC++ than by CHC, and less by CHC the more it is reduced.
+/// What stays as it was is asked about less by CHC++ than by CHC.
 #[test]
-fn reductions_and_chc_plus_ask_less() {
+fn chc_plus_asks_less() {
     let scene = crowd(150, 12);
-    let tree = Hierarchy::build(&scene, &HierarchyOptions { split: Split::ObjectMedian, ..HierarchyOptions::default() });
+    let tree = Hierarchy::build(&scene, &HierarchyOptions::default());
     let mut buffer = DepthBuffer::new(&scene, SIZE[0], SIZE[1]);
     let view = View::look_at(DVec3::new(14.0, 2.0, 1.0), DVec3::ZERO, 1.0, 1.5, 0.05);
-    let mut queries = |culler: &mut Any| {
+    let mut queries = |mut culler: Any| {
         let mut sum = 0;
         for _ in 0..24 {
             buffer.begin(&view);
@@ -230,18 +223,14 @@ fn reductions_and_chc_plus_ask_less() {
         }
         sum
     };
-    let mut chc = |reduction| queries(&mut Any::Chc(Chc::new(reduction, 1)));
-    let all = chc(Reduction::None);
-    let (third, half, far) = (chc(Reduction::EveryNth(3)), chc(Reduction::AtRandom(0.5)), chc(Reduction::NotNearest(10)));
-    assert!(third < all && half < all && far < all, "{third}, {half}, {far} of {all}");
-    let plus = queries(&mut Any::Plus(ChcPlus::new(ChcPlusOptions::default())));
+    let [all, plus] = [Any::Chc(Chc::default()), Any::Plus(ChcPlus::new(ChcPlusOptions::default()))].map(&mut queries);
     assert!(plus * 2 < all, "{plus} and {all}");
 }
 
 /// A late oracle costs waits, not objects that are missing; while others are to be visited nobody waits.
 #[test]
 fn waits_come_from_latency_alone() {
-    for (name, culler) in Any::every_kind().into_iter().take(7) {
+    for (name, culler) in Any::every_kind() {
         let waits = |latency| before_a_wall(&mut culler.clone(), 3, latency).iter().map(|s| s.waits).sum::<u64>();
         assert_eq!(waits(0), 0, "{name}");
         assert!(waits(5) > 0, "{name}");

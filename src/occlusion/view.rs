@@ -121,7 +121,6 @@ impl Frustum {
 
 #[cfg(test)]
 mod tests {
-    use super::super::bounds::Fit;
     use super::*;
     use crate::geom::Aabb;
 
@@ -146,7 +145,8 @@ mod tests {
         // Turned by 45 degrees about the view: its corner, 7 to the side, reaches in to 5.6; its own aligned box would to 5.
         let turned =
             [DVec3::new(7., 0.7, -3.), DVec3::new(6.3, 0., -3.), DVec3::new(7.7, 0., -3.), DVec3::new(7., -0.7, -3.)];
-        assert_eq!(side(&Bounds::fit(&turned, Fit::Minimum).unwrap()), Side::Outside(2));
+        let diagonals = [DVec3::new(1., 1., 0.), DVec3::new(-1., 1., 0.), DVec3::Z].map(DVec3::normalize);
+        assert_eq!(side(&Bounds::along(&turned, diagonals)), Side::Outside(2));
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! A walk through a tree from near to far, within a frustum: what all cullers by occlusion share.
+//! The walk through a tree from near to far, within a frustum: what all cullers by occlusion share. Whom to ask about, and when, is a
+//! [`Policy`].
 //!
 //! Based on: Bittner et al. 2004 and Ivson 2006: nodes wait in a priority queue, the nearest first, whatever the tree. Deviation: a node is
 //! held against the frustum before it is put into the queue, not when its turn comes.
@@ -15,9 +16,10 @@ use std::collections::{BinaryHeap, VecDeque};
 
 /// A node in the frustum whose turn comes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Open {
+pub struct Open {
     /// From the eye, metres.
     distance: f64,
+    /// Its number.
     pub node: u32,
     /// Planes that it crosses.
     mask: PlaneMask,
@@ -119,15 +121,15 @@ impl Walk {
 
 /// A walk whose questions are about one node each.
 #[derive(Clone, Debug, Default)]
-pub(super) struct AskingWalk {
-    pub walk: Walk,
+pub struct AskingWalk {
+    walk: Walk,
     /// Questions without an answer, the oldest first; whether the walk has gone on below the node already.
     queries: VecDeque<(QueryId, Open, bool)>,
 }
 
-/// Which nodes are asked about.
-pub(super) trait Policy {
-    /// The walk comes to a node.
+/// Whom to ask about, and when.
+pub trait Policy {
+    /// The walk comes to a node. Nothing shows late where this calls [`AskingWalk::go_on`] or [`AskingWalk::ask`], or both, for each node.
     fn visit(&mut self, scope: &Scope<'_>, open: Open, walk: &mut AskingWalk, oracle: &mut impl OcclusionOracle);
 
     /// An answer comes.
@@ -135,7 +137,8 @@ pub(super) trait Policy {
 }
 
 impl AskingWalk {
-    /// Draws a frame.
+    /// Draws a frame with an oracle that has just begun one. Returns what was drawn. Allocates nothing after the first frame of a tree; to be
+    /// used for one tree only.
     pub fn run(&mut self, scope: &Scope<'_>, policy: &mut impl Policy, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.queries.reserve(scope.tree.nodes().len());
         self.walk.begin(scope);
@@ -147,7 +150,7 @@ impl AskingWalk {
                         self.queries.pop_front();
                         policy.learn(scope.tree, open.node, shows);
                         if shows && !gone_on {
-                            self.walk.go_on(scope, open, oracle);
+                            self.go_on(scope, open, oracle);
                         }
                     }
                     None if self.walk.is_done() => self.walk.stats.waits += 1,
@@ -163,9 +166,29 @@ impl AskingWalk {
         }
     }
 
-    /// Asks about a node.
+    /// Asks about a node. Where it shows, the walk goes on below it, unless it has `gone_on` already.
     pub fn ask(&mut self, tree: &Hierarchy, open: Open, gone_on: bool, oracle: &mut impl OcclusionOracle) {
         let query = self.walk.ask(oracle, tree.asked(open.node));
         self.queries.push_back((query, open, gone_on));
+    }
+
+    /// Draws a leaf's objects; of another node, the children's turn comes.
+    pub fn go_on(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
+        self.walk.go_on(scope, open, oracle);
+    }
+
+    /// The number of the frame; the first is 1.
+    pub fn frame(&self) -> u64 {
+        self.walk.frame
+    }
+
+    /// What the last frame drew, in that order.
+    pub fn objects(&self) -> &[ObjectId] {
+        &self.walk.objects
+    }
+
+    /// Of the last frame.
+    pub fn stats(&self) -> OnlineStats {
+        self.walk.stats
     }
 }

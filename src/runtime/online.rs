@@ -8,7 +8,7 @@
 use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
 use crate::ObjectId;
 use crate::geom::Aabb;
-use crate::occlusion::chc::{Chc, Reduction};
+use crate::occlusion::chc::Chc;
 use crate::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use crate::occlusion::mask::{Mask, Scope};
@@ -45,7 +45,7 @@ impl OnlineCuller {
         Self {
             mask: Mask::new(&tree),
             tree,
-            chc: Chc::new(Reduction::None, 0),
+            chc: Chc::default(),
             plus: ChcPlus::new(ChcPlusOptions::default()),
             scratch: Scratch::for_culler(culler),
         }

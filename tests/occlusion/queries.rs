@@ -5,20 +5,19 @@
 
 use enfilade::ObjectId;
 use enfilade::gpu::GpuError;
-use enfilade::occlusion::bounds::{Bounds, Fit};
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::bounds::Bounds;
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions, Interval};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
 use enfilade::occlusion::oracle::{OcclusionOracle, QueryId};
 use enfilade::occlusion::queries::GpuQueries;
 use enfilade::occlusion::stats::OnlineStats;
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::scene::Scene;
 use glam::{DQuat, DVec2, DVec3};
-use testing::crowd::{Picture, bounds, crowd as boxes, of_meshes, scene, turned};
+use testing::crowd::{Picture, all, bounds, crowd as boxes, of_meshes, own_bounds, path, scene, turned};
 use testing::random::Places;
 
 /// Views of each crowd.
@@ -48,17 +47,9 @@ fn answer(oracle: &mut impl OcclusionOracle, query: QueryId) -> bool {
     (0..100).find_map(|_| oracle.poll(query)).expect("an answer")
 }
 
-fn all(scene: &Scene) -> Vec<ObjectId> {
-    (0..scene.objects.len() as u32).map(ObjectId).collect()
-}
-
-/// A box for an object, along the axes or not, in turns; and boxes where nothing is.
+/// A box for an object, along the axes or along its own, in turns; and boxes where nothing is.
 fn asked(scene: &Scene, random: &mut Places) -> Vec<Bounds> {
-    let of_object = |o: ObjectId| {
-        let triangles = scene.objects[o.index()].triangles.clone();
-        let corners: Vec<DVec3> = triangles.flat_map(|t| scene.corners(t as usize)).collect();
-        Bounds::fit(&corners, [Fit::Aligned, Fit::Minimum][o.index() % 2]).unwrap()
-    };
+    let of_object = |o: ObjectId| if o.index() % 2 == 0 { bounds(scene, o) } else { own_bounds(scene, o) };
     let mut asked: Vec<Bounds> = all(scene).into_iter().map(of_object).collect();
     asked.extend((0..20).map(|i| random.bounds(12.0, DVec3::splat([3.0, 0.3][i % 2]))));
     asked
@@ -153,17 +144,14 @@ fn a_hole_smaller_than_a_pixel_shows_what_is_behind() {
 enum Culler {
     Chc(Chc),
     Plus(ChcPlus),
-    Levels(LevelCuller),
 }
 
 impl Culler {
     fn every_kind() -> Vec<Self> {
         vec![
-            Self::Chc(Chc::new(Reduction::None, 1)),
-            Self::Chc(Chc::new(Reduction::AtRandom(0.5), 1)),
+            Self::Chc(Chc::default()),
             Self::Plus(ChcPlus::new(ChcPlusOptions::default())),
             Self::Plus(ChcPlus::new(ChcPlusOptions { batch: 5, assumed: Interval::Frames(3), ..ChcPlusOptions::default() })),
-            Self::Levels(LevelCuller::new(LevelOptions::new(C1_TO_C7[6] << 2))),
         ]
     }
 
@@ -172,24 +160,8 @@ impl Culler {
         match self {
             Self::Chc(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
             Self::Plus(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
-            Self::Levels(c) => (c.cull(tree, frustum, oracle).to_vec(), c.stats()),
         }
     }
-}
-
-/// A walk with a jump every fifth frame, a look back, and stops.
-fn path(random: &mut Places, frames: usize) -> Vec<View> {
-    let mut views: Vec<View> = Vec::new();
-    for frame in 0..frames {
-        let next = match (views.last(), frame % 5) {
-            (Some(view), 1) => *view,
-            (Some(view), 2) => View { eye: view.eye + view.w * 0.3, ..*view },
-            (Some(view), 3 | 4) => View { x: -view.x, w: -view.w, ..*view },
-            _ => random.view(0.05),
-        };
-        views.push(next);
-    }
-    views
 }
 
 /// Frames along a path; every object that rays see is drawn. Returns how many were drawn, how many are with the software depth buffer, and

@@ -65,8 +65,7 @@ impl DelayedQueries {
         let boxes: Vec<Aabb> =
             file.objects.iter().map(|o| Aabb { min: o.bounds[0].as_dvec3(), max: o.bounds[1].as_dvec3() }).collect();
         let triangles: Vec<u32> = file.objects.iter().map(|o| o.triangles).collect();
-        let tree =
-            Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions { least_triangles: SMALLEST, ..Default::default() });
+        let tree = Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions { least_triangles: SMALLEST });
         Self {
             mask: Mask::new(&tree),
             states: vec![State::default(); tree.nodes().len()],

@@ -17,7 +17,7 @@
 
 use enfilade::ObjectId;
 use enfilade::geom::Aabb;
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
@@ -433,7 +433,7 @@ fn measure(kind: Kind, name: &str, object_triangles: u32) {
         let view = camera.view(path.near);
         let frustum = Frustum::new(&view);
         buffer.begin(&view);
-        let by_chc = Chc::new(Reduction::None, 0).cull(&tree, &frustum, &mut buffer).to_vec();
+        let by_chc = Chc::default().cull(&tree, &frustum, &mut buffer).to_vec();
         let lists = [FrustumCuller::default().cull(&tree, &frustum).to_vec(), by_chc];
         for (sum, objects) in sums.iter_mut().zip(&lists) {
             let (Counts { all, closed, away, dropped }, times) = frame(&cones, &mut buffer, &view, objects);

@@ -13,7 +13,7 @@
 
 use enfilade::ObjectId;
 use enfilade::geom::Aabb;
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::{Frustum, View};
@@ -188,7 +188,7 @@ fn from_points(tree: &Hierarchy, buffer: &mut DepthBuffer<'_>, eyes: &[DVec3]) -
     for k in 0..3 {
         for side in [1.0, -1.0] {
             // What showed from one point mostly does from the next.
-            let mut culler = Chc::new(Reduction::None, 0);
+            let mut culler = Chc::default();
             for &eye in eyes {
                 let [x, y, w] = [axes[(k + 1) % 3], axes[(k + 2) % 3], axes[k] * side];
                 let view = View { eye, x, y, w, near: NEAR, far: f64::INFINITY };

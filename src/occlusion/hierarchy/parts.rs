@@ -104,7 +104,7 @@ mod tests {
     use super::super::HierarchyOptions;
     use super::*;
     use crate::ObjectId;
-    use crate::occlusion::chc::{Chc, Reduction};
+    use crate::occlusion::chc::Chc;
     use crate::occlusion::depth::DepthBuffer;
     use crate::occlusion::oracle::OcclusionOracle;
     use crate::occlusion::scenes::{add, row, turned};
@@ -150,7 +150,7 @@ mod tests {
         let whole = Hierarchy::build(&scene, &HierarchyOptions::default());
         let in_parts = whole.clone().with_parts(&scene);
         for (tree, hidden) in [(whole, false), (in_parts, true)] {
-            let mut culler = Chc::new(Reduction::None, 0);
+            let mut culler = Chc::default();
             for frame in 0..3 {
                 OcclusionOracle::begin(&mut buffer, &view);
                 let drawn = culler.cull(&tree, &Frustum::new(&view), &mut buffer);

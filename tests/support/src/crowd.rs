@@ -52,3 +52,31 @@ pub fn crowd(count: usize, random: &mut Places) -> Vec<Bounds> {
 pub fn bounds(scene: &Scene, object: ObjectId) -> Bounds {
     Bounds::from(scene.objects[object.index()].bounds)
 }
+
+/// The least box around an object of a crowd, along its own axes.
+pub fn own_bounds(scene: &Scene, object: ObjectId) -> Bounds {
+    let first = scene.triangles[scene.objects[object.index()].triangles.start as usize];
+    let first = *first.iter().min().expect("three corners") as usize;
+    let corners = &scene.positions[first..first + 8];
+    Bounds::along(corners, [1, 2, 4].map(|k| (corners[k] - corners[0]).normalize()))
+}
+
+/// Every object.
+pub fn all(scene: &Scene) -> Vec<ObjectId> {
+    (0..scene.objects.len() as u32).map(ObjectId).collect()
+}
+
+/// A walk with a jump every fifth frame, a look back, and stops.
+pub fn path(random: &mut Places, frames: usize) -> Vec<View> {
+    let mut views: Vec<View> = Vec::new();
+    for frame in 0..frames {
+        let next = match (views.last(), frame % 5) {
+            (Some(view), 1) => *view,
+            (Some(view), 2) => View { eye: view.eye + view.w * 0.3, ..*view },
+            (Some(view), 3 | 4) => View { x: -view.x, w: -view.w, ..*view },
+            _ => random.view(0.05),
+        };
+        views.push(next);
+    }
+    views
+}

@@ -20,7 +20,7 @@ mod occupancy;
 
 use enfilade::ObjectId;
 use enfilade::occlusion::bounds::Bounds;
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
@@ -113,7 +113,7 @@ impl Study<'_> {
     fn at_once(&self) {
         let (tree, answers) = (&self.tree, "at once");
         self.row(answers, "chc", || {
-            let mut culler = Chc::new(Reduction::None, 0);
+            let mut culler = Chc::default();
             move |view: &View, buffer: &mut DepthBuffer<'_>| {
                 (culler.cull(tree, &Frustum::new(view), buffer).to_vec(), culler.stats().queries)
             }
@@ -145,14 +145,14 @@ impl Study<'_> {
     fn late(&self) {
         let (tree, answers) = (&self.tree, "late");
         self.row(answers, "chc", || {
-            let mut culler = Chc::new(Reduction::None, 0);
+            let mut culler = Chc::default();
             move |view: &View, buffer: &mut DepthBuffer<'_>| {
                 let objects = culler.cull(tree, &Frustum::new(view), &mut Later(buffer)).to_vec();
                 (objects, culler.stats().queries)
             }
         });
         self.row(answers, "chc, occupancy map", || {
-            let (mut culler, mut map) = (Chc::new(Reduction::None, 0), Occupancy::new(self.scene, SIZE));
+            let (mut culler, mut map) = (Chc::default(), Occupancy::new(self.scene, SIZE));
             move |view: &View, buffer: &mut DepthBuffer<'_>| {
                 let mut oracle = map.before(Later(buffer), view);
                 let objects = culler.cull(tree, &Frustum::new(view), &mut oracle).to_vec();

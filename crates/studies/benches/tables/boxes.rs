@@ -1,11 +1,12 @@
-//! Boxes around all of Teapots(n, 10), as in Ivson's table 6.2.1. He has nine builders. Here are the library's four and two
-//! of his that it lacks; left out are two weightings of the hull whose means aren't those of its surface (Hull_Unif_1,
-//! Hull_Unif_3), and two grids of directions (Min_Aprox_GA, Min_Aprox_G), in whose place stands the library's box of about
+//! Boxes around all of Teapots(n, 10), as in Ivson's table 6.2.1. He has nine builders. Here are the four of
+//! `enfilade_studies::boxes` and two of his that it lacks; left out are two weightings of the hull whose means aren't those of its surface (Hull_Unif_1,
+//! Hull_Unif_3), and two grids of directions (Min_Aprox_GA, Min_Aprox_G), in whose place stands that of about
 //! the least volume.
 
 use crate::study::imported;
-use enfilade::occlusion::bounds::{Bounds, Fit, Hull};
+use enfilade::occlusion::bounds::Bounds;
 use enfilade_scenes::Kind;
+use enfilade_studies::boxes::{self, Fit, Hull};
 use glam::DVec3;
 use std::time::Instant;
 
@@ -27,8 +28,8 @@ const BUILDERS: [(&str, Builder); 6] = [
     ("`Fit::Minimum`", |points| fit(points, Fit::Minimum)),
 ];
 
-fn fit(points: &[DVec3], fit: Fit) -> Bounds {
-    Bounds::fit(points, fit).expect("there are points")
+fn fit(points: &[DVec3], by: Fit) -> Bounds {
+    boxes::fit(points, by).expect("there are points")
 }
 
 fn of_hull(points: &[DVec3]) -> Bounds {

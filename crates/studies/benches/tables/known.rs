@@ -3,7 +3,6 @@
 
 use crate::levels::{IN_CITIES, detailed};
 use crate::study::{Start, Study, chc, chc_plus, frames};
-use enfilade::occlusion::chc::Reduction;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade_scenes::Kind;
 
@@ -24,8 +23,8 @@ fn scene(study: &Study) {
     let parts = tree.clone().with_parts(study.scene);
     let methods: [(&str, Start<'_>); 5] = [
         ("known", study.knowing()),
-        ("CHC", chc(&tree, Reduction::None)),
-        ("CHC, with parts", chc(&parts, Reduction::None)),
+        ("CHC", chc(&tree)),
+        ("CHC, with parts", chc(&parts)),
         ("CHC++", chc_plus(&tree)),
         ("CHC++, with parts", chc_plus(&parts)),
     ];

@@ -4,12 +4,11 @@
 use crate::platform;
 use crate::study::{Cost, Start, Study, chc, chc_plus, frames};
 use crate::trees::LEAST_TRIANGLES;
-use enfilade::occlusion::bounds::Fit;
-use enfilade::occlusion::chc::Reduction;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::occlusion::levels::{C1_TO_C7, LevelCuller, LevelOptions};
 use enfilade::scene::{Object, Scene};
 use enfilade_scenes::Kind;
+use enfilade_studies::levels::{C1_TO_C7, LevelCuller, LevelOptions};
+use enfilade_studies::trees::graph;
 use glam::DVec3;
 
 /// Frames of a stretch, and runs.
@@ -34,17 +33,16 @@ fn scene(study: &Study) {
         number.unwrap_or(u32::MAX)
     };
     let levels: Vec<Vec<u32>> = (0..2).map(|at| study.scene.objects.iter().map(|o| part(o, at)).collect()).collect();
-    let graph = Hierarchy::from_levels(study.scene, Fit::Aligned, &levels);
+    let graph = graph(study.scene, &levels);
     let known = study.known();
     println!("known, in the middle frames: {:.2} ms, {:.0} triangles\n", known.middle * 1e3, known.triangles);
     let tree = Hierarchy::build(study.scene, &HierarchyOptions::default());
-    let options = HierarchyOptions { least_triangles: LEAST_TRIANGLES, ..HierarchyOptions::default() };
-    let coarse = Hierarchy::build(study.scene, &options);
+    let coarse = Hierarchy::build(study.scene, &HierarchyOptions { least_triangles: LEAST_TRIANGLES });
     let parts = tree.clone().with_parts(study.scene);
     let automatic: [(&str, Start<'_>); 5] = [
-        ("CHC", chc(&tree, Reduction::None)),
-        ("CHC, with parts", chc(&parts, Reduction::None)),
-        ("CHC, leaves of 2,000 triangles", chc(&coarse, Reduction::None)),
+        ("CHC", chc(&tree)),
+        ("CHC, with parts", chc(&parts)),
+        ("CHC, leaves of 2,000 triangles", chc(&coarse)),
         ("CHC++", chc_plus(&tree)),
         ("CHC++, with parts", chc_plus(&parts)),
     ];

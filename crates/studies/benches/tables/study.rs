@@ -1,7 +1,7 @@
 //! A scene, a camera that goes six stretches of its path and jumps between them, and what culled frames cost.
 
 use enfilade::ObjectId;
-use enfilade::occlusion::chc::{Chc, Reduction};
+use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
@@ -196,9 +196,9 @@ impl Study {
     }
 }
 
-pub fn chc(tree: &Hierarchy, reduction: Reduction) -> Start<'_> {
+pub fn chc(tree: &Hierarchy) -> Start<'_> {
     Box::new(move || {
-        let mut culler = Chc::new(reduction, 0);
+        let mut culler = Chc::default();
         Box::new(move |frustum, buffer| (culler.cull(tree, frustum, buffer).to_vec(), culler.stats().queries))
     })
 }

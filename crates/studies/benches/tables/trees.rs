@@ -2,11 +2,10 @@
 
 use crate::platform;
 use crate::study::{Cost, Study, chc, frames};
-use enfilade::occlusion::bounds::Fit;
-use enfilade::occlusion::chc::Reduction;
 use enfilade::occlusion::frustum::FrustumCuller;
-use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions, Split};
 use enfilade_scenes::Kind;
+use enfilade_studies::boxes::Fit;
+use enfilade_studies::trees::{Split, TreeOptions, binary};
 use std::time::Instant;
 
 /// Frames of a stretch, and runs.
@@ -46,11 +45,11 @@ fn scene(kind: Kind, name: &str, frames: [usize; 2]) {
                 continue;
             }
             let start = Instant::now();
-            let tree = Hierarchy::build(study.scene, &HierarchyOptions { fit, split, least_triangles: LEAST_TRIANGLES });
+            let tree = binary(study.scene, &TreeOptions { fit, split, least_triangles: LEAST_TRIANGLES });
             let built = start.elapsed().as_secs_f64();
             let mut culler = FrustumCuller::default();
             let frustum = study.middles(|_, frustum| culler.cull(&tree, frustum).to_vec());
-            let chc = study.compare(&[chc(&tree, Reduction::None)])[0];
+            let chc = study.compare(&[chc(&tree)])[0];
             let area: f64 = tree.nodes().iter().map(|node| node.bounds.area()).sum();
             let leaves = tree.nodes().iter().filter(|node| node.is_leaf()).count();
             println!(

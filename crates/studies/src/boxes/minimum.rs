@@ -7,7 +7,8 @@
 //! often lies on one), its principal axes and the aligned ones, instead of a grid's or of a random population.
 
 use super::hull::{Hull, ring};
-use super::{Bounds, principal};
+use super::principal;
+use enfilade::occlusion::bounds::Bounds;
 use glam::{DMat3, DVec2, DVec3};
 
 /// Most faces whose normals are tried. More: slower, for some tenths of a percent. Fewer: boxes of round things with one flat side miss it.
@@ -19,8 +20,8 @@ const GAIN: f64 = 1e-4;
 /// Of the cube of the size, volumes that differ by less are equal, and the lesser area counts: all boxes of flat things are.
 const FLAT: f64 = 1e-9;
 
-/// See [`Bounds::minimum`].
-pub(super) fn minimum(hull: &Hull) -> Bounds {
+/// The box of about the least volume around a hull, never of more than the aligned one's.
+pub fn minimum(hull: &Hull) -> Bounds {
     let points = &hull.points;
     let aligned = Bounds::along(points, DMat3::IDENTITY.to_cols_array_2d().map(DVec3::from));
     let equal = FLAT * aligned.half.max_element().powi(3);

@@ -5,13 +5,13 @@
 //! the answer (their own proposal goes as far as the first half), so that nothing shows late; nodes that showed are asked about
 //! at intervals, but not all in the same frame: whose turn it is goes around by their numbers.
 
-use super::hierarchy::Hierarchy;
-use super::mask::Scope;
-use super::oracle::OcclusionOracle;
-use super::stats::OnlineStats;
-use super::view::Frustum;
-use super::walk::{AskingWalk, Open, Policy};
-use crate::ObjectId;
+use enfilade::ObjectId;
+use enfilade::occlusion::hierarchy::Hierarchy;
+use enfilade::occlusion::mask::Scope;
+use enfilade::occlusion::oracle::OcclusionOracle;
+use enfilade::occlusion::stats::OnlineStats;
+use enfilade::occlusion::view::Frustum;
+use enfilade::occlusion::walk::{AskingWalk, Open, Policy};
 
 /// The choices C1 to C7 of a graph whose root is at level 0, groups of areas at 1, areas at 2 and objects at 3, as sets of levels (bit `k`
 /// for level `k`). C1, none, is frustum culling alone. The study shows them in a figure; these are what its text says of them.
@@ -72,14 +72,14 @@ impl LevelCuller {
 
     /// Of the last frame.
     pub fn stats(&self) -> OnlineStats {
-        self.walk.walk.stats
+        self.walk.stats()
     }
 }
 
 impl Policy for Memory {
     fn visit(&mut self, scope: &Scope<'_>, open: Open, walk: &mut AskingWalk, oracle: &mut impl OcclusionOracle) {
         let Memory { options, states } = self;
-        let (node, frame) = (&scope.tree.nodes()[open.node as usize], walk.walk.frame);
+        let (node, frame) = (&scope.tree.nodes()[open.node as usize], walk.frame());
         let state = &mut states[open.node as usize];
         let was_visible = state.visible && state.visited + 1 == frame;
         state.visited = frame;
@@ -92,7 +92,7 @@ impl Policy for Memory {
             walk.ask(scope.tree, open, was_visible, oracle);
         }
         if is_in_sight {
-            walk.walk.go_on(scope, open, oracle);
+            walk.go_on(scope, open, oracle);
         }
     }
 
