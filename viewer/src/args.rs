@@ -37,6 +37,7 @@ pub struct Args {
     /// Width and height of the picture or the window, pixels
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,
+    /// How to cull.
     #[arg(long, value_name = "M", help = format!("How to cull: {}", ViewMode::ALL.map(ViewMode::name).join(", ")), value_parser = |m: &str| m.parse::<ViewMode>())]
     pub mode: Option<ViewMode>,
     /// How to draw: plain, in flat colours; full, as it looks; or smooth, with four samples a pixel [default: full; plain for --bench]
