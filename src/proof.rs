@@ -4,7 +4,7 @@
 use crate::cells::CellGraph;
 use crate::file::PvsFile;
 use crate::geom::Aabb;
-use crate::pvs::pair_proof::{Flowed, Fronts, PairFlow, Separation, is_shielded};
+use crate::pvs::pair_proof::{Flowed, Fronts, PairFlow, Separation, is_occluded};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::types::guarantee::Guarantee;
@@ -38,7 +38,7 @@ pub enum Why {
     /// Portals leave the pair open, but the cell is behind all triangles of the object that it could see.
     Behind,
     /// Portals leave the pair open, triangles shut it.
-    Shielded(Shield),
+    Occluded(Occlusion),
     /// No line passes: proven from each of so many cells that this one was joined from, when they and others were still apart. The file
     /// doesn't keep them.
     Joined(u32),
@@ -63,7 +63,7 @@ pub struct Sight {
 
 /// Portals that leave a pair open which triangles shut.
 #[derive(Clone, PartialEq, Debug)]
-pub struct Shield {
+pub struct Occlusion {
     /// Portals that a line may pass as far as portals tell, in order; empty where the search ran out of steps.
     pub chain: Vec<DirectedPortal>,
     /// Whether the model's triangles were found again to shut every way; `None` where there was no model to ask.
@@ -243,10 +243,10 @@ impl<'f> Asker<'f> {
                     return Why::Behind;
                 }
                 let (placement, pair) = (&self.file.placement, [cell.index(), object.index()]);
-                let confirmed = self.rays.as_ref().map(|rays| is_shielded(rays, &self.graph, placement, &cells_upper, pair));
+                let confirmed = self.rays.as_ref().map(|rays| is_occluded(rays, &self.graph, placement, &cells_upper, pair));
                 match self.file.clusters.get(cell.index()) {
                     Some(&cells) if confirmed != Some(true) => Why::Joined(cells),
-                    _ => Why::Shielded(Shield { chain, confirmed }),
+                    _ => Why::Occluded(Occlusion { chain, confirmed }),
                 }
             }
             Side::Undecided if self.file.placement.get(cell.index(), object.index()) => Why::Undecided(Doubt::Inside),

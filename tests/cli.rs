@@ -14,8 +14,8 @@ pub const LEVEL: &str = "PRT1\n4\n3\n\
 /// An empty folder for what a test makes, named after its file and what it calls itself there.
 #[track_caller]
 pub fn folder(test: &str) -> PathBuf {
-    let file = Path::new(Location::caller().file()).with_extension("");
-    let file = file.strip_prefix("tests").unwrap_or(&file).to_string_lossy().replace(['/', '\\'], "_");
+    let file = Path::new(Location::caller().file()).with_extension("").to_string_lossy().replace('\\', "/");
+    let file = file.rsplit_once("tests/").map_or(&*file, |(_, below)| below).replace('/', "_");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{file}_{test}"));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();

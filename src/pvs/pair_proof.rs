@@ -1,4 +1,4 @@
-//! Flow, and then shields, asked of single pairs: what a bake decides for all at once and then forgets.
+//! Flow, and then occluders, asked of single pairs: what a bake decides for all at once and then forgets.
 //!
 //! Portals are taken as they are given. Those of a file are rounded to `f32`, so that an answer may differ from the bake's by as
 //! much; what is in the file stays what was proven.
@@ -176,7 +176,7 @@ impl<G: Goals> Goals for Recorder<G> {
 
 /// Whether triangles alone shut every way from a closed cell's portals to an object in another cell: the last stage of a bake,
 /// for one pair. `cells_upper` is what flow left of pairs of cells.
-pub fn is_shielded(
+pub fn is_occluded(
     rays: &RayScene<'_>,
     graph: &CellGraph,
     placement: &BitMatrix,

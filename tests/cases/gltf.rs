@@ -169,7 +169,7 @@ fn case_09_animated_door() {
         let reach = leaf.reach.unwrap();
         assert!(!leaf.opaque && reach.size().z > leaf.bounds.size().z + 0.5, "{reach:?}: it swings into a room");
     }
-    assert!(has_note(&scene, "8 meshes move"), "{:?}", scene.source.notes);
+    assert!(has_note(&scene, "8 meshes are animated"), "{:?}", scene.source.notes);
     is_as_base(&scene);
     let file = baked(&read(&folder.join("named.glb")));
     assert_eq!(statues(&corridor(&file)), [8, 8]);

@@ -206,7 +206,7 @@ fn case_40_prt() {
         ("count_less", "line 7, end of file"),
         ("count_more", "line 8, portal: missing"),
         ("degenerate", "line 7, winding: all points lie on a line"),
-        ("hl", "line 4, faces: a Quake 3 portal file is not read"),
+        ("hl", "line 4, faces: Quake 3 portal files are not supported"),
         ("leaf_out", "line 7, second cluster: 9 is not in 0..=4"),
         ("nan", "line 7, point 1 x: 'nan' is not within"),
         ("self", "line 7, second cluster: cluster 1 on both sides"),

@@ -168,7 +168,10 @@ fn the_command_says_what_it_closed() {
     let info = run(&[Path::new("info"), &of("wide")]);
     assert!(String::from_utf8_lossy(&info.stdout).contains("(--smallest-hole)"));
     for bad in ["0", "-1", "nan", "inf"] {
-        refused(&bake(&of("bad"), &[&format!("--smallest-hole={bad}")]), &["--smallest-hole takes metres, above 0"]);
+        refused(
+            &bake(&of("bad"), &[&format!("--smallest-hole={bad}")]),
+            &["--smallest-hole <METRES>': takes metres, above 0"],
+        );
     }
 }
 

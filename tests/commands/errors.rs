@@ -264,7 +264,7 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
         ),
         ("far", document(core, &square.replacen('4', "1e300", 1), "#S1", "S1").into_bytes(), "`1e300` is not a coordinate"),
         ("plane", document(core, "0 0 4 0", "#S1", "S1").into_bytes(), "4 numbers; a corner needs three"),
-        ("dangling", document(core, square, "#S9", "S1").into_bytes(), "`#S9`: nothing has this gml:id"),
+        ("dangling", document(core, square, "#S9", "S1").into_bytes(), "`#S9`: no element has this gml:id"),
         ("elsewhere", document(core, square, "other.gml#S1", "S1").into_bytes(), "is in another file"),
         ("twice", document(core, square, "#S1", "C1").into_bytes(), "gml:id `C1` occurs twice; first in line 2"),
     ];

@@ -79,7 +79,7 @@ fn a_raster_that_cannot_be_read_is_told_with_its_place() {
             plain().doubles(33550, &[0.0; 3]).doubles(33922, &[0.0; 6]).bytes(),
             "a pixel scale of 0 x 0; it must be finite and above 0: write the file again",
         ),
-        ("cut.hgt", vec![0; 17], "17 bytes are no square of samples"),
+        ("cut.hgt", vec![0; 17], "17 bytes are not a square of samples"),
         (
             "cut.asc",
             b"ncols 3\nnrows 2\ncellsize 10\n1 2 3\n4 5\n".to_vec(),

@@ -86,7 +86,7 @@ fn rows_of_another_tool_are_a_line_of_the_chart() {
     let html = std::fs::read_to_string(&page).unwrap();
     check_page(&html);
     assert!(html.contains("rows of theirs.txt: 14") && html.contains("class=\"curve other\""));
-    assert!(html.contains("<code>enfilade report level.prt --rows theirs.txt --seed 3 --threads 1</code>"));
+    assert!(html.contains("<code>enfilade report level.prt --against theirs.txt --seed 3 --threads 1</code>"));
     assert!(folder.join("page.csv").is_file());
 }
 
@@ -136,7 +136,7 @@ fn bad_input_is_one_line_and_exit_2() {
         &["rows.txt: line 2, cell: 1 lines, but the level has 4"],
     );
     refused(&enfilade!("report", &good, "-o", &folder.join("page.csv")), &["page.csv: -o names the page"]);
-    refused(&enfilade!("report", &good, "-o", &folder), &["cli_report_bad"]);
+    refused(&enfilade!("report", &good, "-o", &folder), &["commands_report_bad"]);
     #[cfg(not(feature = "quake"))]
     refused(
         &enfilade!("report", &write("a.bsp", "BSP2")),

@@ -97,7 +97,7 @@ fn rows_of_another_tool_are_compared() {
     assert_eq!([&lost[2]["from"], &lost[2]["to"]].map(|p| p[0].as_f64().unwrap().round()), [8.0, 12.0]);
     let said = String::from_utf8(out.stderr).unwrap();
     assert!(
-        said.contains("theirs.txt has 13 pairs: 11 are in both, 2 are proven hidden; it lacks 3 that lie on a line"),
+        said.contains("theirs.txt has 13 pairs: 11 are in both, 2 are proven hidden; it lacks 3 that are proven visible"),
         "{said}"
     );
     assert!(
@@ -231,7 +231,7 @@ mod levels {
         for (place, said) in [
             ("4.5,1.5,0", "lies in a wall"),
             ("-3,0,0", "lies in a wall or outside"),
-            ("1,2", "takes a cluster's number, 0 to 4, or a place"),
+            ("1,2", "takes a cluster's number, 0 to 4, or a point"),
             ("1,2,x", "three numbers"),
             ("7", "the level has clusters 0 to 4"),
         ] {
@@ -278,9 +278,9 @@ mod levels {
         let (portals_from, clusters, notes) = from();
         assert_eq!((portals_from.as_str(), clusters), ("PRT2", Some(2)));
         assert!(
-            notes.contains("level.prt 1 of 4 portals lie where")
+            notes.contains("level.prt 1 of 4 portals do not lie between")
                 && notes.contains("portal 3")
-                && notes.contains("taken as it is"),
+                && notes.contains("used anyway"),
             "{notes}"
         );
         // Wider than the opening: its middle is in the wall, and half-way to two of its corners are both rooms.
@@ -328,7 +328,7 @@ fn bad_input_is_one_line_and_exit_2() {
     let rows = write("rows.txt", "0 3: 0 1 2\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 3: 1 2 4\n");
     refused(&enfilade!("vis", &bad), &["bad.prt: line 5, second cluster: 'x' instead of a whole number"]);
     refused(&enfilade!("vis", &folder.join("none.prt")), &["none.prt: "]);
-    refused(&enfilade!("vis", &folder), &["is named neither .prt nor .bsp"]);
+    refused(&enfilade!("vis", &folder), &["is a folder; give a .prt or .bsp in it"]);
     #[cfg(feature = "quake")]
     refused(&enfilade!("vis", &write("cut.bsp", "BSP2")), &["cut.bsp: ends after 4 bytes, within the header"]);
     refused(&enfilade!("why", &good, "0", "4"), &["good.prt: 4: the level has clusters 0 to 3"]);
@@ -337,7 +337,7 @@ fn bad_input_is_one_line_and_exit_2() {
         &["good.prt: is a level, which needs no model: leave out --model"],
     );
     refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
-    refused(&enfilade!("vis", &good, "--rows", &folder), &["cli_vis_bad: "]);
+    refused(&enfilade!("vis", &good, "--rows", &folder), &["commands_vis_bad: "]);
     let state = write("good.vis-state", "no state, and longer than the head of one, which has 56 bytes");
     refused(&enfilade!("vis", &good), &["good.vis-state: is not a state of an interrupted run"]);
     std::fs::remove_file(state).unwrap();

@@ -3,7 +3,7 @@
 use crate::cli::{folder, refused, run};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::proof::{Asker, Doubt, Goal, Shield, Why, WhyError};
+use enfilade::proof::{Asker, Doubt, Goal, Occlusion, Why, WhyError};
 use enfilade::pvs::{Guarantee, PvsOptions, bake};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade::{CellId, DirectedPortal, ObjectId};
@@ -117,12 +117,12 @@ fn what_is_hidden_says_by_what() {
     let answer = told(&path, "0", &behind.to_string());
     assert_eq!(
         (&answer["verdict"], &answer["chain"], &answer["confirmed"]),
-        (&json!("shielded"), &json!([[0, 0]]), &json!(null))
+        (&json!("occluded"), &json!([[0, 0]]), &json!(null))
     );
-    let shield = |confirmed| Why::Shielded(Shield { chain: vec![DirectedPortal(0)], confirmed });
+    let occlusion = |confirmed| Why::Occluded(Occlusion { chain: vec![DirectedPortal(0)], confirmed });
     let why = |file: &PvsFile, model| Asker::new(file, model).unwrap().why(CellId(0), Goal::Object(behind)).unwrap();
-    assert_eq!(why(&file, None), shield(None));
-    assert_eq!(why(&file, Some(&scene)), shield(Some(true)));
+    assert_eq!(why(&file, None), occlusion(None));
+    assert_eq!(why(&file, Some(&scene)), occlusion(Some(true)));
 
     // By there being no way at all.
     file.portals.clear();

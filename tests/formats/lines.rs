@@ -186,7 +186,7 @@ fn files_that_make_no_tubes_are_refused_with_the_place() {
     let with = |properties: Value| json!({"type": "FeatureCollection", "features": [feature(properties, line.clone())]});
     let refused = |file: &Value| read(file).unwrap_err();
     let place = "features[0].geometry.coordinates";
-    let no_radius = "no radius; give the feature a property \"radius\" or \"diameter\", in its unit of length, or all of them --tubes METRES";
+    let no_radius = "no radius; give the feature a property \"radius\" or \"diameter\", in the file's unit of length, or give all lines --tubes METRES";
     assert_eq!(refused(&with(json!({"colour": "red"}))), format!("{place}: {no_radius}"));
     for (radius, told) in [(0.0, "0"), (-2.5, "-2.5")] {
         let error = refused(&with(json!({"radius": radius})));

@@ -42,9 +42,9 @@ fn other_dialects_are_refused_by_name() {
     assert_eq!(read_prt(b"").unwrap_err().fault, PrtFault::Missing);
     assert_eq!(read_prt(b"PRT1\n\xff").unwrap_err().fault, PrtFault::NotText);
     for (text, said) in [
-        (format!("\u{feff}{PRT1}"), "line 1, text: U+FEFF (a byte-order mark) is no part of a portal file;"),
-        (format!("{PRT1}\u{1a}"), "text: U+001A (Ctrl-Z) is no part of a portal file;"),
-        (format!("{PRT1}\0\n"), "text: U+0000 (a zero byte) is no part of a portal file;"),
+        (format!("\u{feff}{PRT1}"), "line 1, text: U+FEFF (a byte-order mark) is not allowed in a portal file;"),
+        (format!("{PRT1}\u{1a}"), "text: U+001A (Ctrl-Z) is not allowed in a portal file;"),
+        (format!("{PRT1}\0\n"), "text: U+0000 (a zero byte) is not allowed in a portal file;"),
     ] {
         let fault = read_prt(text.as_bytes()).unwrap_err().to_string();
         assert!(fault.contains(said), "{fault}");

@@ -49,7 +49,7 @@ fn answer(oracle: &mut impl OcclusionOracle, query: QueryId) -> bool {
 
 /// A box for an object, along the axes or along its own, in turns; and boxes where nothing is.
 fn asked(scene: &Scene, random: &mut Places) -> Vec<Bounds> {
-    let of_object = |o: ObjectId| if o.index() % 2 == 0 { bounds(scene, o) } else { own_bounds(scene, o) };
+    let of_object = |o: ObjectId| if o.index().is_multiple_of(2) { bounds(scene, o) } else { own_bounds(scene, o) };
     let mut asked: Vec<Bounds> = all(scene).into_iter().map(of_object).collect();
     asked.extend((0..20).map(|i| random.bounds(12.0, DVec3::splat([3.0, 0.3][i % 2]))));
     asked

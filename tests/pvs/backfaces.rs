@@ -113,7 +113,7 @@ fn what_faces_away_is_hidden_however_it_is_wound_and_turned_and_all_else_is_seen
                 let ask = |asker: &Asker<'_>| asker.why(CellId(cell), Goal::Object(ObjectId(o as u32))).unwrap();
                 // Without the model nobody can tell which way an object faces.
                 assert_eq!(matches!(ask(&asker), Why::Behind), is_hidden, "{pair}");
-                assert_eq!(matches!(ask(&blind), Why::Shielded(_)), is_hidden, "{pair}");
+                assert_eq!(matches!(ask(&blind), Why::Occluded(_)), is_hidden, "{pair}");
             }
         }
     }

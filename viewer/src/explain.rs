@@ -53,10 +53,10 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: 
             "{who} can't see {what}: no line passes any chain of portals ({} were followed to their end).",
             ends.len()
         ),
-        Why::Shielded(shield) => {
+        Why::Occluded(occlusion) => {
             format!(
                 "{who} can't see {what}: a line may pass {} portals, but the model's triangles shut every way.",
-                shield.chain.len()
+                occlusion.chain.len()
             )
         }
         Why::Behind => format!("{who} can't see {what}: all that it could see of it faces away."),

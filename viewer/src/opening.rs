@@ -18,7 +18,7 @@ const STAGES: [(&str, f64); 10] = [
     ("holes", 0.02),
     ("flow", 0.17),
     ("aimed rays", 0.18),
-    ("shields", 0.07),
+    ("occluders", 0.07),
 ];
 const TOLD: f64 = 0.05;
 

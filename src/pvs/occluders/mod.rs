@@ -158,7 +158,7 @@ impl Pairs<'_> {
             (task.state, task.found.close(), task.shafts)
         };
         let share = |done: usize| (round as f64 + done as f64 / todo.len() as f64) / ROUNDS.len() as f64;
-        let found = work.map_with(&todo, || (), ask, |done| work.tell("shields", share(done)))?;
+        let found = work.map_with(&todo, || (), ask, |done| work.tell("occluders", share(done)))?;
         for ((c, objects), (state, found, shafts)) in todo.iter().zip(found) {
             for (&o, state) in objects.iter().zip(&state) {
                 match state {

@@ -1,8 +1,8 @@
-//! Declared portals that whoever passes them comes nearer to a surface than the clearance that shields keep: keyholes, slits.
+//! Declared portals that whoever passes them comes nearer to a surface than the clearance that occluders keep: keyholes, slits.
 //!
-//! Shields promise nothing about lines that graze a surface, and every line through such a portal does. So each gets rows of its own, by
+//! Occluders promise nothing about lines that graze a surface, and every line through such a portal does. So each gets rows of its own, by
 //! shafts that take no such liberty (`Task::count_grazing_lines`): what it may show on either side. A pair that one of them may join, its cell
-//! on one side and its object in the row of the other, is not for shields to decide.
+//! on one side and its object in the row of the other, is not for occluders to decide.
 //!
 //! What a split finds in triangles alone is another matter: holes as narrow may be cracks, and a file says below which width it promises
 //! nothing ([`CellGraph::smallest_hole`]).

@@ -29,7 +29,7 @@ pub struct Args {
     /// The target: an object (17, object:17), another cell (cell:4), or a name; in a level as A
     #[arg(value_name = "B", allow_hyphen_values = true)]
     to: String,
-    /// The model that the file was baked for: witnesses and shields are tested against its triangles
+    /// The model that the file was baked for: witnesses and occluders are tested against its triangles
     #[arg(long, value_name = "INPUT")]
     model: Option<PathBuf>,
     #[command(flatten)]
@@ -169,8 +169,12 @@ impl Teller<'_> {
                 ("chains", found.len().into()),
                 ("separations", self.separations(found)),
             ],
-            Why::Shielded(shield) => {
-                vec![("verdict", "shielded".into()), ("chain", ids(&shield.chain)), ("confirmed", shield.confirmed.into())]
+            Why::Occluded(occlusion) => {
+                vec![
+                    ("verdict", "occluded".into()),
+                    ("chain", ids(&occlusion.chain)),
+                    ("confirmed", occlusion.confirmed.into()),
+                ]
             }
             Why::Behind => vec![("verdict", "behind".into())],
             Why::Joined(cells) => vec![("verdict", "joined".into()), ("joined_from", (*cells).into())],
@@ -227,7 +231,7 @@ impl Teller<'_> {
                     None => {}
                 }
             }
-            Why::Shielded(shield) => match shield.confirmed {
+            Why::Occluded(occlusion) => match occlusion.confirmed {
                 Some(true) => lines.push("  tested again with the model: every line is blocked".into()),
                 Some(false) => lines
                     .push("  tested again with the model, this pair alone and with rounded portals: not confirmed".into()),
@@ -263,7 +267,7 @@ impl Teller<'_> {
             Why::Separated(found) => {
                 format!("{a} doesn't see {b}: {}", separation_summary(found))
             }
-            Why::Shielded(s) => {
+            Why::Occluded(s) => {
                 format!(
                     "{a} doesn't see {b}: the portals allow a line, through {}, but triangles block every line",
                     way(&s.chain)

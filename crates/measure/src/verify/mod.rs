@@ -5,9 +5,9 @@
 //! a cell, near portals, near walls, outside), in random directions and towards portals and objects:
 //!
 //! 1. **Pairs**: the first opaque object on a ray, and every see-through object before it, must be in the row of the eye's cell;
-//! every cell that the ray reaches must be in that cell's row of cells. The object must be placed in the cell where it is met.
+//!    every cell that the ray reaches must be in that cell's row of cells. The object must be placed in the cell where it is met.
 //! 2. **Segments**: the unobstructed segment must run inside cells, and pass from cell to cell only through portals between the
-//! two. This is the meaning of *sealed*.
+//!    two. This is the meaning of *sealed*.
 //! 3. **Views**: in pictures from random eyes, the share of pixels whose object is not in the row of the eye's cell.
 //!
 //! The test also examines the structure of the file's cells and portals ([`Structure`]), free space inside that is in no cell
