@@ -214,7 +214,7 @@ fn a_camera_that_is_asked_in_each_frame_shows_what_the_culler_says() {
     for mode in Mode::WITHOUT_QUERIES {
         let (mut app, things) = app(&file, 0..file.objects.len() as u32);
         let lens = PerspectiveProjection { fov: 1.1, aspect_ratio: 1.6, ..Default::default() };
-        let eye = app.world_mut().spawn((PortalCamera::PerFrame(mode.into()), Projection::Perspective(lens))).id();
+        let eye = app.world_mut().spawn((PortalCamera::PerFrame(mode), Projection::Perspective(lens))).id();
         let (mut hidden, mut updates) = (0, 0);
         for turn in 0..60 {
             let (sin, cos) = (f64::from(turn) * 0.4).sin_cos();

@@ -207,7 +207,7 @@ fn srtm_tiles_have_their_corner_from_their_name() {
     assert!((raster.first()[0] / raster.spacing()[0] + 238.0).abs() < 1e-9);
     assert!(raster.notes()[0].contains("34.5"));
     assert!(open("elsewhere.hgt", bytes.clone()).unwrap().notes()[0].contains("no georeference"));
-    assert!(refused("N34W119.hgt", bytes[..17].to_vec()).contains("17 bytes are no square"));
+    assert!(refused("N34W119.hgt", bytes[..17].to_vec()).contains("17 bytes are not a square"));
 }
 
 #[test]
