@@ -101,7 +101,7 @@ fn rows_of_another_tool_are_compared() {
         "{said}"
     );
     assert!(
-        said.contains("1 of its pairs are there one way only") && said.contains("it lacks 1 3: the line from [8"),
+        said.contains("1 of its pairs are in one direction only") && said.contains("it lacks 1 3: the line from [8"),
         "{said}"
     );
 

@@ -1,4 +1,4 @@
-//! A frame: [`Renderer::frame`] culls, lists and uploads, then records [`PASSES`] over one [`FrameContext`].
+//! A frame: [`Renderer::frame`] culls, lists and uploads, then records `PASSES` over one `FrameContext`.
 
 use super::alarm::Alarm;
 use super::caps::Caps;

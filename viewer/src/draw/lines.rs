@@ -13,7 +13,7 @@ pub type Tint = [u8; 4];
 /// Pieces of a ribbon.
 const PIECES: usize = 16;
 
-/// Lines and faces over the scene: corners by [`Kind`].
+/// Lines and faces over the scene: corners by `Kind`.
 #[derive(Default)]
 pub struct Overlay([Vec<[u32; 4]>; 4]);
 
