@@ -205,6 +205,7 @@ mod tests {
     }
 
     /// A flag or an argument as a row of a table.
+    #[cfg(feature = "full")]
     fn row(arg: &clap::Arg) -> String {
         let takes_values = arg.get_action().takes_values();
         let value = arg.get_value_names().filter(|_| takes_values).and_then(<[_]>::first).map(ToString::to_string);
@@ -224,6 +225,7 @@ mod tests {
     }
 
     /// The flags of commands as a table, below their headings.
+    #[cfg(feature = "full")]
     fn flags(commands: &[clap::Command]) -> String {
         let mut groups: Vec<(String, Vec<String>)> = Vec::new();
         let args = commands.iter().flat_map(clap::Command::get_arguments);
