@@ -18,7 +18,7 @@ const RAYS_PER_SHAFT: u64 = 5;
 /// After an accuracy goal (`--unseen`) has cost more than this, segments and shafts get no more than for this many rays.
 const MOST_AFTER_GOAL: u64 = 20_000_000;
 
-/// What each step of a bake may spend, in rays. All shares together are at most the rays that were asked for.
+/// What each step of a bake may spend. The shares in rays add up to at most the rays that were asked for; shafts come on top of them.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
 pub struct Budget {
     /// Cubes and guided rays from cells.
@@ -29,7 +29,7 @@ pub struct Budget {
     pub aimed: u64,
     /// Cubes, segments and tests from view cells.
     pub view_cells: u64,
-    /// Shafts against triangles.
+    /// Shafts against triangles, a number of shafts and not of rays.
     pub shafts: u64,
 }
 

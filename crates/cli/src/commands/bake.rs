@@ -138,9 +138,10 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 /// Writes the way out of a map that leaks as points, a line each, which editors of maps load.
 fn write_leak(path: Option<&Path>, leak: Option<&LeakHint>) -> Result<(), CliError> {
     let (Some(path), Some(LeakHint { from, way, .. })) = (path, leak) else { return Ok(()) };
-    eprintln!("note: the map leaks; {} has the way out, for your editor", path.display());
     let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{} {} {}", p.x, p.y, p.z);
-    replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p))).map_err(|e| at(path, e))
+    replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p))).map_err(|e| at(path, e))?;
+    eprintln!("note: the map leaks; {} has the way out: open it in your map editor and close the hole", path.display());
+    Ok(())
 }
 
 fn bake_file(args: &Args) -> Result<Outcome, CliError> {

@@ -35,7 +35,7 @@ pub struct SceneFlags {
     /// call costs as much as 16 triangles]
     #[arg(long, value_name = "N|whole", value_parser = object_triangles, help_heading = "Cells")]
     pub object_triangles: Option<ObjectTriangles>,
-    /// Rays that sampling, tests and proofs may cast in all, as 500k or 20M [default: 20M; 1G with --unseen]
+    /// Rays and segments of the whole bake, as 500k or 20M; shafts against triangles come on top, one for five rays [default: 20M; 1G with --unseen]
     #[arg(long, value_name = "COUNT", value_parser = count::parse, help_heading = "Rows")]
     pub rays: Option<u64>,
 }
