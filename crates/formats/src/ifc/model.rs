@@ -371,16 +371,16 @@ mod tests {
     }
 
     #[test]
-    fn what_precedes_the_header_is_passed_over() {
+    fn what_precedes_the_header_is_ignored() {
         let rest = "ISO-10303-21;\nEND-ISO-10303-21;\n/* bye */";
         for (before, note) in [
             ("", None),
             ("\u{feff}", None),
             ("\u{feff}\n\t \r\n", None),
             ("/* by hand #1=IFCWALL(); */\n/**/ ", None),
-            ("`", Some("1 bytes before ISO-10303-21 are passed over; it begins with the text ```")),
-            ("\nstep:\n", Some("5 bytes before ISO-10303-21 are passed over; it begins with the text `step:`")),
-            ("/* open ", Some("7 bytes before ISO-10303-21 are passed over; it begins with the text `/* open`")),
+            ("`", Some("1 bytes before ISO-10303-21 are ignored; it begins with the text ```")),
+            ("\nstep:\n", Some("5 bytes before ISO-10303-21 are ignored; it begins with the text `step:`")),
+            ("/* open ", Some("7 bytes before ISO-10303-21 are ignored; it begins with the text `/* open`")),
         ] {
             let mut bytes = [before, rest].concat().into_bytes();
             assert_eq!(settle_envelope(&mut bytes).unwrap().as_deref(), note, "{before:?}");
