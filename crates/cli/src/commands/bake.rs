@@ -10,7 +10,7 @@ use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
 use enfilade::file::{load_bytes, replace_file};
 use enfilade::pvs::{Guarantee, PvsOptions};
-use enfilade::scene::{LeakHint, Scene};
+use enfilade::scene::{ImportOptions, LeakHint, Scene};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::expected::expected_draw;
 use glam::DVec3;
@@ -144,18 +144,11 @@ fn write_leak(path: Option<&Path>, leak: Option<&LeakHint>) -> Result<(), CliErr
     Ok(())
 }
 
-fn bake_file(args: &Args) -> Result<Outcome, CliError> {
-    let begin = Instant::now();
-    let output = args.output();
-    let bar = progress_bar();
-    bar.set_message("import");
-    let import_options = args.scene.import();
-    let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
-    write_leak(args.leak().as_deref(), scene.hints.leak.as_ref())?;
-    let import_seconds = begin.elapsed().as_secs_f64();
-    let given = args.scene.given(&args.input, &scene)?;
-    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.view_cells.as_ref(), &scene)?;
-    let mut options = BakeOptions {
+/// The options of the bake.
+fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOptions, CliError> {
+    let given = args.scene.given(&args.input, scene)?;
+    let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.view_cells.as_ref(), scene)?;
+    Ok(BakeOptions {
         split: SplitOptions { memory: args.memory / FOR_THE_SPLIT, ..args.scene.split() },
         pvs: PvsOptions {
             rows_from: match args.rows {
@@ -173,9 +166,21 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         clusters: None,
         view_cells,
         view_cell_bytes,
-        import: import_options,
+        import,
         memory: args.memory,
-    };
+    })
+}
+
+fn bake_file(args: &Args) -> Result<Outcome, CliError> {
+    let begin = Instant::now();
+    let output = args.output();
+    let bar = progress_bar();
+    bar.set_message("import");
+    let import_options = args.scene.import();
+    let scene = import(&args.input, &import_options).map_err(|e| at(&args.input, e))?;
+    write_leak(args.leak().as_deref(), scene.hints.leak.as_ref())?;
+    let import_seconds = begin.elapsed().as_secs_f64();
+    let mut options = options(args, &scene, import_options)?;
     let progress = |stage: &str, done: f64| {
         bar.set_message(stage.to_owned());
         bar.set_position((done * 1000.0) as u64);

@@ -54,6 +54,15 @@ impl Args {
         is_bsp && self.output.is_none()
     }
 
+    /// The level to write, if there is one.
+    fn level_to_write(&self, input: &Input) -> Result<Option<PathBuf>, CliError> {
+        match (&self.output, &input.bsp) {
+            (Some(out), None) => Err(at(out, "-o takes a level that is a .bsp; the rows of a .prt go to --rows")),
+            (Some(out), Some(_)) => Ok(Some(out.clone())),
+            (None, _) => Ok(self.is_in_place().then(|| self.input.clone())),
+        }
+    }
+
     /// What is read and written.
     pub fn files(&self) -> Files {
         let alone = self.workers.folder().is_none();
@@ -77,11 +86,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 1. The level, and whatever can be wrong with the flags, before the long part.
     let input = Input::read(&args.input)?;
     input.notes.iter().for_each(|n| eprintln!("{n}"));
-    let output = match (&args.output, &input.bsp) {
-        (Some(out), None) => return Err(at(out, "-o takes a level that is a .bsp; the rows of a .prt go to --rows")),
-        (Some(out), Some(_)) => Some(out.clone()),
-        (None, _) => args.is_in_place().then(|| args.input.clone()),
-    };
+    let output = args.level_to_write(&input)?;
     let theirs = args.search.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
 
@@ -115,11 +120,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 4. The report.
     let mut report = report(&input, &result.totals());
     written.tell(&mut report);
-    let mut seconds = serde_json::Map::new();
-    seconds.insert("read".into(), read.into());
-    stages.done.iter().for_each(|s| _ = seconds.insert(s.name.clone(), s.seconds.into()));
-    seconds.insert("write".into(), write.into());
-    report["stage_seconds"] = seconds.into();
+    report["stage_seconds"] = stage_seconds(read, &stages, write);
     report["seconds"] = begin.elapsed().as_secs_f64().into();
     report["peak_rss_mb"] = peak_rss_mb().into();
     let beside = theirs.zip(whole).map(|(rows, result)| against(&input.level, result, &rows));
@@ -233,6 +234,15 @@ fn followed(
     *stages = clock.into_inner().unwrap_or_default();
     stages.leave();
     result
+}
+
+/// Seconds by stage.
+fn stage_seconds(read: f64, stages: &Stages, write: f64) -> Value {
+    let mut seconds = serde_json::Map::new();
+    seconds.insert("read".into(), read.into());
+    stages.done.iter().for_each(|s| _ = seconds.insert(s.name.clone(), s.seconds.into()));
+    seconds.insert("write".into(), write.into());
+    seconds.into()
 }
 
 /// The keys of `vis --json`; docs/cli.md says what each means.

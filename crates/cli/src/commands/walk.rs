@@ -116,15 +116,7 @@ impl Args {
 pub fn run(args: Args) -> Result<Outcome, CliError> {
     let (width, height) = size(&args.size)?;
     let modes = modes(&args.modes)?;
-    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
-    // Pictures must not overwrite the model's own.
-    let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
-    let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
-    if scene.hash() != file.model_hash {
-        let what =
-            format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
-        return Err(at(&args.model, what));
-    }
+    let (file, scene) = read(&args)?;
     if args.loading.is_asked() {
         return loading::run(&args, &file);
     }
@@ -147,9 +139,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         let named = named_pictures(&scene, &args.model);
         let frames = (0..path.frames.len()).step_by(every);
         let pictures = frames.flat_map(|frame| modes.iter().map(move |mode| picture_path(folder, frame, *mode)));
-        let replaced = pictures.filter(|path| path.exists());
-        replaced.fold(files.reads_too(&named), |files, path| files.writes(&path, Kind::Png)).check()?;
-        std::fs::create_dir_all(folder).map_err(|e| at(folder, e))?;
+        make_folder(folder, files.reads_too(&named), pictures)?;
     }
     let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
     let doors_as_found = args.doors == Doors::AsFound;
@@ -177,6 +167,27 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     };
     let failed = file.guarantee == Guarantee::Conservative && summaries.iter().any(fails);
     Ok(if failed { Outcome::Failed } else { Outcome::Done })
+}
+
+/// The file and its model.
+fn read(args: &Args) -> Result<(PvsFile, Scene), CliError> {
+    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    // Pictures must not overwrite the model's own.
+    let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
+    let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
+    if scene.hash() != file.model_hash {
+        let what =
+            format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
+        return Err(at(&args.model, what));
+    }
+    Ok((file, scene))
+}
+
+/// Makes the folder of pictures, unless one of them would replace a file that is read.
+fn make_folder(folder: &Path, files: Files, pictures: impl Iterator<Item = PathBuf>) -> Result<(), CliError> {
+    let replaced = pictures.filter(|path| path.exists());
+    replaced.fold(files, |files, path| files.writes(&path, Kind::Png)).check()?;
+    std::fs::create_dir_all(folder).map_err(|e| at(folder, e))
 }
 
 /// Picture files that a model names.

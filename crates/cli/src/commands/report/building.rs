@@ -8,7 +8,7 @@ use crate::commands::stage_times::{Clock, Stages};
 use crate::commands::why::Teller;
 use crate::commands::{CliError, Outcome, at};
 use enfilade::CellId;
-use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, bake, digest, find_cells};
+use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, ObjectSizes, bake, digest, find_cells};
 use enfilade::cells::CellGraph;
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
@@ -58,19 +58,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let kept = Kept::open(&args.state, None, &of)?;
     let clock = Clock::start();
     let work = kept.work(&progress);
-    let since = Instant::now();
-    let worked = args.scene.sized(scene, &mut options, &work).and_then(|(scene, sizes)| {
-        let graph = match options.given.take() {
-            Some(graph) => graph,
-            None => find_cells(&scene, &options.split, &work)?,
-        };
-        options.given = Some(graph.clone());
-        let seconds = since.elapsed().as_secs_f64();
-        let mut baked = bake(&scene, options.clone(), &work)?;
-        baked.seconds.cells += seconds;
-        Ok((scene, sizes, graph, baked))
-    });
-    let (scene, sizes, graph, baked) = match worked {
+    let Worked { scene, sizes, graph, baked } = match Worked::new(args, scene, &mut options, &work) {
         Ok(worked) => worked,
         Err(BakeError::Stopped(_)) => return kept.stopped(),
         Err(e) => {
@@ -91,30 +79,48 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
         .map_err(|e| at(&args.input, e))?;
     let report = BakeReport { object_sizes: sizes, ..report };
-    let page = BuildingReport {
-        building: &name(&args.input),
-        command: &again(args),
-        seed: args.run.seed,
-        scene: &scene,
-        file: &baked.file,
-        pvs: &report.pvs.summary,
-        expected: report.expected_draw,
-        curves: &measured.curves,
-        tubes: measured.tubes.as_ref(),
-        splits: measured.splits.as_ref(),
-        views: measured.views,
-        missed_pixels: measured.missed_pixels,
-        portal_costs: &measured.portal_costs,
-        hardest: &measured.hardest,
-        stages: &stages,
-        threads: rayon::current_num_threads(),
-    };
+    let (building, line) = (name(&args.input), again(args));
+    let command = Command { building: &building, line: &line, seed: args.run.seed, stages: &stages };
+    let page = measured.page(command, &scene, &baked, &report);
     let files = files(&page, output, table);
     kept.ends();
     write(&files)?;
     kept.done()?;
     print_result(args, &report, &page, &files)?;
     Ok(Outcome::Done)
+}
+
+/// A scene with objects of the chosen size, its cells, and its bake.
+struct Worked {
+    scene: Scene,
+    sizes: Option<ObjectSizes>,
+    graph: CellGraph,
+    baked: Baked,
+}
+
+impl Worked {
+    fn new(args: &Args, scene: Scene, options: &mut BakeOptions, work: &Job<'_>) -> Result<Self, BakeError> {
+        let since = Instant::now();
+        let (scene, sizes) = args.scene.sized(scene, options, work)?;
+        let graph = match options.given.take() {
+            Some(graph) => graph,
+            None => find_cells(&scene, &options.split, work)?,
+        };
+        options.given = Some(graph.clone());
+        let seconds = since.elapsed().as_secs_f64();
+        let mut baked = bake(&scene, options.clone(), work)?;
+        baked.seconds.cells += seconds;
+        Ok(Self { scene, sizes, graph, baked })
+    }
+}
+
+/// What the page tells of the command.
+struct Command<'a> {
+    building: &'a str,
+    /// The line that repeats it.
+    line: &'a str,
+    seed: u64,
+    stages: &'a [Stage],
 }
 
 /// Prints the written files, or the report as JSON.
@@ -220,6 +226,35 @@ impl Measured {
         let missed_pixels = file.object_rows.as_ref().map_or(0, |rows| views.missed_pixels(rows));
         let (views, portal_costs) = (views.count(), portal_costs(file, args.run.seed));
         Ok(Self { curves, tubes, splits, views, missed_pixels, portal_costs, hardest })
+    }
+
+    /// The page.
+    fn page<'a>(
+        &'a self,
+        command: Command<'a>,
+        scene: &'a Scene,
+        baked: &'a Baked,
+        report: &'a BakeReport,
+    ) -> BuildingReport<'a> {
+        let Command { building, line, seed, stages } = command;
+        BuildingReport {
+            building,
+            command: line,
+            seed,
+            scene,
+            file: &baked.file,
+            pvs: &report.pvs.summary,
+            expected: report.expected_draw,
+            curves: &self.curves,
+            tubes: self.tubes.as_ref(),
+            splits: self.splits.as_ref(),
+            views: self.views,
+            missed_pixels: self.missed_pixels,
+            portal_costs: &self.portal_costs,
+            hardest: &self.hardest,
+            stages,
+            threads: rayon::current_num_threads(),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::commands::resume::{Kept, Of};
 use crate::commands::vis::Totals;
 use crate::commands::{CliError, Outcome, at};
 use enfilade::job::Job;
-use enfilade_levels::compare::against;
+use enfilade_levels::compare::{Against, against};
 use enfilade_levels::{Bounds, Level, PairProof, Vis, VisError, VisOptions, digest, vis, why};
 use enfilade_measure::pages::html::Remark;
 use enfilade_measure::pages::level::{LevelReport, LinesAlone, Moment, Other};
@@ -52,17 +52,10 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let undecided = undecided(&input.level, &options, &result).map_err(|e| at(&args.input, e))?;
 
     // 4. The page and the table.
-    let facts = format!(
-        "{} clusters, {} portals ({}), {} leaves",
-        input.level.cells,
-        input.level.portals.len(),
-        input.portals_from,
-        input.clusters.len()
-    );
     let page = LevelReport {
         level: &name(&args.input),
         command: &again(args),
-        facts: &facts,
+        facts: &facts(&input),
         lower: &result.lower,
         upper: &result.upper,
         moments: &moments,
@@ -81,15 +74,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     // 5. The same as JSON.
     if args.json {
         let mut json = crate::commands::vis::report(&input, &Totals::of(&result));
-        json["bounds"] = moments.iter().map(moment_json).collect();
-        json["lines_alone"] =
-            lines_alone.iter().map(|l| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower })).collect();
-        if let Some(a) = &beside {
-            json["against"] = told(a);
-        }
-        json["page"] = output.to_string_lossy().into();
-        json["table"] = table.to_string_lossy().into();
-        json["peak_rss_mb"] = peak.into();
+        add_numbers(&mut json, &page, beside.as_ref(), [output, table]);
         json["seconds"] = begin.elapsed().as_secs_f64().into();
         crate::commands::answer(&format!("{json:#}"))?;
     }
@@ -98,6 +83,30 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     }
     crate::commands::prose(&format!("{} and {} written", output.display(), table.display()), args.json)?;
     Ok(Outcome::Done)
+}
+
+/// The level in a line.
+fn facts(input: &Input) -> String {
+    format!(
+        "{} clusters, {} portals ({}), {} leaves",
+        input.level.cells,
+        input.level.portals.len(),
+        input.portals_from,
+        input.clusters.len()
+    )
+}
+
+/// Adds what the page shows to the keys of `vis`.
+fn add_numbers(json: &mut Value, page: &LevelReport<'_>, beside: Option<&Against>, [output, table]: [&Path; 2]) {
+    let of_lines = |l: &LinesAlone| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower });
+    json["bounds"] = page.moments.iter().map(moment_json).collect();
+    json["lines_alone"] = page.lines_alone.iter().map(of_lines).collect();
+    if let Some(beside) = beside {
+        json["against"] = told(beside);
+    }
+    json["page"] = output.to_string_lossy().into();
+    json["table"] = table.to_string_lossy().into();
+    json["peak_rss_mb"] = page.peak_rss_mb.into();
 }
 
 fn moment_json(m: &Moment) -> Value {
