@@ -101,6 +101,16 @@ struct Key {
     material: Option<usize>,
 }
 
+/// The triangles of all meshes.
+struct Cut {
+    meshes: Vec<Vec<[u32; 3]>>,
+    /// Texture coordinates of the triangles; empty unless needed.
+    looks: Vec<Vec<[[f32; 2]; 3]>>,
+    /// Numbers of polygons.
+    concave: usize,
+    fanned: usize,
+}
+
 /// A face: its corners in [`Reader::corners`], its mesh in [`Reader::keys`].
 struct Face {
     line: usize,
@@ -237,13 +247,10 @@ impl Reader {
         Some(number)
     }
 
-    /// Passes all meshes to the builder.
-    fn finish(self, folder: Option<&Path>, naming: &Naming, builder: &mut SceneBuilder) -> Result<(), ImportError> {
-        let beside = Sidecars { folder, under: self.options.files_under.as_deref() };
-        let materials = self.materials(beside, &mut builder.source.notes);
-        let mut meshes: Vec<Vec<[u32; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
-        let mut looks: Vec<Vec<[[f32; 2]; 3]>> = self.keys.iter().map(|_| Vec::new()).collect();
-        let (mut concave, mut fanned) = (0usize, 0usize);
+    /// Cuts the faces of all meshes into triangles.
+    fn cut(&self, builder: &mut SceneBuilder) -> Result<Cut, ImportError> {
+        let (meshes, looks) = (vec![Vec::new(); self.keys.len()], vec![Vec::new(); self.keys.len()]);
+        let mut all = Cut { meshes, looks, concave: 0, fanned: 0 };
         let mut cut = Vec::new();
         for face in &self.faces {
             let corners = &self.corners[face.corners.clone()];
@@ -257,15 +264,23 @@ impl Reader {
             }
             match polygon::triangulate(&self.positions, corners, &mut cut) {
                 polygon::Shape::Convex => {}
-                polygon::Shape::Concave => concave += 1,
-                polygon::Shape::Fanned => fanned += 1,
+                polygon::Shape::Concave => all.concave += 1,
+                polygon::Shape::Fanned => all.fanned += 1,
             }
             if self.is_traced {
                 let textured = &self.textured[face.corners.clone()];
-                looks[face.mesh].extend(cut.iter().map(|t| t.map(|k| self.coordinates(textured[k]))));
+                all.looks[face.mesh].extend(cut.iter().map(|t| t.map(|k| self.coordinates(textured[k]))));
             }
-            meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
+            all.meshes[face.mesh].extend(cut.drain(..).map(|t| t.map(|k| corners[k])));
         }
+        Ok(all)
+    }
+
+    /// Passes all meshes to the builder.
+    fn finish(self, folder: Option<&Path>, naming: &Naming, builder: &mut SceneBuilder) -> Result<(), ImportError> {
+        let beside = Sidecars { folder, under: self.options.files_under.as_deref() };
+        let materials = self.materials(beside, &mut builder.source.notes);
+        let Cut { meshes, looks, concave, fanned } = self.cut(builder)?;
         self.add_notes([concave, fanned], &mut builder.source.notes);
         let lines = self.lines_of(builder)?;
         let (names, mut by_name, mut helpers) = (self.mesh_names(), ByName::default(), Helpers::default());

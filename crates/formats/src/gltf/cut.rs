@@ -4,15 +4,20 @@
 //! an object has only the vertices of its triangles, and objects with the same triangles of one primitive share it, such as
 //! instances. Compressed data is written uncompressed, and all buffers and pictures are in the single binary chunk.
 
-use super::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, U16, U32};
-use super::data::{Accessor, broken, entry, numbers, width};
+mod output;
+mod references;
+
+use super::container::{ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER};
+use super::data::{broken, entry, width};
 use super::document::{self, Document, Primitive};
 use super::pictures::Pictures;
 use super::{Drawn, Placement, Reading, container, draco, read, roots};
 use enfilade::scene::{ImportError, ImportOptions, Scene, Trace, whole_file};
 use enfilade_tubes::{part, usual_sides};
 use glam::{DQuat, DVec3};
-use serde_json::{Map, Value, json};
+use output::{Elements, Output, Slot, too_large};
+use references::{each_accessor, each_mesh, each_view, is_plain, list, named, push, remove_extension, renumbered, taken};
+use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
@@ -78,109 +83,6 @@ struct Cutter<'a> {
     /// Nodes of tubes.
     tubes: Vec<usize>,
     notes: Vec<String>,
-}
-
-/// The output: first the kept data of the source, then streams of new elements, one view each.
-struct Output {
-    accessors: Vec<Value>,
-    views: Vec<Value>,
-    /// The bytes of `views`.
-    kept: Vec<u8>,
-    /// Bytes from element to element (0: indices), and the elements.
-    streams: Vec<(usize, Vec<u8>)>,
-    /// Limit of all bytes.
-    most: usize,
-}
-
-/// Whether the document has no arrays in place of objects. The importer accepts both.
-fn is_plain(root: &Value) -> bool {
-    let each = |value: &Value, name: &str, is_so: &dyn Fn(&Value) -> bool| {
-        value.get(name).is_none_or(|list| list.as_array().is_some_and(|list| list.iter().all(is_so)))
-    };
-    let is_primitive = |primitive: &Value| {
-        primitive.get("attributes").is_some_and(Value::is_object) && each(primitive, "targets", &Value::is_object)
-    };
-    let is_mesh = |mesh: &Value| mesh.is_object() && each(mesh, "primitives", &is_primitive);
-    let lists = ["scenes", "nodes", "images"].iter().all(|name| each(root, name, &Value::is_object));
-    root.is_object() && root.get("asset").is_some_and(Value::is_object) && lists && each(root, "meshes", &is_mesh)
-}
-
-/// Removes entries from one of the document's lists and returns them.
-fn taken(root: &mut Value, name: &str, numbers: &[usize]) -> Result<Vec<Value>, ImportError> {
-    let mut list = root.get_mut(name).map(Value::take).and_then(|list| list.as_array().cloned()).unwrap_or_default();
-    let count = list.len();
-    let take = |&number: &usize| {
-        let entry = list.get_mut(number).map(Value::take);
-        entry.ok_or_else(|| broken(format!("{name}: {number} is used, there are {count}")))
-    };
-    numbers.iter().map(take).collect()
-}
-
-/// The entries of one of the document's lists.
-fn list<'v>(root: &'v mut Value, name: &str) -> std::slice::IterMut<'v, Value> {
-    root.get_mut(name).and_then(Value::as_array_mut).map_or(&mut [][..], Vec::as_mut_slice).iter_mut()
-}
-
-/// Calls its second argument with every number of one kind in a document.
-type Each = fn(&mut Value, &mut dyn FnMut(&mut Value));
-
-/// Renumbers the references that `each` finds to a list of the used entries, and returns these entries in order.
-fn renumbered(root: &mut Value, each: Each) -> Vec<usize> {
-    let mut used = BTreeSet::new();
-    each(root, &mut |number| used.extend(number.as_u64().map(|n| n as usize)));
-    let used: Vec<usize> = used.into_iter().collect();
-    each(root, &mut |number| {
-        if let Some(place) = number.as_u64().and_then(|n| used.binary_search(&(n as usize)).ok()) {
-            *number = place.into();
-        }
-    });
-    used
-}
-
-/// The meshes of nodes.
-fn each_mesh(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
-    list(root, "nodes").filter_map(|node| node.get_mut("mesh")).for_each(found);
-}
-
-/// The references to accessors.
-fn each_accessor(root: &mut Value, found: &mut dyn FnMut(&mut Value)) {
-    let mut all = |values: Option<&mut Value>| {
-        values.and_then(Value::as_object_mut).into_iter().flat_map(Map::values_mut).for_each(&mut *found);
-    };
-    for primitive in list(root, "meshes").flat_map(|mesh| list(mesh, "primitives")) {
-        all(primitive.get_mut("attributes"));
-        list(primitive, "targets").for_each(|target| all(Some(target)));
-    }
-    let instances = format!("/extensions/{INSTANCING}/attributes");
-    list(root, "nodes").for_each(|node| all(node.pointer_mut(&instances)));
-    list(root, "meshes").flat_map(|m| list(m, "primitives")).filter_map(|p| p.get_mut("indices")).for_each(&mut *found);
-    list(root, "skins").filter_map(|skin| skin.get_mut("inverseBindMatrices")).for_each(&mut *found);
-    for sampler in list(root, "animations").flat_map(|animation| list(animation, "samplers")) {
-        ["input", "output"].iter().for_each(|key| sampler.get_mut(key).into_iter().for_each(&mut *found));
-    }
-}
-
-/// The references to buffer views, by accessors, pictures and extensions.
-fn each_view(value: &mut Value, found: &mut dyn FnMut(&mut Value)) {
-    match value {
-        Value::Object(map) => {
-            for (key, value) in map {
-                if key == "bufferView" && value.is_u64() { found(value) } else { each_view(value, found) }
-            }
-        }
-        Value::Array(values) => values.iter_mut().for_each(|value| each_view(value, found)),
-        _ => {}
-    }
-}
-
-/// Removes an extension, and `extensions` if it is then empty.
-fn remove_extension(value: &mut Value, name: &str) -> Option<Value> {
-    let extensions = value.get_mut("extensions")?.as_object_mut()?;
-    let removed = extensions.remove(name);
-    if extensions.is_empty() {
-        value.as_object_mut()?.remove("extensions");
-    }
-    removed
 }
 
 impl<'a> Cutter<'a> {
@@ -528,17 +430,6 @@ impl<'a> Cutter<'a> {
     }
 }
 
-/// Appends to a list of a document. Returns the number of the new entry.
-fn push(root: &mut Value, name: &str, value: Value) -> usize {
-    if !root[name].is_array() {
-        root[name] = json!([]);
-    }
-    root[name].as_array_mut().map_or(0, |values| {
-        values.push(value);
-        values.len() - 1
-    })
-}
-
 /// Sets the transform of a node to that of an instance.
 fn place(node: &mut Value, instance: Option<Placement>) {
     if let Some(Placement { scale, rotation, translation }) = instance {
@@ -547,151 +438,5 @@ fn place(node: &mut Value, instance: Option<Placement>) {
         if scale != DVec3::ONE {
             node["scale"] = json!(scale.to_array());
         }
-    }
-}
-
-fn too_large() -> ImportError {
-    ImportError::Unsupported {
-        what: "a model that grows more than 256 times when it is exported".to_owned(),
-        hint: "export it in parts",
-    }
-}
-
-/// Numbers by name; other values are ignored.
-fn named(attributes: Option<&Value>) -> Vec<(&str, usize)> {
-    let all = attributes.and_then(Value::as_object).into_iter().flatten();
-    all.filter_map(|(name, number)| Some((name.as_str(), number.as_u64()? as usize))).collect()
-}
-
-/// An attribute of a primitive, or of a morph target.
-struct Slot<'b> {
-    target: Option<usize>,
-    name: String,
-    elements: Elements<'b>,
-    /// Common entries of its accessors.
-    like: Value,
-    /// Component type and width, if accessors need bounds.
-    bounds: Option<(u64, usize)>,
-}
-
-/// The elements of an attribute, by vertex.
-enum Elements<'b> {
-    Stored(Accessor<'b>),
-    /// Bytes, and bytes per vertex.
-    Decoded(Vec<u8>, usize),
-}
-
-impl Elements<'_> {
-    fn size(&self) -> usize {
-        match self {
-            Self::Stored(accessor) => accessor.size(),
-            Self::Decoded(_, size) => *size,
-        }
-    }
-
-    /// Appends the element of a vertex; false if there is none.
-    fn append(&self, vertex: usize, out: &mut Vec<u8>) -> bool {
-        let size = self.size();
-        let bytes = match self {
-            Self::Stored(accessor) => accessor.bytes(vertex).map(|bytes| &bytes[..size]),
-            Self::Decoded(bytes, _) => bytes.get(vertex * size..(vertex + 1) * size),
-        };
-        match (bytes, self) {
-            (Some(bytes), _) => out.extend(bytes),
-            // A sparse accessor without a view has zeros.
-            (None, Self::Stored(accessor)) if vertex < accessor.count() => out.resize(out.len() + size, 0),
-            (None, _) => return false,
-        }
-        true
-    }
-}
-
-impl Output {
-    const NONE: Self = Self { accessors: Vec::new(), views: Vec::new(), kept: Vec::new(), streams: Vec::new(), most: 0 };
-
-    /// Fails if this many more bytes exceed the limit.
-    fn room(&self, bytes: usize) -> Result<(), ImportError> {
-        let now: usize = self.kept.len() + self.streams.iter().map(|(_, stream)| stream.len()).sum::<usize>();
-        if now.saturating_add(bytes) > self.most { Err(too_large()) } else { Ok(()) }
-    }
-
-    /// Appends a view. Returns its number.
-    fn view(&mut self, bytes: &[u8]) -> Result<usize, ImportError> {
-        self.room(bytes.len())?;
-        self.views.push(json!({ "buffer": 0, "byteOffset": self.kept.len(), "byteLength": bytes.len() }));
-        self.kept.extend(bytes);
-        container::pad(&mut self.kept, 0);
-        Ok(self.views.len() - 1)
-    }
-
-    /// The stream of elements with this stride, and the number of its view.
-    fn stream(&mut self, stride: usize) -> (usize, &mut Vec<u8>) {
-        let place = self.streams.iter().position(|s| s.0 == stride).unwrap_or_else(|| {
-            self.streams.push((stride, Vec::new()));
-            self.streams.len() - 1
-        });
-        (self.views.len() + place, &mut self.streams[place].1)
-    }
-
-    /// Appends indices into `vertices` vertices. Returns their accessor.
-    fn indices(&mut self, indices: &[u32], vertices: usize) -> Result<usize, ImportError> {
-        self.room(4 * indices.len())?;
-        let (view, bytes) = self.stream(0);
-        let (offset, narrow) = (bytes.len(), vertices <= usize::from(u16::MAX));
-        for &i in indices {
-            if narrow {
-                bytes.extend((i as u16).to_le_bytes());
-            } else {
-                bytes.extend(i.to_le_bytes());
-            }
-        }
-        container::pad(bytes, 0);
-        self.accessors.push(json!({
-            "bufferView": view, "byteOffset": offset, "componentType": if narrow { U16 } else { U32 },
-            "count": indices.len(), "type": "SCALAR",
-        }));
-        Ok(self.accessors.len() - 1)
-    }
-
-    /// Appends positions. Returns their accessor.
-    fn positions(&mut self, positions: &[[f32; 3]]) -> Result<usize, ImportError> {
-        let bytes = positions.as_flattened().iter().flat_map(|x| x.to_le_bytes());
-        self.room(size_of_val(positions))?;
-        let (view, stream) = self.stream(size_of::<[f32; 3]>());
-        let offset = stream.len();
-        stream.extend(bytes);
-        self.accessors.push(container::positions_accessor(view, offset, positions));
-        Ok(self.accessors.len() - 1)
-    }
-
-    /// Appends the elements of vertices. Returns their accessor.
-    fn elements(&mut self, slot: &Slot<'_>, vertices: &[u32]) -> Result<usize, ImportError> {
-        let stride = slot.elements.size().next_multiple_of(4);
-        self.room(stride.saturating_mul(vertices.len()))?;
-        let (view, bytes) = self.stream(stride);
-        let offset = bytes.len();
-        for &vertex in vertices {
-            if !slot.elements.append(vertex as usize, bytes) {
-                return Err(broken(format!("attribute {} ends before vertex {vertex}", slot.name)));
-            }
-            container::pad(bytes, 0);
-        }
-        let mut accessor = slot.like.clone();
-        if let Some((component_type, width)) = slot.bounds {
-            let elements = bytes[offset..].chunks_exact(stride).map(|b| numbers(&b[..slot.elements.size()], component_type));
-            let (mut least, mut most) = (vec![f64::INFINITY; width], vec![f64::NEG_INFINITY; width]);
-            for element in elements {
-                for ((x, least), most) in element.zip(&mut least).zip(&mut most) {
-                    (*least, *most) = (least.min(x), most.max(x));
-                }
-            }
-            accessor["min"] = json!(least);
-            accessor["max"] = json!(most);
-        }
-        accessor["bufferView"] = view.into();
-        accessor["byteOffset"] = offset.into();
-        accessor["count"] = vertices.len().into();
-        self.accessors.push(accessor);
-        Ok(self.accessors.len() - 1)
     }
 }

@@ -97,21 +97,27 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
     if matches!(mode, Mode::List) {
         left_out.leftover_corners += corners % 3;
     }
-    let count = mode.triangles(corners);
+    let vertex = |number: usize| match &indices {
+        Some(indices) => indices.index(number).unwrap_or(UNSEEN),
+        None => u32::try_from(number).unwrap_or(UNSEEN),
+    };
+    let triangles = (0..mode.triangles(corners)).map(|t| mode.corners(t).map(vertex));
+    used(&positions, corners, triangles).map(Some)
+}
 
+/// Not a vertex.
+const UNSEEN: u32 = u32::MAX;
+
+/// Triangles with the vertices that they use; `corners`: how many they have, about.
+fn used(positions: &Accessor<'_>, corners: usize, triangles: impl Iterator<Item = [u32; 3]>) -> Result<Part, ImportError> {
     let mut part = Part { positions: Vec::new(), vertices: Vec::new(), triangles: Vec::new() };
     // Vertex index to index in the part. A table if most vertices are used; a map for primitives that share one large accessor,
     // so that memory does not grow with its size.
-    const UNSEEN: u32 = u32::MAX;
     let mut table = if positions.count() <= 4 * corners { vec![UNSEEN; positions.count()] } else { Vec::new() };
     let mut map: HashMap<u32, u32> = HashMap::new();
-    for t in 0..count {
-        let mut triangle = [0; 3];
-        for (corner, number) in triangle.iter_mut().zip(mode.corners(t)) {
-            let vertex = match &indices {
-                Some(indices) => indices.index(number).unwrap_or(UNSEEN),
-                None => u32::try_from(number).unwrap_or(UNSEEN),
-            };
+    for mut triangle in triangles {
+        for corner in &mut triangle {
+            let vertex = *corner;
             let slot = match table.get_mut(vertex as usize) {
                 Some(slot) => slot,
                 None => map.entry(vertex).or_insert(UNSEEN),
@@ -128,5 +134,5 @@ pub(super) fn part(buffers: &Buffers, primitive: &Primitive, left_out: &mut Left
         }
         part.triangles.push(triangle);
     }
-    Ok(Some(part))
+    Ok(part)
 }

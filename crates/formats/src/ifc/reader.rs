@@ -58,24 +58,7 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     let limits = Limits { job: ELEMENT_LIMIT, deadline };
     let geometry = geometry::build(&model, &relations, Arc::new(styles), products.clone(), options.tubes, limits)
         .map_err(|late| too_slow(&model, limit, late.0.first().map(|&job| products[job])))?;
-    let mut notes = Vec::new();
-    note_list(&mut notes, Note::fault, "elements left out: their geometry cannot be read", &geometry.failed);
-    if !geometry.unsupported.is_empty() {
-        let kinds: Vec<_> = geometry.unsupported.iter().map(String::as_str).collect();
-        let what = format!("representation items of unsupported kinds left out: {}", kinds.join(", "));
-        notes.push(Note::fault(what));
-    }
-
-    match geometry.tubes() {
-        0 => {}
-        count => notes.push(Note::detail(format!("{count} round pipes became tubes"))),
-    }
-    let stay = geometry.stay();
-    if !stay.is_empty() {
-        let reasons: Vec<_> = stay.iter().map(|(stays, count)| format!("{count} {}", stays.in_words())).collect();
-        let what = format!("{} round pipes stay meshes: {}", stay.values().sum::<usize>(), reasons.join(", "));
-        notes.push(Note::detail(what));
-    }
+    let mut notes = notes_of(&geometry);
 
     // 3. Hints, with a time limit, too: a hostile file can make every opening meet every wall.
     let (model, geometry) = (model.clone(), Arc::new(geometry));
@@ -89,6 +72,28 @@ pub fn import_bytes(bytes: Vec<u8>, name: &str, options: &ImportOptions) -> Resu
     builder.source.notes.extend(notes);
     builder.source.notes.extend(found);
     builder.finish(name)
+}
+
+/// Notes about elements and pipes.
+fn notes_of(geometry: &Geometry) -> Vec<Note> {
+    let mut notes = Vec::new();
+    note_list(&mut notes, Note::fault, "elements left out: their geometry cannot be read", &geometry.failed);
+    if !geometry.unsupported.is_empty() {
+        let kinds: Vec<_> = geometry.unsupported.iter().map(String::as_str).collect();
+        let what = format!("representation items of unsupported kinds left out: {}", kinds.join(", "));
+        notes.push(Note::fault(what));
+    }
+    match geometry.tubes() {
+        0 => {}
+        count => notes.push(Note::detail(format!("{count} round pipes became tubes"))),
+    }
+    let stay = geometry.stay();
+    if !stay.is_empty() {
+        let reasons: Vec<_> = stay.iter().map(|(stays, count)| format!("{count} {}", stays.in_words())).collect();
+        let what = format!("{} round pipes stay meshes: {}", stay.values().sum::<usize>(), reasons.join(", "));
+        notes.push(Note::detail(what));
+    }
+    notes
 }
 
 /// Time for the records of a file of this size.
