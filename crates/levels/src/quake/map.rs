@@ -89,35 +89,11 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     // 2. The visible faces of the world, by leaf and texture.
     let named = map.entities.first().and_then(|world| value(world, "wad")).unwrap_or_default();
     let textures = if builder.is_traced() { Textures::read(None, path, &named, options) } else { Textures::default() };
-    let mut groups: BTreeMap<(usize, &str), Vec<Facing<'_>>> = BTreeMap::new();
-    for part in &parts {
-        let side = &structure[part.side[0]].sides[part.side[1]];
-        let texture = side.texture.as_str();
-        if !is_undrawn(texture) {
-            for piece in sink(&tree, tree.root, part.winding.clone(), &part.plane.flipped(), ON, false) {
-                groups.entry((piece.leaf.unwrap_or_default(), texture)).or_default().push((piece.winding, side));
-            }
-        }
-    }
-    for ((leaf, texture), faces) in groups {
-        let faces = fans_of(faces);
-        look(&mut builder, &textures, texture, &faces);
-        builder.add(fans(faces, format!("leaf {leaf}/{texture}"), Role::Structure, true, unit))?;
-    }
+    add_structure(&mut builder, &textures, &tree, &parts, &structure)?;
 
     // 3. Brushes that do not split space.
-    for Other { node, role, kind, brushes } in other {
-        for (texture, faces) in drawn(&brushes) {
-            let node = format!("{node}/{texture}");
-            let faces = fans_of(faces);
-            look(&mut builder, &textures, texture, &faces);
-            let mesh = |opaque| fans(faces, node, role, opaque, unit);
-            match kind {
-                Kind::Moving if !is_see_through(texture) => builder.add_moving(mesh(false))?,
-                Kind::Detail if !is_see_through(texture) => builder.add(mesh(true))?,
-                _ => builder.add_glass(mesh(false))?,
-            }
-        }
+    for other in &other {
+        add_other(&mut builder, &textures, other)?;
     }
 
     // 4. Leaves and portals, if the map is closed.
@@ -132,6 +108,51 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
         builder.hints.leaves = Some(Leaves { shutters, ..leaves });
     }
     builder.finish(name)
+}
+
+/// Adds the visible faces of the world.
+fn add_structure(
+    builder: &mut SceneBuilder,
+    textures: &Textures,
+    tree: &Tree,
+    parts: &[Part],
+    structure: &[Brush],
+) -> Result<(), ImportError> {
+    let unit = builder.source.metres_per_unit;
+    let mut groups: BTreeMap<(usize, &str), Vec<Facing<'_>>> = BTreeMap::new();
+    for part in parts {
+        let side = &structure[part.side[0]].sides[part.side[1]];
+        let texture = side.texture.as_str();
+        if !is_undrawn(texture) {
+            for piece in sink(tree, tree.root, part.winding.clone(), &part.plane.flipped(), ON, false) {
+                groups.entry((piece.leaf.unwrap_or_default(), texture)).or_default().push((piece.winding, side));
+            }
+        }
+    }
+    for ((leaf, texture), faces) in groups {
+        let faces = fans_of(faces);
+        look(builder, textures, texture, &faces);
+        builder.add(fans(faces, format!("leaf {leaf}/{texture}"), Role::Structure, true, unit))?;
+    }
+    Ok(())
+}
+
+/// Adds brushes that do not split space, a mesh a texture.
+fn add_other(builder: &mut SceneBuilder, textures: &Textures, other: &Other) -> Result<(), ImportError> {
+    let unit = builder.source.metres_per_unit;
+    let Other { node, role, kind, brushes } = other;
+    for (texture, faces) in drawn(brushes) {
+        let node = format!("{node}/{texture}");
+        let faces = fans_of(faces);
+        look(builder, textures, texture, &faces);
+        let mesh = |opaque| fans(faces, node, *role, opaque, unit);
+        match kind {
+            Kind::Moving if !is_see_through(texture) => builder.add_moving(mesh(false))?,
+            Kind::Detail if !is_see_through(texture) => builder.add(mesh(true))?,
+            _ => builder.add_glass(mesh(false))?,
+        }
+    }
+    Ok(())
 }
 
 /// Keeps only leaves inside open, and adds notes. Returns false if the map is open to the outside: then all leaves stay open.

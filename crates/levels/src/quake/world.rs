@@ -48,7 +48,6 @@ pub(super) fn scene(
 ) -> Result<Scene, ImportError> {
     let source = bsp.source();
     let unit = options.metres_per_unit.unwrap_or(UNIT);
-    let turned = |p: DVec3| turned(p, unit);
     let mut builder = SceneBuilder::new(
         options,
         SceneSource { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
@@ -59,23 +58,10 @@ pub(super) fn scene(
     let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
     let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
 
-    // 1. The world, by leaf and texture; faces without a leaf come last.
+    // 1. The world; faces without a leaf come last. `Bsp::read` has checked that there is a world.
     let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
-    let mut groups: BTreeMap<(usize, usize, bool), Vec<usize>> = BTreeMap::new();
-    // `Bsp::read` has checked that there is a world.
-    for face in ranges[0].clone() {
-        let texture = faces.faces[face].texture;
-        if !is_undrawn(&faces.textures[texture]) {
-            let hides = !is_see_through(&faces.textures[texture]) || walls.binary_search(&face).is_ok();
-            groups.entry((leaf_of[face], texture, hides)).or_default().push(face);
-        }
-    }
-    for ((leaf, texture, hides), group) in groups {
-        let texture = &faces.textures[texture];
-        let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
-        faces.look(&mut builder, &textures, &group);
-        builder.add(faces.mesh(&group, node, Role::Structure, hides, &turned))?;
-    }
+    let mut meshes = Meshes { faces: &faces, textures: &textures, builder: &mut builder, unit };
+    meshes.add_world(ranges[0].clone(), &leaf_of, walls)?;
 
     // 2. Brush models.
     let (mut triggers, mut shown) = (0, 0);
@@ -84,16 +70,7 @@ pub(super) fn scene(
             triggers += 1;
             continue;
         }
-        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for face in ranges[model].clone() {
-            groups.entry(faces.faces[face].texture).or_default().push(face);
-        }
-        let role = if class.starts_with("func_door") { Role::Door } else { Role::Furnishing };
-        for (texture, group) in groups.into_iter().filter(|(texture, _)| !is_undrawn(&faces.textures[*texture])) {
-            let mesh = faces.mesh(&group, format!("{class} *{model}"), role, false, &turned);
-            faces.look(&mut builder, &textures, &group);
-            if is_see_through(&faces.textures[texture]) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
-        }
+        meshes.add_model(&format!("{class} *{model}"), ranges[model].clone())?;
         shown += 1;
     }
     let unnamed = models.len().saturating_sub(1 + triggers + shown);
@@ -101,7 +78,6 @@ pub(super) fn scene(
         let note = format!("{triggers} triggers and {unnamed} brush models without an entity are not drawn");
         builder.source.notes.push(Note::detail(note));
     }
-
     if !walls.is_empty() {
         let count = walls.len();
         let note = format!(
@@ -118,6 +94,52 @@ pub(super) fn scene(
     }
     builder.hints.leaves = Some(leaves_of(between, half_spaces, unit));
     builder.finish(name)
+}
+
+/// Adds faces to a scene.
+struct Meshes<'m> {
+    faces: &'m Faces,
+    textures: &'m Textures,
+    builder: &'m mut SceneBuilder,
+    unit: f64,
+}
+
+impl Meshes<'_> {
+    /// The faces of the world, by leaf and texture. `walls` as in [`scene`].
+    fn add_world(&mut self, world: Range<usize>, leaf_of: &[usize], walls: &[usize]) -> Result<(), ImportError> {
+        let Self { faces, textures, ref mut builder, unit } = *self;
+        let mut groups: BTreeMap<(usize, usize, bool), Vec<usize>> = BTreeMap::new();
+        for face in world {
+            let texture = faces.faces[face].texture;
+            if !is_undrawn(&faces.textures[texture]) {
+                let hides = !is_see_through(&faces.textures[texture]) || walls.binary_search(&face).is_ok();
+                groups.entry((leaf_of[face], texture, hides)).or_default().push(face);
+            }
+        }
+        for ((leaf, texture, hides), group) in groups {
+            let texture = &faces.textures[texture];
+            let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
+            faces.look(builder, textures, &group);
+            builder.add(faces.mesh(&group, node, Role::Structure, hides, &|p| turned(p, unit)))?;
+        }
+        Ok(())
+    }
+
+    /// The faces of a brush model, whose name begins with its class, by texture.
+    fn add_model(&mut self, name: &str, range: Range<usize>) -> Result<(), ImportError> {
+        let Self { faces, textures, ref mut builder, unit } = *self;
+        let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for face in range {
+            groups.entry(faces.faces[face].texture).or_default().push(face);
+        }
+        let role = if name.starts_with("func_door") { Role::Door } else { Role::Furnishing };
+        for (texture, group) in groups.into_iter().filter(|(texture, _)| !is_undrawn(&faces.textures[*texture])) {
+            let mesh = faces.mesh(&group, name.to_owned(), role, false, &|p| turned(p, unit));
+            faces.look(builder, textures, &group);
+            if is_see_through(&faces.textures[texture]) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
+        }
+        Ok(())
+    }
 }
 
 /// A point of the level in the scene.
