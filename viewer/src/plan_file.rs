@@ -2,7 +2,8 @@
 
 use crate::building::Building;
 use crate::doors::swings::Swing;
-use enfilade_measure::pages::storeys::{Plans, Storey};
+use enfilade_measure::pages::plans::Plans;
+use enfilade_measure::pages::storeys::Storey;
 use std::fmt::Write;
 
 /// The style sheet of the library's plans and of the doors' swings, on white paper. `tN` are cells.

@@ -3,21 +3,22 @@
 //!
 //! This module escapes all text; callers pass plain text. Times appear in three sections only: error against run time, tubes and
 //! stages. All else has the same bytes for the same building and seed.
-//! the stages; all else is the same bytes for the same building and seed.
 
-use super::chart::{Along, Chart, Curve as Line, Point, Scale, Shape};
-use super::curves::{Curve, CurvePoint};
+mod against_time;
+mod certainty;
+
+use super::curves::Curve;
 use super::dearest;
-use super::html::{Remark, duration, escape, folded, number, page, percent, share, thousands};
+use super::html::{Remark, escape, folded, number, page, share, thousands};
 use super::matrix::figure;
+use super::plans::Plans;
 use super::splits::Splits;
-use super::storeys::{Plans, Storey, along_a_walk, is_named, on, storeys};
+use super::storeys::{Storey, along_a_walk, is_named, on, storeys};
 use super::tubes::TubesFound;
-use super::undecided::{Pairs, closed_and_open, kinds, of_cell};
-use enfilade::file::{CONFIDENCE, PvsFile, PvsSummary};
+use super::undecided::{Pairs, of_cell};
+use enfilade::file::{PvsFile, PvsSummary};
 use enfilade::scene::Scene;
 use enfilade::types::expected::ExpectedDraw;
-use enfilade::types::guarantee::Guarantee;
 use enfilade::types::portal::{PortalCost, PortalKind};
 use enfilade::{BitMatrix, CellId};
 use serde::Serialize;
@@ -29,19 +30,6 @@ const WORST: usize = 10;
 const NOTES: usize = 12;
 /// Storeys drawn; the report only counts further ones.
 const MOST_PLANS: usize = 24;
-/// Smaller shares of a view are drawn as 0: one pixel of some 2,000 views.
-const LEAST_SHARE: f64 = 1e-7;
-/// Classes of curves in the style sheet: solid and dashed.
-const CLASSES: [[&str; 2]; 7] = [
-    ["s0", "s0 dashed"],
-    ["s1", "s1 dashed"],
-    ["s2", "s2 dashed"],
-    ["s3", "s3 dashed"],
-    ["s4", "s4 dashed"],
-    ["s5", "s5 dashed"],
-    ["s6", "s6 dashed"],
-];
-
 /// Time and memory of a stage.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Stage {
@@ -207,119 +195,6 @@ impl BuildingReport<'_> {
         out.push_str(&cards(&tiles));
     }
 
-    /// The certified gap, the confidence bound and the size of rows.
-    fn sure_tiles(&self) -> Vec<Tile> {
-        let mut tiles: Vec<Tile> = Vec::new();
-        let mut tile = |name, value, note| tiles.push((name, value, note));
-        let [closed, opened] = closed_and_open(self.file);
-        let all = closed.with(opened);
-        tile(
-            "Certified gap, closed cells",
-            share(closed.gap()),
-            format!(
-                "{} of {} pairs not proven hidden are undecided",
-                thousands(closed.undecided()),
-                thousands(closed.upper)
-            ),
-        );
-        if opened.cells > 0 {
-            let note = format!(
-                "{} of {} pairs not proven hidden are undecided",
-                thousands(opened.undecided()),
-                thousands(opened.upper)
-            );
-            tile("Certified gap, open cells", share(opened.gap()), note);
-        }
-        tile(
-            "Proven hidden",
-            percent(all.total - all.upper, all.total),
-            format!("of {} cell-object pairs", number(all.total)),
-        );
-        if let Some(unseen) = &self.file.unseen {
-            let worst = unseen.cells.iter().zip(&self.file.cells).filter(|(_, cell)| !cell.open).map(|(&bound, _)| bound);
-            tile(
-                "Unseen, at most",
-                share(unseen.mean),
-                format!(
-                    "mean solid angle without a witness, as part of the sphere; {} in the worst closed cell; each with {} confidence",
-                    share(f64::from(worst.reduce(f32::max).unwrap_or_default())),
-                    share(CONFIDENCE)
-                ),
-            );
-        }
-        tile(
-            "Bits a pair",
-            format!("{:.3}", self.pvs.bits_per_pair),
-            format!("in the file's rows; zero-order entropy {:.3}", self.pvs.entropy_bits_per_pair),
-        );
-        tiles
-    }
-
-    fn certified(&self, out: &mut String) {
-        let (file, promise, statement) = (self.file, self.file.guarantee.in_words(), Guarantee::STATEMENT);
-        let _ = writeln!(
-            out,
-            "<p>Rows are {promise}. {statement} The clearance is {:.3} mm; openings narrower than {:.3} mm may be sealed. Seed {}.</p>",
-            1e3 * file.clearance(),
-            1e3 * file.smallest_hole,
-            self.seed,
-        );
-        out.push_str(&cards(&self.sure_tiles()));
-        out.push_str(
-            "<p>A pair of a cell and an object is <em>witnessed</em> if an unobstructed segment between them is kept as proof. \
-             It is <em>hidden</em> if portals or triangles prove that there is none. All other pairs are undecided: they are the \
-             certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
-             <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
-        );
-        let [closed, open] = closed_and_open(self.file);
-        let mut row = |name: &str, p: Pairs| {
-            let _ = writeln!(
-                out,
-                "<tr><td>{name}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                thousands(p.cells),
-                number(p.total),
-                number(p.lower),
-                number(p.upper),
-                number(p.undecided()),
-                share(p.gap())
-            );
-        };
-        row("closed cells, objects", closed);
-        if open.cells > 0 {
-            row("open cells, objects", open);
-            row("all cells, objects", closed.with(open));
-        }
-        let cells = self.file.cells.len() as u64;
-        let counts = &self.file.pairs;
-        row("all cells, cells", Pairs { cells, total: cells * cells, lower: counts.cell_lower, upper: counts.cell_upper });
-        out.push_str("</tbody></table></div>\n");
-        let all = closed.with(open);
-        if all.undecided() > 0 {
-            out.push_str("<p>Undecided pairs:</p>\n<ul>\n");
-            for (what, pairs) in kinds(self.file).into_iter().filter(|k| k.1 > 0) {
-                let _ = writeln!(out, "<li>{} {what}</li>", thousands(pairs));
-            }
-            out.push_str("</ul>\n");
-        }
-        let stats = &self.file.stats;
-        for (count, what) in [
-            (stats.flow_over_budget, "searches ran out of steps; their undecided objects stay in the rows"),
-            (stats.kept_unproven, "pairs were met only by rays within the clearance of a surface, and count as visible"),
-            (
-                stats.left_out_unproven,
-                "pairs were met only by rays within the clearance of a surface; the rows leave them out, since they would cost 1 % or more",
-            ),
-            (
-                stats.contradictions,
-                "pairs that portal flow found hidden were proven visible, and are kept: please report this fault",
-            ),
-        ] {
-            if count > 0 {
-                let _ = writeln!(out, "<p>{} {what}.</p>", thousands(count));
-            }
-        }
-    }
-
     fn plans(&self, storeys: &[Storey], out: &mut String) {
         if storeys.is_empty() {
             return;
@@ -365,80 +240,6 @@ impl BuildingReport<'_> {
         if storeys.len() > MOST_PLANS {
             let _ = writeln!(out, "<p>{} more storeys are in the table of cells.</p>", storeys.len() - MOST_PLANS);
         }
-    }
-
-    fn against_time(&self, out: &mut String) {
-        let upper = self.curves.iter().flat_map(|c| &c.points).filter_map(|p| p.upper_pairs).min();
-        let Some(upper) = upper else { return };
-        let _ = writeln!(
-            out,
-            "<p>Each mark is a separate run. {} views, 96 &times; 54 pixels each, that no strategy used show which share of a picture \
-             the witnessed pairs alone would miss. The rows of this file contain more than these pairs and miss none of it.</p>",
-            thousands(self.views as u64)
-        );
-        let chart = |title, values, scale, series: &[Series], text| Chart {
-            title,
-            along: Along::Time,
-            along_text: "processor time of the visibility stages, all threads",
-            values,
-            scale,
-            curves: lines(self.curves, series, upper, text),
-            band: None,
-        };
-        let count = |v: f64| thousands(v as u64);
-        let charts = [
-            chart(
-                "Witnessed pairs and pairs not proven hidden, against run time",
-                "cell-object pairs",
-                Scale::Linear,
-                &[
-                    Series { what: "not proven hidden", broken: true, value: |p, _| p.upper_pairs.map(|u| u as f64) },
-                    Series { what: "witnessed", broken: false, value: |p, _| Some(p.lower_pairs as f64) },
-                ],
-                count,
-            ),
-            chart(
-                "Pairs that may be visible but have no witness, against run time",
-                "cell-object pairs (logarithmic)",
-                Scale::Logarithmic,
-                &[Series {
-                    what: "without a witness, of the pairs that no run proved hidden",
-                    broken: false,
-                    value: |p, upper| Some(upper.saturating_sub(p.lower_pairs) as f64),
-                }],
-                count,
-            ),
-            chart(
-                "Share of a picture that the witnessed pairs alone would miss, against run time",
-                "share of a view (logarithmic)",
-                Scale::Shares { least: LEAST_SHARE },
-                &[
-                    Series { what: "missing in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
-                    Series { what: "missing in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
-                ],
-                share,
-            ),
-        ];
-        for chart in charts {
-            let _ = writeln!(out, "<figure>\n{}</figure>", chart.html());
-        }
-        out.push_str(
-            "<div class=\"scroll\"><table><thead><tr><th>strategy</th><th>CPU seconds</th><th>rays</th><th>witnessed</th>\
-             <th>not proven hidden</th><th>missing, mean</th><th>p95</th><th>max</th></tr></thead>\n<tbody>\n",
-        );
-        for (curve, p) in self.curves.iter().flat_map(|c| c.points.iter().map(move |p| (c, p))) {
-            let [mean, p95, max] = p.false_pixels.map(share);
-            let _ = writeln!(
-                out,
-                "<tr><td>{}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td><td>{mean}</td><td>{p95}</td><td>{max}</td></tr>",
-                escape(curve.strategy),
-                p.cpu_seconds,
-                thousands(p.rays),
-                thousands(p.lower_pairs),
-                p.upper_pairs.map_or(String::new(), thousands)
-            );
-        }
-        out.push_str("</tbody></table></div>\n");
     }
 
     fn matrix(&self, storeys: &[Storey], out: &mut String) {
@@ -535,34 +336,6 @@ impl BuildingReport<'_> {
             escape(self.command)
         );
     }
-}
-
-/// A series of values over the points of a curve.
-struct Series {
-    /// Its name.
-    what: &'static str,
-    /// Whether its line is dashed.
-    broken: bool,
-    /// The value, from a point and the fewest pairs that any point leaves not proven hidden.
-    value: fn(&CurvePoint, u64) -> Option<f64>,
-}
-
-/// A line for each curve and series with values.
-fn lines(curves: &[Curve], series: &[Series], upper: u64, text: fn(f64) -> String) -> Vec<Line> {
-    let line = |k: usize, curve: &Curve, series: &Series| {
-        let point = |p: &CurvePoint| {
-            let value = (series.value)(p, upper)?;
-            let (rays, time) = (thousands(p.rays), duration(p.cpu_seconds));
-            let note = format!("{}, {rays} rays, {time}: {} {}", curve.strategy, text(value), series.what);
-            Some(Point { x: p.cpu_seconds, value, note })
-        };
-        let points: Vec<Point> = curve.points.iter().filter_map(point).collect();
-        let last = text(points.last()?.value);
-        let class = CLASSES[k % CLASSES.len()][usize::from(series.broken)];
-        let name = format!("{}: {}, at last {last}", curve.strategy, series.what);
-        Some(Line { name, class, shape: Shape::Straight, points })
-    };
-    curves.iter().enumerate().flat_map(|(k, curve)| series.iter().filter_map(move |s| line(k, curve, s))).collect()
 }
 
 /// A number with its name and a note.

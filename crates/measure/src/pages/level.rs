@@ -139,27 +139,44 @@ impl LevelReport<'_> {
 
     fn curves(&self, out: &mut String) {
         let Some(result) = self.moments.last() else { return };
-        let side = |name: String, class, value: &dyn Fn(&Moment) -> u64| {
-            let point = |m: &Moment| Point {
-                x: m.seconds,
-                value: value(m) as f64,
-                note: format!("{}, {}: {} pairs", m.stage, duration(m.seconds), thousands(value(m))),
-            };
-            Curve { name, class, shape: Shape::Steps, points: self.moments.iter().map(point).collect() }
-        };
-        let alone = |name: String, value: &dyn Fn(&LinesAlone) -> u64| {
-            let point = |l: &LinesAlone| Point {
-                x: l.seconds,
-                value: value(l) as f64,
-                note: format!("{} lines, {}: {} pairs", thousands(l.lines), duration(l.seconds), thousands(value(l))),
-            };
-            Curve { name, class: "lines", shape: Shape::Straight, points: self.lines_alone.iter().map(point).collect() }
-        };
-        let most = self.lines_alone.last();
         out.push_str("<h2>Both bounds against time</h2>\n<figure>\n");
+        out.push_str(&self.bounds_chart(result).html());
+        out.push_str(
+            "<figcaption>The truth lies between the bounds. Pairs below the lower bound are proven visible by a line; pairs above \
+             the upper bound are proven hidden. Each mark ends a stage or a round of searches.</figcaption>\n</figure>\n<figure>\n",
+        );
+        out.push_str(&self.gap_chart(result).html());
+        out.push_str(
+            "<figcaption>The gap between the bounds, and the pairs that random lines alone miss. Random lines find easy pairs at once \
+             and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
+        );
+    }
+
+    /// A curve over the moments.
+    fn side(&self, name: String, class: &'static str, value: impl Fn(&Moment) -> u64) -> Curve {
+        let point = |m: &Moment| Point {
+            x: m.seconds,
+            value: value(m) as f64,
+            note: format!("{}, {}: {} pairs", m.stage, duration(m.seconds), thousands(value(m))),
+        };
+        Curve { name, class, shape: Shape::Steps, points: self.moments.iter().map(point).collect() }
+    }
+
+    /// A curve of random lines alone.
+    fn alone(&self, name: String, value: impl Fn(&LinesAlone) -> u64) -> Curve {
+        let point = |l: &LinesAlone| Point {
+            x: l.seconds,
+            value: value(l) as f64,
+            note: format!("{} lines, {}: {} pairs", thousands(l.lines), duration(l.seconds), thousands(value(l))),
+        };
+        Curve { name, class: "lines", shape: Shape::Straight, points: self.lines_alone.iter().map(point).collect() }
+    }
+
+    /// Both bounds, beside other rows and random lines alone.
+    fn bounds_chart(&self, result: &Moment) -> Chart<'static> {
         let mut curves = vec![
-            side(format!("upper bound, at last {}", thousands(result.upper)), "upper", &|m| m.upper),
-            side(format!("lower bound, at last {}", thousands(result.lower)), "lower", &|m| m.lower),
+            self.side(format!("upper bound, at last {}", thousands(result.upper)), "upper", |m| m.upper),
+            self.side(format!("lower bound, at last {}", thousands(result.lower)), "lower", |m| m.lower),
         ];
         if let Some(other) = self.other {
             let note = other.name.clone();
@@ -167,10 +184,10 @@ impl LevelReport<'_> {
             let name = format!("rows of {}: {}", other.name, thousands(other.pairs));
             curves.push(Curve { name, class: "other", shape: Shape::Level, points });
         }
-        if let Some(most) = most {
-            curves.push(alone(format!("random lines alone, at last {}", thousands(most.lower)), &|l| l.lower));
+        if let Some(most) = self.lines_alone.last() {
+            curves.push(self.alone(format!("random lines alone, at last {}", thousands(most.lower)), |l| l.lower));
         }
-        let chart = Chart {
+        Chart {
             title: "Witnessed pairs of clusters and pairs not proven hidden, against time",
             along: Along::Time,
             along_text: TIMES,
@@ -178,22 +195,19 @@ impl LevelReport<'_> {
             scale: Scale::Linear,
             curves,
             band: Some([0, 1]),
-        };
-        out.push_str(&chart.html());
-        out.push_str(
-            "<figcaption>The truth lies between the bounds. Pairs below the lower bound are proven visible by a line; pairs above \
-             the upper bound are proven hidden. Each mark ends a stage or a round of searches.</figcaption>\n</figure>\n<figure>\n",
-        );
-        let mut curves =
-            vec![side(format!("undecided, at last {}", thousands(result.upper - result.lower)), "upper", &|m| {
-                m.upper - m.lower
-            })];
-        if let Some(most) = most {
+        }
+    }
+
+    /// Undecided pairs, and those that random lines alone missed.
+    fn gap_chart(&self, result: &Moment) -> Chart<'static> {
+        let name = format!("undecided, at last {}", thousands(result.upper - result.lower));
+        let mut curves = vec![self.side(name, "upper", |m| m.upper - m.lower)];
+        if let Some(most) = self.lines_alone.last() {
             let missing = |l: &LinesAlone| result.lower.saturating_sub(l.lower);
             let name = format!("visible pairs that random lines alone missed, at last {}", thousands(missing(most)));
-            curves.push(alone(name, &missing));
+            curves.push(self.alone(name, missing));
         }
-        let chart = Chart {
+        Chart {
             title: "Undecided pairs of clusters, against time",
             along: Along::Time,
             along_text: TIMES,
@@ -201,12 +215,7 @@ impl LevelReport<'_> {
             scale: Scale::Logarithmic,
             curves,
             band: None,
-        };
-        out.push_str(&chart.html());
-        out.push_str(
-            "<figcaption>The gap between the bounds, and the pairs that random lines alone miss. Random lines find easy pairs at once \
-             and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
-        );
+        }
     }
 
     fn stages(&self, out: &mut String) {

@@ -8,6 +8,7 @@ pub mod ground;
 pub mod html;
 pub mod level;
 pub mod matrix;
+pub mod plans;
 pub mod splits;
 pub mod storeys;
 mod tube_errors;

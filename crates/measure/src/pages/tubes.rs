@@ -45,6 +45,21 @@ impl TubesFound {
 
     /// The section of a page.
     pub(super) fn html(&self) -> String {
+        let mut out = format!(
+            "<h2>Tubes</h2>\n<p>{}.</p>\n<p>A limit in pixels selects sections and sides of all tubes on the screen, from {} views along the \
+             tour. Points of the exact surface, including hidden ones, are compared with the drawn one. <em>Over</em> counts \
+             chords at the finest level that may exceed the limit. Tubes thinner than a pixel are drawn a pixel wide and blended by their \
+             coverage; <em>weight</em> is the relative error of that coverage.</p>\n<figure>\n{}</figure>\n",
+            self.count,
+            self.views,
+            self.chart().html()
+        );
+        self.table(&mut out);
+        out
+    }
+
+    /// Errors against the time of selection.
+    fn chart(&self) -> Chart<'static> {
         let curve = |name: &str, class, value: fn(&TubeErrors) -> f64| {
             let note = |e: &TubeErrors| {
                 let triangles = thousands(e.triangles.round() as u64);
@@ -55,7 +70,7 @@ impl TubesFound {
             points.sort_by(|a, b| a.x.total_cmp(&b.x));
             Curve { name: name.to_owned(), class, shape: Shape::Straight, points }
         };
-        let chart = Chart {
+        Chart {
             title: "Error of tubes in pixels, against the time of selection",
             along: Along::Time,
             along_text: "mean time of selection per frame",
@@ -67,16 +82,11 @@ impl TubesFound {
                 curve("mean", "other", |e| e.mean_px),
             ],
             band: None,
-        };
-        let mut out = format!(
-            "<h2>Tubes</h2>\n<p>{}.</p>\n<p>A limit in pixels selects sections and sides of all tubes on the screen, from {} views along the \
-             tour. Points of the exact surface, including hidden ones, are compared with the drawn one. <em>Over</em> counts \
-             chords at the finest level that may exceed the limit. Tubes thinner than a pixel are drawn a pixel wide and blended by their \
-             coverage; <em>weight</em> is the relative error of that coverage.</p>\n<figure>\n{}</figure>\n",
-            self.count,
-            self.views,
-            chart.html()
-        );
+        }
+    }
+
+    /// All numbers, one line a limit.
+    fn table(&self, out: &mut String) {
         out.push_str("<div class=\"scroll\"><table><thead><tr>");
         for head in [
             "limit, px",
@@ -111,7 +121,6 @@ impl TubesFound {
             );
         }
         out.push_str("</tbody></table></div>\n");
-        out
     }
 }
 

@@ -188,76 +188,27 @@ impl<'s> Search<'s> {
     /// The shortest line from a point in a piece to the box around the model, through pieces of `from`, the hole's portals and
     /// the outside.
     fn line(&self, start: DVec3, piece: usize, from: Option<CellId>, portals: &[usize]) -> Option<Vec<DVec3>> {
-        let mut gates: Vec<Gate> = Vec::new();
-        let mut of_piece: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        // Settled gates: point, previous gate.
-        let mut settled: BTreeMap<usize, (DVec3, Option<usize>)> = BTreeMap::new();
-        let mut open: BinaryHeap<Reverse<(Cost, usize, usize)>> = BinaryHeap::new();
-        let mut candidates: Vec<Try> = Vec::new();
-        let mut entered: BTreeSet<usize> = BTreeSet::new();
-        let mut reach = |gates: &mut Vec<Gate>, piece: usize| -> Vec<usize> {
-            if entered.insert(piece) {
-                for gate in self.gates(piece, from, portals) {
-                    // The neighbour may have found it already.
-                    let known = gate.pieces[1] != OUTSIDE && entered.contains(&gate.pieces[1]);
-                    if !known {
-                        for side in gate.pieces.into_iter().filter(|&p| p != OUTSIDE) {
-                            of_piece.entry(side).or_default().push(gates.len());
-                        }
-                        gates.push(gate);
-                    }
-                }
-            }
-            of_piece.get(&piece).cloned().unwrap_or_default()
+        let mut ways = Ways {
+            search: self,
+            from,
+            portals,
+            gates: Vec::new(),
+            of_piece: BTreeMap::new(),
+            entered: BTreeSet::new(),
+            settled: BTreeMap::new(),
+            open: BinaryHeap::new(),
+            candidates: Vec::new(),
         };
         let mut from_point = (start, 0.0, None, vec![piece]);
         loop {
-            // 1. All gates of the pieces around the point.
             let (point, cost, before, pieces) = from_point;
-            for piece in pieces {
-                for gate in reach(&mut gates, piece) {
-                    if !settled.contains_key(&gate) {
-                        let to = closest(&gates[gate].polygon, &gates[gate].plane, point);
-                        let cost = cost + point.distance(to);
-                        open.push(Reverse((Cost(cost + self.to_rim(to)), gate, candidates.len())));
-                        candidates.push(Try { point: to, from: point, before, cost, first: true });
-                    }
-                }
+            pieces.into_iter().for_each(|piece| ways.leave(piece, point, cost, before));
+            let (gate, cost) = ways.settle_nearest()?;
+            let (point, _) = ways.settled[&gate];
+            if ways.gates[gate].pieces[1] == OUTSIDE {
+                return Some(self.pulled(start, gate, &ways.gates, &ways.settled));
             }
-            // 2. The nearest unobstructed one.
-            let (gate, cost) = loop {
-                let Reverse((_, gate, k)) = open.pop()?;
-                if settled.contains_key(&gate) {
-                    continue;
-                }
-                let t = &candidates[k];
-                if self.tracer.is_open(t.from, t.point) {
-                    settled.insert(gate, (t.point, t.before));
-                    break (gate, t.cost);
-                }
-                if t.first {
-                    let (from, before, base) = (t.from, t.before, t.cost - t.from.distance(t.point));
-                    // A wall may cover the nearest point: try the middle, the corners and the points nearest to gates beyond.
-                    let (centre, plane) = (middle(&gates[gate].polygon), gates[gate].plane);
-                    let mut others: Vec<DVec3> = gates[gate].polygon.iter().map(|&c| centre.lerp(c, 0.75)).collect();
-                    others.push(centre);
-                    for piece in gates[gate].pieces.into_iter().filter(|&p| p != OUTSIDE) {
-                        for beyond in reach(&mut gates, piece).into_iter().take(MOST_ASIDE) {
-                            others.push(closest(&gates[gate].polygon, &plane, middle(&gates[beyond].polygon)));
-                        }
-                    }
-                    for point in others {
-                        let cost = base + from.distance(point);
-                        open.push(Reverse((Cost(cost + self.to_rim(point)), gate, candidates.len())));
-                        candidates.push(Try { point, from, before, cost, first: false });
-                    }
-                }
-            };
-            let (point, _) = settled[&gate];
-            if gates[gate].pieces[1] == OUTSIDE {
-                return Some(self.pulled(start, gate, &gates, &settled));
-            }
-            from_point = (point, cost, Some(gate), gates[gate].pieces.to_vec());
+            from_point = (point, cost, Some(gate), ways.gates[gate].pieces.to_vec());
         }
     }
 
@@ -355,7 +306,95 @@ impl<'s> Search<'s> {
     }
 }
 
+/// Ways from a point to gates, shortest first.
+struct Ways<'w, 's> {
+    search: &'w Search<'s>,
+    /// See [`Search::line`].
+    from: Option<CellId>,
+    portals: &'w [usize],
+    gates: Vec<Gate>,
+    /// By piece that was entered or is beside one: its gates.
+    of_piece: BTreeMap<usize, Vec<usize>>,
+    entered: BTreeSet<usize>,
+    /// Settled gates: point, previous gate.
+    settled: BTreeMap<usize, (DVec3, Option<usize>)>,
+    /// Gates and candidates, by the least length of a line through them.
+    open: BinaryHeap<Reverse<(Cost, usize, usize)>>,
+    candidates: Vec<Try>,
+}
+
+impl Ways<'_, '_> {
+    /// The gates of a piece.
+    fn reach(&mut self, piece: usize) -> Vec<usize> {
+        if self.entered.insert(piece) {
+            for gate in self.search.gates(piece, self.from, self.portals) {
+                // The neighbour may have found it already.
+                let known = gate.pieces[1] != OUTSIDE && self.entered.contains(&gate.pieces[1]);
+                if !known {
+                    for side in gate.pieces.into_iter().filter(|&p| p != OUTSIDE) {
+                        self.of_piece.entry(side).or_default().push(self.gates.len());
+                    }
+                    self.gates.push(gate);
+                }
+            }
+        }
+        self.of_piece.get(&piece).cloned().unwrap_or_default()
+    }
+
+    fn add(&mut self, gate: usize, candidate: Try) {
+        let least = candidate.cost + self.search.to_rim(candidate.point);
+        self.open.push(Reverse((Cost(least), gate, self.candidates.len())));
+        self.candidates.push(candidate);
+    }
+
+    /// Adds the ways from a point, at the end of a line of length `cost` through the gate `before`, to the gates of a piece.
+    fn leave(&mut self, piece: usize, point: DVec3, cost: f64, before: Option<usize>) {
+        for gate in self.reach(piece) {
+            if !self.settled.contains_key(&gate) {
+                let to = closest(&self.gates[gate].polygon, &self.gates[gate].plane, point);
+                let cost = cost + point.distance(to);
+                self.add(gate, Try { point: to, from: point, before, cost, first: true });
+            }
+        }
+    }
+
+    /// Settles the nearest gate with an unobstructed way. Returns it and the length of the line.
+    fn settle_nearest(&mut self) -> Option<(usize, f64)> {
+        loop {
+            let Reverse((_, gate, k)) = self.open.pop()?;
+            if self.settled.contains_key(&gate) {
+                continue;
+            }
+            let t = self.candidates[k];
+            if self.search.tracer.is_open(t.from, t.point) {
+                self.settled.insert(gate, (t.point, t.before));
+                return Some((gate, t.cost));
+            }
+            if t.first {
+                self.add_detours(gate, t);
+            }
+        }
+    }
+
+    /// A wall may cover the nearest point of a gate: adds the middle, the corners and the points nearest to gates beyond.
+    fn add_detours(&mut self, gate: usize, Try { from, before, cost, point, .. }: Try) {
+        let base = cost - from.distance(point);
+        let (centre, plane) = (middle(&self.gates[gate].polygon), self.gates[gate].plane);
+        let mut others: Vec<DVec3> = self.gates[gate].polygon.iter().map(|&c| centre.lerp(c, 0.75)).collect();
+        others.push(centre);
+        for piece in self.gates[gate].pieces.into_iter().filter(|&p| p != OUTSIDE) {
+            for beyond in self.reach(piece).into_iter().take(MOST_ASIDE) {
+                others.push(closest(&self.gates[gate].polygon, &plane, middle(&self.gates[beyond].polygon)));
+            }
+        }
+        for point in others {
+            self.add(gate, Try { point, from, before, cost: base + from.distance(point), first: false });
+        }
+    }
+}
+
 /// A candidate path to a gate.
+#[derive(Clone, Copy)]
 struct Try {
     point: DVec3,
     from: DVec3,
