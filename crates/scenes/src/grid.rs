@@ -196,41 +196,57 @@ fn wander(facts: &Facts, entry: usize, limit: usize) -> CameraPath {
     CameraPath::along(&facts.way(&rooms), 1.6)
 }
 
-/// Sculptures on plinths, a bench and pictures, clear of walks from door to door, to the middle, or between the points of `ways`.
-fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &mut Prng) {
-    let [x, z] = plan.clear(room).map(|ends| ends.map(metres));
-    let middle = DVec2::new((x[0] + x[1]) / 2.0, (z[0] + z[1]) / 2.0);
-    let walls = plan.around(room);
-    let mut stops = vec![middle];
-    stops.extend(ways);
-    for hole in walls.iter().flat_map(|&w| plan.walls[w].holes.iter().map(move |h| (w, h))) {
-        let wall = &plan.walls[hole.0];
-        let inwards = if wall.sides[0] == Some(room) { -1.2 } else { 1.2 };
-        let (along, across) = (metres(hole.1.at), metres(wall.line));
-        stops.extend([across, across + inwards].map(
-            |c| {
-                if wall.along_x { DVec2::new(along, c) } else { DVec2::new(c, along) }
-            },
-        ));
+/// The floor of a room, and what stands on it.
+struct Floor {
+    x: [f64; 2],
+    z: [f64; 2],
+    /// Things stand clear of the lines between these.
+    stops: Vec<DVec2>,
+    /// Places and radii of things.
+    taken: Vec<(DVec2, f64)>,
+}
+
+impl Floor {
+    /// Of a room, with walks from door to door, to the middle, and between the points of `ways`.
+    fn new(plan: &Plan, room: usize, ways: &[DVec2]) -> Self {
+        let [x, z] = plan.clear(room).map(|ends| ends.map(metres));
+        let mut stops = vec![DVec2::new((x[0] + x[1]) / 2.0, (z[0] + z[1]) / 2.0)];
+        stops.extend(ways);
+        let walls = plan.around(room).iter().map(|&w| &plan.walls[w]);
+        for (wall, hole) in walls.flat_map(|wall| wall.holes.iter().map(move |hole| (wall, hole))) {
+            let inwards = if wall.sides[0] == Some(room) { -1.2 } else { 1.2 };
+            let (along, across) = (metres(hole.at), metres(wall.line));
+            let point = |c| if wall.along_x { DVec2::new(along, c) } else { DVec2::new(c, along) };
+            stops.extend([across, across + inwards].map(point));
+        }
+        Self { x, z, stops, taken: Vec::new() }
     }
-    let mut taken: Vec<(DVec2, f64)> = Vec::new();
-    let mut spot = |radius: f64, rng: &mut Prng| {
+
+    fn area(&self) -> f64 {
+        (self.x[1] - self.x[0]) * (self.z[1] - self.z[0])
+    }
+
+    /// A random free place for a thing of this radius, which it takes; `None` if none was found.
+    fn spot(&mut self, radius: f64, rng: &mut Prng) -> Option<DVec3> {
+        let Self { x, z, ref stops, ref taken } = *self;
         let margin = radius + 0.5;
+        let clear_of_ways = |p: DVec2| {
+            let ways = stops.iter().enumerate().flat_map(|(i, &a)| stops[..i].iter().map(move |&b| (a, b)));
+            ways.into_iter().all(|(a, b)| distance_to_segment(p, a, b) > radius + 0.6)
+        };
         let free = (0..40)
             .map(|_| DVec2::new(rng.range(x[0] + margin, x[1] - margin), rng.range(z[0] + margin, z[1] - margin)))
-            .find(|&p| {
-                let clear_of_ways = stops
-                    .iter()
-                    .enumerate()
-                    .all(|(i, &a)| stops[..i].iter().all(|&b| distance_to_segment(p, a, b) > radius + 0.6));
-                clear_of_ways && taken.iter().all(|&(q, r)| p.distance(q) > radius + r + 0.5)
-            })?;
-        taken.push((free, radius));
+            .find(|&p| clear_of_ways(p) && taken.iter().all(|&(q, r)| p.distance(q) > radius + r + 0.5))?;
+        self.taken.push((free, radius));
         Some(DVec3::new(free.x, 0.0, free.y))
-    };
-    let area = (x[1] - x[0]) * (z[1] - z[0]);
-    for i in 0..(area / 60.0).round().clamp(1.0, 12.0) as usize {
-        if let Some(at) = spot(0.55, rng) {
+    }
+}
+
+/// Sculptures on plinths, a bench and pictures, clear of walks from door to door, to the middle, or between the points of `ways`.
+fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &mut Prng) {
+    let mut floor = Floor::new(plan, room, ways);
+    for i in 0..(floor.area() / 60.0).round().clamp(1.0, 12.0) as usize {
+        if let Some(at) = floor.spot(0.55, rng) {
             let kind = rng.below(8);
             let turned = Placement { at: at + DVec3::Y, turns: rng.unit() };
             model.place(
@@ -251,7 +267,7 @@ fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &m
             );
         }
     }
-    if let Some(at) = spot(0.9, rng) {
+    if let Some(at) = floor.spot(0.9, rng) {
         let turns = f64::from(rng.steps(0, 1, 1)) / 4.0;
         model.place(
             format!("bench {room}"),
@@ -262,7 +278,7 @@ fn exhibits(model: &mut Model, plan: &Plan, room: usize, ways: &[DVec2], rng: &m
             furniture::bench,
         );
     }
-    for &w in walls {
+    for &w in plan.around(room) {
         pictures(model, plan, room, w, rng);
     }
 }

@@ -377,8 +377,31 @@ fn walk(facts: &Facts, levels: &[Storey], ids: &[Vec<usize>]) -> Vec<Option<usiz
 /// Desks, chairs, screens, cupboards and lamps.
 fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
     let floor = metres(storey as i32 * STYLE.storey());
-    let ceiling = floor + metres(STYLE.clear);
-    let mut put = |what: &str, room: usize, i: usize, at: DVec3, turns: f64| {
+    let mut furnishing = Furnishing { model, level, storey, floor, ceiling: floor + metres(STYLE.clear) };
+    for room in 0..level.uses.len() {
+        let sides = level.plan.clear(room).map(|ends| ends.map(metres));
+        match level.uses[room] {
+            Use::Office => furnishing.office(room, sides, rng),
+            Use::Meeting => furnishing.meeting(room, sides),
+            Use::Corridor => furnishing.corridor(room, sides),
+            Use::Store => furnishing.store(room, sides),
+            Use::Lobby | Use::Spine | Use::Stairs | Use::Lift => {}
+        }
+    }
+}
+
+/// Furnishes the rooms of a storey.
+struct Furnishing<'f> {
+    model: &'f mut Model,
+    level: &'f Storey,
+    storey: usize,
+    /// Heights, metres.
+    floor: f64,
+    ceiling: f64,
+}
+
+impl Furnishing<'_> {
+    fn put(&mut self, what: &str, room: usize, i: usize, at: DVec3, turns: f64) {
         let (material, make): (Material, fn() -> Solid) = match what {
             "desk" => (Material::Wood, furniture::desk),
             "chair" => (Material::Fabric, furniture::chair),
@@ -387,61 +410,57 @@ fn furnish(model: &mut Model, level: &Storey, storey: usize, rng: &mut Prng) {
             "table" => (Material::Wood, || furniture::table(3.0)),
             _ => (Material::Lamp, furniture::lamp),
         };
-        model.place(format!("{what} {storey}.{room}.{i}"), Role::Furnishing, Placement { at, turns }, what, material, make);
-    };
-    for room in 0..level.uses.len() {
-        let [x, z] = level.plan.clear(room).map(|ends| ends.map(metres));
-        let (mx, mz) = ((x[0] + x[1]) / 2.0, (z[0] + z[1]) / 2.0);
-        match level.uses[room] {
-            Use::Office => {
-                // Windows face lower z on the first side of a corridor, higher z on the second.
-                let first_side = level.plan.rooms[room].z[0] % (WING + COURT) == 0;
-                let (facade, inwards) = if first_side { (z[0], 1.0) } else { (z[1], -1.0) };
-                let width = x[1] - x[0];
-                let desks = ((width / 2.6).floor() as usize).clamp(1, 2);
-                for i in 0..desks {
-                    let at = x[0] + width * (i as f64 + 0.5) / desks as f64;
-                    let place = |off: f64| DVec3::new(at, floor, facade + inwards * off);
-                    // People sit with their back to the window.
-                    let turns = if first_side { 0.5 } else { 0.0 };
-                    put("desk", room, i, place(1.5), turns);
-                    put("chair", room, i, place(0.8), turns + rng.range(-0.06, 0.06));
-                    put("screen", room, i, place(1.62) + DVec3::Y * 0.74, turns);
-                    put("lamp", room, i, DVec3::new(at, ceiling, mz), 0.0);
-                }
-                cupboards(level, room, [x, z], inwards, |i, at, turns| {
-                    put("cupboard", room, i, DVec3::new(at.x, floor, at.y), turns)
-                });
-            }
-            Use::Meeting => {
-                // Off the line between the doors of the spine and of the store.
-                let at = DVec3::new(x[0] + 1.9, floor, mz + 0.9);
-                put("table", room, 0, at, 0.0);
-                for i in 0..6 {
-                    let side = if i % 2 == 0 { -1.0 } else { 1.0 };
-                    let off = DVec3::new((f64::from(i / 2) - 1.0) * 0.9, 0.0, 0.85 * side);
-                    put("chair", room, i as usize, at + off, if side < 0.0 { 0.5 } else { 0.0 });
-                }
-                put("lamp", room, 0, DVec3::new(mx, ceiling, mz), 0.0);
-            }
-            Use::Corridor => {
-                let lamps = ((x[1] - x[0]) / 4.0) as usize;
-                for i in 0..lamps {
-                    put(
-                        "lamp",
-                        room,
-                        i,
-                        DVec3::new(x[0] + (x[1] - x[0]) * (i as f64 + 0.5) / lamps as f64, ceiling, mz),
-                        0.0,
-                    );
-                }
-            }
-            Use::Store => {
-                for i in 0..2 {
-                    put("cupboard", room, i, DVec3::new(x[0] + 0.6 + i as f64, floor, z[0] + 0.25), 0.0);
-                }
-            }
-            Use::Lobby | Use::Spine | Use::Stairs | Use::Lift => {}
+        let name = format!("{what} {}.{room}.{i}", self.storey);
+        self.model.place(name, Role::Furnishing, Placement { at, turns }, what, material, make);
+    }
+
+    fn office(&mut self, room: usize, [x, z]: [[f64; 2]; 2], rng: &mut Prng) {
+        let (level, floor, ceiling) = (self.level, self.floor, self.ceiling);
+        // Windows face lower z on the first side of a corridor, higher z on the second.
+        let first_side = level.plan.rooms[room].z[0] % (WING + COURT) == 0;
+        let (facade, inwards) = if first_side { (z[0], 1.0) } else { (z[1], -1.0) };
+        let (width, middle) = (x[1] - x[0], (z[0] + z[1]) / 2.0);
+        let desks = ((width / 2.6).floor() as usize).clamp(1, 2);
+        for i in 0..desks {
+            let at = x[0] + width * (i as f64 + 0.5) / desks as f64;
+            let place = |off: f64| DVec3::new(at, floor, facade + inwards * off);
+            // People sit with their back to the window.
+            let turns = if first_side { 0.5 } else { 0.0 };
+            self.put("desk", room, i, place(1.5), turns);
+            self.put("chair", room, i, place(0.8), turns + rng.range(-0.06, 0.06));
+            self.put("screen", room, i, place(1.62) + DVec3::Y * 0.74, turns);
+            self.put("lamp", room, i, DVec3::new(at, ceiling, middle), 0.0);
+        }
+        cupboards(level, room, [x, z], inwards, |i, at, turns| {
+            self.put("cupboard", room, i, DVec3::new(at.x, floor, at.y), turns)
+        });
+    }
+
+    fn meeting(&mut self, room: usize, [x, z]: [[f64; 2]; 2]) {
+        let middle = (z[0] + z[1]) / 2.0;
+        // Off the line between the doors of the spine and of the store.
+        let at = DVec3::new(x[0] + 1.9, self.floor, middle + 0.9);
+        self.put("table", room, 0, at, 0.0);
+        for i in 0..6 {
+            let side = if i % 2 == 0 { -1.0 } else { 1.0 };
+            let off = DVec3::new((f64::from(i / 2) - 1.0) * 0.9, 0.0, 0.85 * side);
+            self.put("chair", room, i as usize, at + off, if side < 0.0 { 0.5 } else { 0.0 });
+        }
+        self.put("lamp", room, 0, DVec3::new((x[0] + x[1]) / 2.0, self.ceiling, middle), 0.0);
+    }
+
+    fn corridor(&mut self, room: usize, [x, z]: [[f64; 2]; 2]) {
+        let (width, middle) = (x[1] - x[0], (z[0] + z[1]) / 2.0);
+        let lamps = (width / 4.0) as usize;
+        for i in 0..lamps {
+            let at = x[0] + width * (i as f64 + 0.5) / lamps as f64;
+            self.put("lamp", room, i, DVec3::new(at, self.ceiling, middle), 0.0);
+        }
+    }
+
+    fn store(&mut self, room: usize, [x, z]: [[f64; 2]; 2]) {
+        for i in 0..2 {
+            self.put("cupboard", room, i, DVec3::new(x[0] + 0.6 + i as f64, self.floor, z[0] + 0.25), 0.0);
         }
     }
 }

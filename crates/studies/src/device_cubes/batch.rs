@@ -3,6 +3,7 @@
 use super::scene::GpuScene;
 use enfilade::gpu::{Gpu, GpuError, two};
 use enfilade::pvs::cubes::CubeView;
+use std::ops::Range;
 use wgpu::BufferUsages;
 
 /// Bytes of ids in one batch, unless one face takes more: what a few views of the usual size take.
@@ -212,29 +213,11 @@ impl Batch {
     /// The commands that fill the buffers.
     fn fill(&self, scene: &GpuScene, faces: &[Face<'_>], see_through: bool, commands: &mut wgpu::CommandEncoder) {
         let gpu = &scene.gpu;
-        let first_face = faces.first().map_or(0, |f| f.face) as u32;
         let views = faces.chunk_by(|a, b| a.index == b.index).map(|of_view| of_view[0].view);
         let views: Vec<u32> = views.flat_map(words_of_view).collect();
         gpu.queue.write_buffer(&self.views, 0, bytemuck::cast_slice(&views));
         let count = (views.len() / VIEW) as u32;
-        let mut stages = [LARGE, SMALL, IDS].map(|kind| (kind, scene.opaque())).to_vec();
-        stages.extend(see_through.then(|| (SEE_THROUGH, scene.see_through())));
-        stages.retain(|(_, triangles)| !triangles.is_empty());
-        let mut words = vec![0u32; self.stride as usize / 4 * stages.len()];
-        for (words, (kind, triangles)) in words.chunks_mut(self.stride as usize / 4).zip(&stages) {
-            let (faces, lists) = ([faces.len() as u32, first_face], [self.queue.capacity, self.hits.capacity]);
-            words[..STAGE].copy_from_slice(&[
-                *kind,
-                triangles.start,
-                triangles.end,
-                self.size,
-                faces[0],
-                faces[1],
-                lists[0],
-                lists[1],
-            ]);
-        }
-        gpu.queue.write_buffer(&self.stages, 0, bytemuck::cast_slice(&words));
+        let stages = self.write_stages(scene, faces, see_through);
         let pixels = u64::from(self.size).pow(2) * 4 * faces.len() as u64;
         commands.clear_buffer(&self.nearest, 0, Some(pixels));
         commands.clear_buffer(&self.ids, 0, Some(pixels));
@@ -276,6 +259,30 @@ impl Batch {
         drop(pass);
         commands.copy_buffer_to_buffer(&self.queue.there, 0, &self.counts_here, 0, 8);
         commands.copy_buffer_to_buffer(&self.hits.there, 0, &self.counts_here, 8, 4);
+    }
+
+    /// Writes the stages for the shader: kinds, and the triangles of each. Those without triangles are left out.
+    fn write_stages(&self, scene: &GpuScene, faces: &[Face<'_>], see_through: bool) -> Vec<(u32, Range<u32>)> {
+        let first_face = faces.first().map_or(0, |f| f.face) as u32;
+        let mut stages = [LARGE, SMALL, IDS].map(|kind| (kind, scene.opaque())).to_vec();
+        stages.extend(see_through.then(|| (SEE_THROUGH, scene.see_through())));
+        stages.retain(|(_, triangles)| !triangles.is_empty());
+        let mut words = vec![0u32; self.stride as usize / 4 * stages.len()];
+        for (words, (kind, triangles)) in words.chunks_mut(self.stride as usize / 4).zip(&stages) {
+            let (faces, lists) = ([faces.len() as u32, first_face], [self.queue.capacity, self.hits.capacity]);
+            words[..STAGE].copy_from_slice(&[
+                *kind,
+                triangles.start,
+                triangles.end,
+                self.size,
+                faces[0],
+                faces[1],
+                lists[0],
+                lists[1],
+            ]);
+        }
+        scene.gpu.queue.write_buffer(&self.stages, 0, bytemuck::cast_slice(&words));
+        stages
     }
 }
 
