@@ -128,36 +128,42 @@ impl Building {
                 .map_err(|e| failed(e.into()))?;
             tell(1, quickly(cells).map_err(failed)?);
         }
-        // 3. The whole; what is stopped goes on the next time.
-        let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
-        let journal = journal(&to.with_extension("viewer-state"), digest(&scene, &options).of_this_build());
-        let job = Job::new(progress).until(stop);
-        let baked = match &journal {
-            Some(journal) => bake(&scene, options, &job.kept_in(journal)),
-            None => bake(&scene, options, &job),
-        };
-        if let (Some(journal), Err(BakeError::Stopped(_))) = (&journal, &baked)
-            && let Err(e) = journal.flush()
-        {
-            eprintln!("{}: what was baked is not kept: {e}", to.display());
-        }
-        let file = baked.map_err(failed)?.file;
-        if to.exists() {
-            // The old file is kept.
-            let old = to.with_extension("pvs.old");
-            let kept = std::fs::rename(to, &old);
-            eprintln!(
-                "{}: replaced; {}",
-                to.display(),
-                kept.map_or_else(|e| e.to_string(), |()| format!("it is {} now", old.display()))
-            );
-        }
-        match file.save(to) {
-            Ok(()) => drop(journal.map(|journal| journal.remove())),
-            Err(e) => eprintln!("{}: not kept: {e}", to.display()),
-        }
+        // 3. The whole.
+        let file = whole(&scene, to, progress, stop).map_err(failed)?;
         Ok(Self { scene: drawn, file, looks, author })
     }
+}
+
+/// Bakes and saves everything; what is stopped goes on the next time.
+fn whole(scene: &Scene, to: &Path, progress: Progress<'_>, stop: &AtomicBool) -> Result<PvsFile, BakeError> {
+    let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
+    let journal = journal(&to.with_extension("viewer-state"), digest(scene, &options).of_this_build());
+    let job = Job::new(progress).until(stop);
+    let baked = match &journal {
+        Some(journal) => bake(scene, options, &job.kept_in(journal)),
+        None => bake(scene, options, &job),
+    };
+    if let (Some(journal), Err(BakeError::Stopped(_))) = (&journal, &baked)
+        && let Err(e) = journal.flush()
+    {
+        eprintln!("{}: what was baked is not kept: {e}", to.display());
+    }
+    let file = baked?.file;
+    if to.exists() {
+        // The old file is kept.
+        let old = to.with_extension("pvs.old");
+        let kept = std::fs::rename(to, &old);
+        eprintln!(
+            "{}: replaced; {}",
+            to.display(),
+            kept.map_or_else(|e| e.to_string(), |()| format!("it is {} now", old.display()))
+        );
+    }
+    match file.save(to) {
+        Ok(()) => drop(journal.map(|journal| journal.remove())),
+        Err(e) => eprintln!("{}: not kept: {e}", to.display()),
+    }
+    Ok(file)
 }
 
 fn looks(scene: &Scene, model: &Path, options: &ImportOptions, progress: Progress<'_>) -> Looks {

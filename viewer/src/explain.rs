@@ -31,12 +31,15 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: 
         Ok(why) => why,
         Err(e) => return Explanation { text: format!("{what}: the file {e}"), sight: None },
     };
-    let who = name(cell);
-    let mut sight = None;
-    let text = match why {
+    let sight = if let Why::Witnessed(seen) = &why { Some([seen.from, seen.to]) } else { None };
+    Explanation { text: sentence(&why, &name(cell), &what, units), sight }
+}
+
+/// Why a cell, `who`, sees `what` or not.
+fn sentence(why: &Why, who: &str, what: &str, units: Units) -> String {
+    match why {
         Why::Itself => format!("{who} sees itself."),
         Why::Witnessed(seen) => {
-            sight = Some([seen.from, seen.to]);
             let length = units.length(seen.from.distance(seen.to));
             let through = match seen.portals.len() {
                 0 => "without a portal between".to_owned(),
@@ -66,16 +69,18 @@ pub fn tell(asker: &Asker<'_>, file: &PvsFile, cell: CellId, goal: Goal, units: 
             )
         }
         Why::Undecided(doubt) => {
-            let reason = match doubt {
-                Doubt::Inside => "it is in the cell, and no ray has met it".to_owned(),
-                Doubt::Open(chain) => {
-                    format!("a line may pass {} portals, and none was found that nothing obstructs", chain.len())
-                }
-                Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
-                Doubt::Separated(_) => "asked for alone, no line passes".to_owned(),
-            };
-            format!("Whether {who} sees {what} is not decided: {reason}. It is drawn, to be safe.")
+            format!("Whether {who} sees {what} is not decided: {}. It is drawn, to be safe.", reason(doubt))
         }
-    };
-    Explanation { text, sight }
+    }
+}
+
+fn reason(doubt: &Doubt) -> String {
+    match doubt {
+        Doubt::Inside => "it is in the cell, and no ray has met it".to_owned(),
+        Doubt::Open(chain) => {
+            format!("a line may pass {} portals, and none was found that nothing obstructs", chain.len())
+        }
+        Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
+        Doubt::Separated(_) => "asked for alone, no line passes".to_owned(),
+    }
 }

@@ -1,4 +1,4 @@
-//! FindTarget is found, told, gone to and hidden.
+//! What is in a building is found, told, gone to and hidden.
 
 #[allow(dead_code, reason = "other tests use the rest")]
 mod common;
@@ -14,6 +14,7 @@ use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
 use enfilade_viewer::commands::Action;
 use enfilade_viewer::culling::Oracle;
+use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::find::{FindTarget, Found, MOST, facts, find, objects};
 use enfilade_viewer::go::Guide;
 use enfilade_viewer::looks::{Detail, Looks};
@@ -140,44 +141,68 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
     let (canvas, mut session) = common::visit(villa, oracle, SIZE);
     (session.view.hud, session.view.layers.alarm) = (false, true);
     session.stand(&walk, walk.frames.len() / 2);
-    // Pixels of one object, which alone is red, and missed ones.
-    let pixels = |session: &mut Session<'_>, object: ObjectId| {
-        let mut colours = vec![[0; 3]; villa.scene.objects.len() + 1];
-        colours[object.index()] = [255, 0, 0];
-        session.renderer.paint(colours);
-        session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
-        session.renderer.settle().unwrap();
-        let picture = canvas.read(&session.renderer.gpu).unwrap();
-        let red = picture.pixels().iter().filter(|[r, g, b]| *r > 100 && *g < 60 && *b < 60).count();
-        (red, session.renderer.readback.missed.as_ref().expect("counted").pixels)
-    };
-    let (mut hidden, mut revealed) = (BTreeSet::new(), 0);
-    for at in [(-0.6, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, -0.7), (0.3, 0.3)] {
-        session.click(DVec2::from(at));
-        let [object] = session.selection.objects[..] else { continue };
-        let seen = pixels(&mut session, object).0;
-        session.act(Action::Hide);
-        assert!(session.renderer.is_hidden(object) && session.selection.objects.is_empty());
-        hidden.insert(object);
-        for mode in [Mode::None, Mode::Pvs, Mode::PortalsAndPvs, Mode::Chc] {
-            session.view.mode = mode.into();
-            for &object in &hidden {
-                assert_eq!(pixels(&mut session, object), (0, 0), "{mode}: {object}: pixels and missed ones");
-            }
-        }
-        revealed += seen;
-        // FindTarget is hidden isn't picked again.
-        session.click(DVec2::from(at));
-        assert!(!session.selection.objects.iter().any(|o| hidden.contains(o)));
-    }
-    assert!(hidden.len() >= 3 && revealed > 2000, "{hidden:?}, {revealed} pixels");
+    let hidden = hide_what_is_clicked(&canvas, &mut session);
     // In full detail, too, glass and all.
     session.view.detail = Detail::Full;
     session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
     session.renderer.settle().unwrap();
     assert_eq!(session.renderer.readback.missed.as_ref().expect("counted").pixels, 0);
     session.view.detail = Detail::Plain;
-    // Doors, which hide what is behind them while they are shut.
+    hide_doors(villa, &canvas, &mut session, oracle);
+    session.stand(&walk, walk.frames.len() / 2);
+    // All is back; alone, nothing else is.
+    session.act(Action::ShowAll);
+    assert!(hidden.iter().any(|&object| pixels(&canvas, &mut session, object).0 > 0));
+    // Where a door is ahead, a click opens it.
+    for x in [-0.6, 0.0, 0.6] {
+        session.click(DVec2::new(x, 0.0));
+    }
+    let [alone] = session.selection.objects[..] else { panic!("nothing is ahead") };
+    session.act(Action::Isolate);
+    assert!((0..villa.scene.objects.len() as u32).map(ObjectId).all(|o| session.renderer.is_hidden(o) == (o != alone)));
+    assert_eq!(pixels(&canvas, &mut session, alone).1, 0);
+    assert_ne!(villa.scene.objects[alone.index()].role, Role::Door);
+}
+
+/// Pixels of one object, which alone is red, and missed ones.
+fn pixels(canvas: &Canvas, session: &mut Session<'_>, object: ObjectId) -> (usize, u32) {
+    let mut colours = vec![[0; 3]; session.document.building.scene.objects.len() + 1];
+    colours[object.index()] = [255, 0, 0];
+    session.renderer.paint(colours);
+    session.draw(&canvas.view, egui::RawInput::default(), 0.02).unwrap();
+    session.renderer.settle().unwrap();
+    let picture = canvas.read(&session.renderer.gpu).unwrap();
+    let red = picture.pixels().iter().filter(|[r, g, b]| *r > 100 && *g < 60 && *b < 60).count();
+    (red, session.renderer.readback.missed.as_ref().expect("counted").pixels)
+}
+
+/// Hides what is clicked, one after the other.
+fn hide_what_is_clicked(canvas: &Canvas, session: &mut Session<'_>) -> BTreeSet<ObjectId> {
+    let (mut hidden, mut revealed) = (BTreeSet::new(), 0);
+    for at in [(-0.6, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, -0.7), (0.3, 0.3)] {
+        session.click(DVec2::from(at));
+        let [object] = session.selection.objects[..] else { continue };
+        let seen = pixels(canvas, session, object).0;
+        session.act(Action::Hide);
+        assert!(session.renderer.is_hidden(object) && session.selection.objects.is_empty());
+        hidden.insert(object);
+        for mode in [Mode::None, Mode::Pvs, Mode::PortalsAndPvs, Mode::Chc] {
+            session.view.mode = mode.into();
+            for &object in &hidden {
+                assert_eq!(pixels(canvas, session, object), (0, 0), "{mode}: {object}: pixels and missed ones");
+            }
+        }
+        revealed += seen;
+        // What is hidden isn't picked again.
+        session.click(DVec2::from(at));
+        assert!(!session.selection.objects.iter().any(|o| hidden.contains(o)));
+    }
+    assert!(hidden.len() >= 3 && revealed > 2000, "{hidden:?}, {revealed} pixels");
+    hidden
+}
+
+/// Doors hide what is behind them while they are shut.
+fn hide_doors(villa: &Building, canvas: &Canvas, session: &mut Session<'_>, oracle: Oracle) {
     let (mut doors, mut seen) = (0, 0);
     for door in villa.file.portals.iter().filter(|p| p.kind == PortalKind::Door && p.plane.y.abs() < 0.1) {
         let n = door.plane.truncate().as_dvec3();
@@ -189,25 +214,12 @@ fn hide_and_show(villa: &Building, oracle: Oracle) {
         session.act(Action::Pick);
         let picked = session.selection.objects.first().copied();
         let Some(leaf) = picked.filter(|o| villa.scene.objects[o.index()].role == Role::Door) else { continue };
-        seen += pixels(&mut session, leaf).0;
+        seen += pixels(canvas, session, leaf).0;
         session.act(Action::Hide);
-        assert_eq!(pixels(&mut session, leaf), (0, 0), "{leaf}, by {oracle:?}");
+        assert_eq!(pixels(canvas, session, leaf), (0, 0), "{leaf}, by {oracle:?}");
         doors += 1;
     }
     assert!(doors >= 2 && seen > 2000, "{doors} doors were hidden, {seen} pixels");
-    session.stand(&walk, walk.frames.len() / 2);
-    // All is back; alone, nothing else is.
-    session.act(Action::ShowAll);
-    assert!(hidden.iter().any(|&object| pixels(&mut session, object).0 > 0));
-    // Where a door is ahead, a click opens it.
-    for x in [-0.6, 0.0, 0.6] {
-        session.click(DVec2::new(x, 0.0));
-    }
-    let [alone] = session.selection.objects[..] else { panic!("nothing is ahead") };
-    session.act(Action::Isolate);
-    assert!((0..villa.scene.objects.len() as u32).map(ObjectId).all(|o| session.renderer.is_hidden(o) == (o != alone)));
-    assert_eq!(pixels(&mut session, alone).1, 0);
-    assert_ne!(villa.scene.objects[alone.index()].role, Role::Door);
 }
 
 #[test]

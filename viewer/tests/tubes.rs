@@ -189,16 +189,7 @@ fn weight(colour: [u8; 3]) -> f64 {
 #[test]
 fn pixels_are_those_of_the_bands() {
     needs_device!();
-    let mut tubes = Tubes::default();
-    let helix: Vec<DVec3> = (0..200).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.15 * t, t.sin())).collect();
-    let shape = Shape { radius: 0.2, inner: 0.15, capped: true };
-    tubes.through(&helix, false, shape, 1e-3, &mut Counts::default()).unwrap();
-    line(&mut tubes, &[dvec3(-2.0, 0.0, 0.0), dvec3(-2.0, 2.0, 0.0), dvec3(-2.0, 2.0, 2.0), dvec3(2.0, 2.5, 3.0)], 0.15);
-    let ring: Vec<DVec3> =
-        (0..24).map(|k| 0.2618 * f64::from(k)).map(|t| dvec3(2.5 * t.cos(), 1.0, 2.5 * t.sin())).collect();
-    let whole = Shape { radius: 0.1, inner: 0.0, capped: true };
-    tubes.through(&ring, true, whole, 1e-3, &mut Counts::default()).unwrap();
-    let building = alone(&tubes, 100.0);
+    let building = alone(&bends(), 100.0);
     let (canvas, mut renderer) = black(&building, Thin::Off);
     let origin = building.file.origin;
     let mut covered = 0;
@@ -224,27 +215,7 @@ fn pixels_are_those_of_the_bands() {
             let of = scene.tubes.tubes[band.tube() as usize].origin;
             triangles.extend(band.triangles(&scene.tubes).map(|t| t.map(|p| pixel(&camera, p.as_dvec3() + of))));
         }
-        // By pixel: in a triangle; or near to an edge.
-        let (mut inside, mut edge) = (HashSet::new(), HashSet::new());
-        for [a, b, c] in triangles {
-            let [low, high] = [a.min(b).min(c) - 1.0, a.max(b).max(c) + 1.0];
-            for y in low.y.max(0.0) as u32..high.y.clamp(0.0, f64::from(SIZE[1])) as u32 {
-                for x in low.x.max(0.0) as u32..high.x.clamp(0.0, f64::from(SIZE[0])) as u32 {
-                    let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                    let off = [(a, b), (b, c), (c, a)].map(|(u, v)| (v - u).perp_dot(p - u) / (v - u).length().max(1e-9));
-                    let is_in = off.iter().all(|o| *o >= 0.0) || off.iter().all(|o| *o <= 0.0);
-                    let near = [(a, b), (b, c), (c, a)].iter().any(|(u, v)| {
-                        let t = ((p - u).dot(v - u) / (v - u).length_squared().max(1e-12)).clamp(0.0, 1.0);
-                        u.lerp(*v, t).distance(p) < 0.02
-                    });
-                    if near {
-                        edge.insert((x, y));
-                    } else if is_in {
-                        inside.insert((x, y));
-                    }
-                }
-            }
-        }
+        let [inside, edge] = pixels_of(&triangles);
         let mut wrong = 0;
         for (i, colour) in (0u32..).zip(seen.pixels()) {
             let at = (i % SIZE[0], i / SIZE[0]);
@@ -256,6 +227,45 @@ fn pixels_are_those_of_the_bands() {
         assert_eq!(wrong, 0, "from {eye}");
     }
     assert!(covered > 10_000, "{covered} pixels are covered");
+}
+
+/// A helix, a pipe with corners, and a ring.
+fn bends() -> Tubes {
+    let mut tubes = Tubes::default();
+    let helix: Vec<DVec3> = (0..200).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.15 * t, t.sin())).collect();
+    let shape = Shape { radius: 0.2, inner: 0.15, capped: true };
+    tubes.through(&helix, false, shape, 1e-3, &mut Counts::default()).unwrap();
+    line(&mut tubes, &[dvec3(-2.0, 0.0, 0.0), dvec3(-2.0, 2.0, 0.0), dvec3(-2.0, 2.0, 2.0), dvec3(2.0, 2.5, 3.0)], 0.15);
+    let ring: Vec<DVec3> =
+        (0..24).map(|k| 0.2618 * f64::from(k)).map(|t| dvec3(2.5 * t.cos(), 1.0, 2.5 * t.sin())).collect();
+    let whole = Shape { radius: 0.1, inner: 0.0, capped: true };
+    tubes.through(&ring, true, whole, 1e-3, &mut Counts::default()).unwrap();
+    tubes
+}
+
+/// Pixels whose middle is in a triangle, and pixels whose middle is near to an edge.
+fn pixels_of(triangles: &[[DVec2; 3]]) -> [HashSet<(u32, u32)>; 2] {
+    let (mut inside, mut edge) = (HashSet::new(), HashSet::new());
+    for &[a, b, c] in triangles {
+        let [low, high] = [a.min(b).min(c) - 1.0, a.max(b).max(c) + 1.0];
+        for y in low.y.max(0.0) as u32..high.y.clamp(0.0, f64::from(SIZE[1])) as u32 {
+            for x in low.x.max(0.0) as u32..high.x.clamp(0.0, f64::from(SIZE[0])) as u32 {
+                let p = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let off = [(a, b), (b, c), (c, a)].map(|(u, v)| (v - u).perp_dot(p - u) / (v - u).length().max(1e-9));
+                let is_in = off.iter().all(|o| *o >= 0.0) || off.iter().all(|o| *o <= 0.0);
+                let near = [(a, b), (b, c), (c, a)].iter().any(|(u, v)| {
+                    let t = ((p - u).dot(v - u) / (v - u).length_squared().max(1e-12)).clamp(0.0, 1.0);
+                    u.lerp(*v, t).distance(p) < 0.02
+                });
+                if near {
+                    edge.insert((x, y));
+                } else if is_in {
+                    inside.insert((x, y));
+                }
+            }
+        }
+    }
+    [inside, edge]
 }
 
 /// Pixels that a straight pipe covers which is so many pixels wide: by 16 x 16 samples a pixel.

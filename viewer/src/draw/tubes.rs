@@ -127,6 +127,32 @@ pub struct Source {
     materials: wgpu::Buffer,
 }
 
+impl Source {
+    /// Puts the tubes of a building on a device; `objects`: those that are tubes.
+    fn new(gpu: &Gpu, building: &Building, objects: &[ObjectId]) -> Result<Self, GpuError> {
+        let Building { scene, looks, .. } = building;
+        let tubes = &scene.tubes;
+        gpu.fits("sections of tubes", (16 * tubes.sections.len()).max(TUBE * tubes.tubes.len()) as u64)?;
+        let words = tubes.sections.iter().flat_map(|section| section.bytes().as_chunks::<4>().0.to_owned());
+        let sections: Vec<u32> = words.map(u32::from_le_bytes).collect();
+        let materials: Vec<u32> = looks.of_objects.iter().map(|&material| u32::from(material)).collect();
+        let filled = |words: &[u32]| gpu.filled(words, BufferUsages::STORAGE);
+        let [sections, of_tubes, materials] = [&sections[..], &of_tubes(scene), &materials].map(filled);
+        let segments = objects.iter().map(|o| scene.objects[o.index()].segments.clone());
+        let of_rings = bind::layout(gpu, ShaderStages::COMPUTE, &[STORAGE, STORAGE, STORAGE, WRITABLE]);
+        Ok(Self {
+            layout: bind::layout(gpu, ShaderStages::VERTEX, &[STORAGE; 3]),
+            runs: Runs::new(tubes, segments),
+            rings: rings(gpu, &of_rings),
+            of_rings,
+            triangles: Triangles::new(gpu),
+            sections,
+            tubes: of_tubes,
+            materials,
+        })
+    }
+}
+
 /// Triangles of bands: numbers of corners, which they share.
 #[derive(Clone)]
 struct Triangles {
@@ -166,32 +192,13 @@ impl TubeRenderer {
         building: &Building,
         format: TextureFormat,
     ) -> Result<Option<Self>, GpuError> {
-        let Building { scene, looks, .. } = building;
-        let tubes = &scene.tubes;
+        let scene = &building.scene;
         let numbered = (0..).map(ObjectId).zip(&scene.objects);
         let objects: Vec<ObjectId> = numbered.filter(|(_, object)| object.is_tube()).map(|(o, _)| o).collect();
         if objects.is_empty() {
             return Ok(None);
         }
-        gpu.fits("sections of tubes", (16 * tubes.sections.len()).max(TUBE * tubes.tubes.len()) as u64)?;
-        let words = tubes.sections.iter().flat_map(|section| section.bytes().as_chunks::<4>().0.to_owned());
-        let sections: Vec<u32> = words.map(u32::from_le_bytes).collect();
-        let materials: Vec<u32> = looks.of_objects.iter().map(|&material| u32::from(material)).collect();
-        let filled = |words: &[u32]| gpu.filled(words, BufferUsages::STORAGE);
-        let [sections, of_tubes, materials] = [&sections[..], &of_tubes(scene), &materials].map(filled);
-        let bytes = sections.size() + of_tubes.size();
-        let segments = objects.iter().map(|o| scene.objects[o.index()].segments.clone());
-        let of_rings = bind::layout(gpu, ShaderStages::COMPUTE, &[STORAGE, STORAGE, STORAGE, WRITABLE]);
-        let source = Source {
-            layout: bind::layout(gpu, ShaderStages::VERTEX, &[STORAGE; 3]),
-            runs: Runs::new(tubes, segments),
-            rings: rings(gpu, &of_rings),
-            of_rings,
-            triangles: Triangles::new(gpu),
-            sections,
-            tubes: of_tubes,
-            materials,
-        };
+        let source = Source::new(gpu, building, &objects)?;
         let text = concat!(
             include_str!("bands.wgsl"),
             include_str!("tubes.wgsl"),
@@ -214,8 +221,8 @@ impl TubeRenderer {
             all: List::new(gpu, &source),
             bare: List::new(gpu, &source),
             culled: List::new(gpu, &source),
-            bytes,
-            bytes_of_mesh: TRIANGLE * tubes.tubes.iter().map(|tube| of_mesh(scene, tube)).sum::<u64>(),
+            bytes: source.sections.size() + source.tubes.size(),
+            bytes_of_mesh: TRIANGLE * scene.tubes.tubes.iter().map(|tube| of_mesh(scene, tube)).sum::<u64>(),
             colours: pipeline("tubular", "colour_of_tube", blended(format)),
             items: pipeline("tubular", "item_of_tube", ITEMS.into()),
             no_items: pipeline("tubular", "no_item", ITEMS.into()),

@@ -11,10 +11,7 @@ impl Session<'_> {
     /// Runs the panels. Returns requests to the window.
     pub(super) fn run_panels(&mut self, mut input: egui::RawInput) -> egui::PlatformOutput {
         let size = self.size();
-        if input.screen_rect.is_none() {
-            let [width, height] = size.map(|s| s as f32 / self.user.preferences.text as f32);
-            input.screen_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height)));
-        }
+        input.screen_rect.get_or_insert_with(|| self.screen());
         if self.view.layers.plan {
             self.panels.plan.tell_in(self.user.preferences.units);
         }
@@ -69,6 +66,12 @@ impl Session<'_> {
         });
         commands.into_iter().for_each(|command| self.execute(command));
         output
+    }
+
+    /// What panels have of the screen, where the window does not say it.
+    fn screen(&self) -> egui::Rect {
+        let [width, height] = self.size().map(|s| s as f32 / self.user.preferences.text as f32);
+        egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width, height))
     }
 
     /// The cell of the eye, and the cells that the frame reaches; in modes without portals, those that the row of the eye's cell has.
