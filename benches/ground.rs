@@ -5,10 +5,10 @@
 //! of all finest tiles in the view, microseconds of the selection, what nearer ground leaves of it, and microseconds until that is known. Of the
 //! judged frames at 1 px, tiles are drawn, too, to see how many show a pixel: no test of tiles could leave less. `--frames N` says how many frames of each flight are judged.
 
-use enfilade::runtime::Rect;
+use enfilade::runtime::{Camera, Rect};
 use enfilade_scenes::ground;
 use enfilade_terrain::raster::{Raster as File, RasterOptions};
-use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Patch, flight, make};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use testing::ground::{Raster, judge};
@@ -63,63 +63,107 @@ fn measure(file: &Path, side: u32, folder: &Path) {
         let limits =
             LIMITS.map(Limit::Pixels).into_iter().chain([Limit::Distance(1.0)]).chain(BUDGETS.map(Limit::Triangles));
         for limit in limits {
-            let allowed = match limit {
-                Limit::Pixels(pixels) => pixels + ROUNDING,
-                _ => f64::INFINITY,
-            };
-            let (mut scratch, mut horizon) = (GroundScratch::default(), Horizon::new(&ground));
-            let (mut shown, mut both, mut looked) = (0, Vec::new(), [0; 2]);
-            let (mut drawn, mut whole, mut worst, mut samples, mut open, mut steps) = (0, 0, 0f64, 0, 0, 0);
-            let mut times = Vec::new();
-            for (k, &camera) in cameras.iter().enumerate() {
-                let view = GroundView { camera, size: SIZE, windows: &[Rect::FULL] };
-                if let Some(truth) = truth.as_ref().filter(|_| k % (FRAMES / JUDGED) == 0) {
-                    let patches = ground.select(&view, limit, &mut scratch).to_vec();
-                    let verdict = judge(&ground, truth, &view, &patches, allowed, false);
-                    assert!(verdict.beyond == 0, "{name}, {above} m, {limit:?}, frame {k}: {verdict:?}");
-                    if limit == Limit::Pixels(1.0) {
-                        let picture = Picture::new(&ground, &camera, SIZE.map(|s| s as usize), NEAR, &patches);
-                        looked = [looked[0] + picture.shown().len(), looked[1] + patches.len()];
-                    }
-                    assert!(verdict.torn == 0 && verdict.steps <= 1, "{name}, {above} m, {limit:?}, frame {k}: {verdict:?}");
-                    worst = worst.max(verdict.worst);
-                    samples += verdict.samples;
-                    open += verdict.open_edges;
-                    steps = steps.max(verdict.steps);
-                }
-                let time = || {
-                    let start = Instant::now();
-                    ground.select(&view, limit, &mut scratch);
-                    start.elapsed()
-                };
-                times.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
-                drawn += scratch.triangles();
-                let time = || {
-                    let start = Instant::now();
-                    let patches = ground.select(&view, limit, &mut scratch);
-                    horizon.hide(&ground, &view, NEAR, patches);
-                    start.elapsed()
-                };
-                both.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
-                shown += horizon.triangles();
-                ground.select(&view, Limit::Pixels(-1.0), &mut scratch);
-                whole += scratch.triangles();
-            }
-            times.sort_unstable();
-            both.sort_unstable();
-            let us = |of: &[Duration], at: usize| of[at * of.len() / 100].as_secs_f64() * 1e6;
-            println!(
-                "| {name} | {side} | {above} | {limit:?} | {samples} | {worst:.3} | {open} | {steps} | {} | {:.3} | {:.0} | {:.0} | {:.3} | {:.0} | {:.0} | {:.3} |",
-                drawn / FRAMES as u64,
-                drawn as f64 / whole as f64,
-                us(&times, 50),
-                us(&times, 99),
-                shown as f64 / drawn as f64,
-                us(&both, 50),
-                us(&both, 99),
-                looked[0] as f64 / looked[1] as f64
-            );
+            let what = format!("{name}, {above} m, {limit:?}");
+            let flown = fly(&ground, truth.as_ref(), &cameras, limit, &what);
+            flown.print(&format!("{name} | {side} | {above} | {limit:?}"));
         }
+    }
+}
+
+/// What was found on a flight.
+#[derive(Default)]
+struct Flown {
+    /// Triangles: drawn, left by nearer ground, and of all finest tiles in the view.
+    drawn: u64,
+    shown: u64,
+    whole: u64,
+    /// Of judged frames.
+    worst: f64,
+    samples: u64,
+    open: u64,
+    steps: u32,
+    /// Tiles with a pixel, and all.
+    looked: [usize; 2],
+    /// Of the selection, and with what is hidden.
+    times: Vec<Duration>,
+    both: Vec<Duration>,
+}
+
+/// Flies with a limit; `what` is told where a judged frame is wrong.
+fn fly(ground: &Ground, truth: Option<&Raster>, cameras: &[Camera], limit: Limit, what: &str) -> Flown {
+    let mut flown = Flown::default();
+    let (mut scratch, mut horizon) = (GroundScratch::default(), Horizon::new(ground));
+    for (k, &camera) in cameras.iter().enumerate() {
+        let view = GroundView { camera, size: SIZE, windows: &[Rect::FULL] };
+        if let Some(truth) = truth.filter(|_| k % (FRAMES / JUDGED) == 0) {
+            let patches = ground.select(&view, limit, &mut scratch).to_vec();
+            flown.judge(ground, truth, (&view, limit), &patches, &format!("{what}, frame {k}"));
+        }
+        let time = || {
+            let start = Instant::now();
+            ground.select(&view, limit, &mut scratch);
+            start.elapsed()
+        };
+        flown.times.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
+        flown.drawn += scratch.triangles();
+        let time = || {
+            let start = Instant::now();
+            let patches = ground.select(&view, limit, &mut scratch);
+            horizon.hide(ground, &view, NEAR, patches);
+            start.elapsed()
+        };
+        flown.both.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
+        flown.shown += horizon.triangles();
+        ground.select(&view, Limit::Pixels(-1.0), &mut scratch);
+        flown.whole += scratch.triangles();
+    }
+    flown.times.sort_unstable();
+    flown.both.sort_unstable();
+    flown
+}
+
+impl Flown {
+    /// Judges a frame sample by sample.
+    fn judge(
+        &mut self,
+        ground: &Ground,
+        truth: &Raster,
+        (view, limit): (&GroundView<'_>, Limit),
+        patches: &[Patch],
+        what: &str,
+    ) {
+        let allowed = match limit {
+            Limit::Pixels(pixels) => pixels + ROUNDING,
+            _ => f64::INFINITY,
+        };
+        let verdict = judge(ground, truth, view, patches, allowed, false);
+        assert!(verdict.beyond == 0, "{what}: {verdict:?}");
+        if limit == Limit::Pixels(1.0) {
+            let picture = Picture::new(ground, &view.camera, SIZE.map(|s| s as usize), NEAR, patches);
+            self.looked = [self.looked[0] + picture.shown().len(), self.looked[1] + patches.len()];
+        }
+        assert!(verdict.torn == 0 && verdict.steps <= 1, "{what}: {verdict:?}");
+        self.worst = self.worst.max(verdict.worst);
+        self.samples += verdict.samples;
+        self.open += verdict.open_edges;
+        self.steps = self.steps.max(verdict.steps);
+    }
+
+    /// A line of the table, after `what`.
+    fn print(&self, what: &str) {
+        let Self { drawn, shown, whole, worst, samples, open, steps, looked, times, both } = self;
+        let us = |of: &[Duration], at: usize| of[at * of.len() / 100].as_secs_f64() * 1e6;
+        println!(
+            "| {what} | {samples} | {worst:.3} | {open} | {steps} | {} | {:.3} | {:.0} | {:.0} | {:.3} | {:.0} | {:.0} | {:.3} |",
+            drawn / FRAMES as u64,
+            *drawn as f64 / *whole as f64,
+            us(times, 50),
+            us(times, 99),
+            *shown as f64 / *drawn as f64,
+            us(both, 50),
+            us(both, 99),
+            looked[0] as f64 / looked[1] as f64
+        );
     }
 }
 

@@ -104,6 +104,11 @@ fn floor(side: usize) -> PvsFile {
             }
         }
     }
+    file_of(cells, objects, placement, portals)
+}
+
+/// A conservative file with these rows.
+fn file_of(cells: BitMatrix, objects: BitMatrix, placement: BitMatrix, portals: Vec<FilePortal>) -> PvsFile {
     let cell = || FileCell { name: String::new(), source: None, open: false, pieces: Vec::new() };
     let object = || FileObject { node: String::new(), triangles: 1, bounds: [Vec3::ZERO; 2] };
     PvsFile {
@@ -125,9 +130,9 @@ fn floor(side: usize) -> PvsFile {
         clusters: Vec::new(),
         left_out: Vec::new(),
         notes: Vec::new(),
-        cells: (0..rooms).map(|_| cell()).collect(),
+        cells: (0..cells.rows()).map(|_| cell()).collect(),
         portals,
-        objects: (0..rooms * OBJECTS).map(|_| object()).collect(),
+        objects: (0..objects.columns()).map(|_| object()).collect(),
         placement,
         placed: None,
         pairs: PairCounts { lower: 0, upper: objects.count_ones(), cell_lower: 0, cell_upper: cells.count_ones() },

@@ -117,53 +117,10 @@ impl Building {
         let mut builder = SceneBuilder::new(&options, Source::default());
         self.meshes.into_iter().for_each(|mesh| builder.add(mesh).unwrap());
         let scene = builder.finish("building").unwrap();
-        let shift = |plane: &mut Plane| plane.d -= plane.n.dot(scene.origin);
-        let mut graph = CellGraph {
-            strategy: Strategy::Given,
-            reason: "by hand".into(),
-            cells: self.cells,
-            portals: self.portals,
-            smallest_hole: scene.tolerance().smallest_hole(),
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        };
-        for piece in graph.cells.iter_mut().flat_map(|c| &mut c.pieces) {
-            piece.planes.iter_mut().for_each(shift);
-            piece.bounds = Aabb { min: piece.bounds.min - scene.origin, max: piece.bounds.max - scene.origin };
-        }
-        for portal in &mut graph.portals {
-            shift(&mut portal.plane);
-            portal.winding.iter_mut().for_each(|p| *p -= scene.origin);
-        }
-        graph.link();
+        let graph = relative_graph(self.cells, self.portals, &scene);
         let (n, m) = (graph.cells.len(), scene.objects.len());
-        let mut placement = BitMatrix::new(n, m);
-        for (c, cell) in graph.cells.iter().enumerate() {
-            for (o, object) in scene.objects.iter().enumerate() {
-                if cell.pieces.iter().any(|piece| touches(piece, &object.bounds.inflated(1e-3))) {
-                    placement.set(c, o);
-                }
-            }
-        }
-        let mut group: Vec<usize> = (0..n).collect();
-        for portal in &graph.portals {
-            let [to, from] = portal.cells.map(|c| group[c.index()]);
-            group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
-        }
-        let mut cells = BitMatrix::new(n, n);
-        for a in 0..n {
-            (0..n).filter(|&b| group[a] == group[b]).for_each(|b| {
-                cells.set(a, b);
-            });
-        }
-        let mut objects = BitMatrix::new(n, m);
-        for c in 0..n {
-            for seen in cells.ones(c).collect::<Vec<_>>() {
-                placement.ones(seen).for_each(|o| {
-                    objects.set(c, o);
-                });
-            }
-        }
+        let placement = placement(&graph, &scene);
+        let [mut cells, mut objects] = joined_rows(&graph, &placement);
         rows(&mut cells, &mut objects);
         let pvs = Pvs {
             graph,
@@ -184,6 +141,68 @@ impl Building {
         let file = PvsFile::from_bake(&scene, &options, &pvs, false);
         (scene, file)
     }
+}
+
+/// Cells and portals relative to the origin of a scene.
+fn relative_graph(cells: Vec<Cell>, portals: Vec<Portal>, scene: &Scene) -> CellGraph {
+    let shift = |plane: &mut Plane| plane.d -= plane.n.dot(scene.origin);
+    let mut graph = CellGraph {
+        strategy: Strategy::Given,
+        reason: "by hand".into(),
+        cells,
+        portals,
+        smallest_hole: scene.tolerance().smallest_hole(),
+        closed_holes: Vec::new(),
+        notes: Vec::new(),
+    };
+    for piece in graph.cells.iter_mut().flat_map(|c| &mut c.pieces) {
+        piece.planes.iter_mut().for_each(shift);
+        piece.bounds = Aabb { min: piece.bounds.min - scene.origin, max: piece.bounds.max - scene.origin };
+    }
+    for portal in &mut graph.portals {
+        shift(&mut portal.plane);
+        portal.winding.iter_mut().for_each(|p| *p -= scene.origin);
+    }
+    graph.link();
+    graph
+}
+
+/// Objects of each cell: those whose boxes touch a piece.
+fn placement(graph: &CellGraph, scene: &Scene) -> BitMatrix {
+    let mut placement = BitMatrix::new(graph.cells.len(), scene.objects.len());
+    for (c, cell) in graph.cells.iter().enumerate() {
+        for (o, object) in scene.objects.iter().enumerate() {
+            if cell.pieces.iter().any(|piece| touches(piece, &object.bounds.inflated(1e-3))) {
+                placement.set(c, o);
+            }
+        }
+    }
+    placement
+}
+
+/// Rows of cells that a chain of portals joins, and of the objects in them.
+fn joined_rows(graph: &CellGraph, placement: &BitMatrix) -> [BitMatrix; 2] {
+    let (n, m) = (placement.rows(), placement.columns());
+    let mut group: Vec<usize> = (0..n).collect();
+    for portal in &graph.portals {
+        let [to, from] = portal.cells.map(|c| group[c.index()]);
+        group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
+    }
+    let mut cells = BitMatrix::new(n, n);
+    for a in 0..n {
+        (0..n).filter(|&b| group[a] == group[b]).for_each(|b| {
+            cells.set(a, b);
+        });
+    }
+    let mut objects = BitMatrix::new(n, m);
+    for c in 0..n {
+        for seen in cells.ones(c).collect::<Vec<_>>() {
+            placement.ones(seen).for_each(|o| {
+                objects.set(c, o);
+            });
+        }
+    }
+    [cells, objects]
 }
 
 /// False only where a plane of the piece has the whole box outside.

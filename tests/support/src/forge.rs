@@ -155,6 +155,89 @@ impl Random {
         n.as_vec3().extend(self.signed() as f32 * 30.0)
     }
 
+    fn cell(&mut self) -> FileCell {
+        FileCell {
+            name: self.text(),
+            source: self.source(),
+            open: self.below(2) == 1,
+            pieces: (0..self.below(3)).map(|_| (0..self.below(8)).map(|_| self.plane()).collect()).collect(),
+        }
+    }
+
+    /// A portal between two of these cells, of which there are two or more.
+    fn portal(&mut self, cells: usize) -> FilePortal {
+        let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
+        let from = self.below(cells);
+        let to = (from + 1 + self.below(cells - 1)) % cells;
+        FilePortal {
+            cells: [CellId(from as u32), CellId(to as u32)],
+            plane: self.plane(),
+            winding: (0..3 + self.below(4)).map(|_| self.point().as_vec3()).collect(),
+            kind: kinds[self.below(3)],
+            state: self.state(),
+            source: self.source(),
+        }
+    }
+
+    fn object(&mut self) -> FileObject {
+        let (a, b) = (self.point().as_vec3(), self.point().as_vec3());
+        FileObject { node: self.text(), triangles: 1 + self.below(300) as u32, bounds: [Vec3::min(a, b), Vec3::max(a, b)] }
+    }
+
+    fn placed_box(&mut self) -> PlacedBox {
+        // Least, then greatest.
+        let mut corners: [[u8; 3]; 2] = std::array::from_fn(|_| std::array::from_fn(|_| self.below(256) as u8));
+        (0..3).for_each(|axis| {
+            let [a, b] = corners.map(|corner| corner[axis]);
+            (corners[0][axis], corners[1][axis]) = (a.min(b), a.max(b));
+        });
+        let [[a, b, c], [d, e, f]] = corners;
+        PlacedBox([a, b, c, d, e, f])
+    }
+
+    fn repair(&mut self, cells: usize) -> Repair {
+        Repair {
+            cells: [CellId(self.below(cells) as u32), CellId(self.below(cells) as u32)],
+            at: self.point(),
+            segment: [self.point(), self.point()],
+        }
+    }
+
+    /// A witness for each pair.
+    fn witnesses(&mut self, lower: &BitMatrix) -> Vec<Witness> {
+        let pairs = (0..lower.rows()).flat_map(|cell| lower.ones(cell).map(move |object| (cell, object)));
+        let witness = |(cell, object)| Witness {
+            cell: CellId(cell as u32),
+            object: ObjectId(object as u32),
+            from: self.point(),
+            to: self.point(),
+        };
+        pairs.map(witness).collect()
+    }
+
+    fn stats(&mut self) -> PvsStats {
+        PvsStats {
+            rays: self.word(),
+            cubes: 3,
+            flow_steps: self.word(),
+            flow_over_budget: 1,
+            kept_unproven: 2,
+            left_out_unproven: 3,
+            contradictions: self.word(),
+        }
+    }
+
+    /// A lower set within an upper set.
+    fn sides(&mut self, rows: usize, columns: usize, eighths: usize) -> [BitMatrix; 2] {
+        let (upper, mut lower) = (self.matrix(rows, columns, eighths), BitMatrix::new(rows, columns));
+        for row in 0..rows {
+            upper.ones(row).filter(|_| self.below(4) > 0).for_each(|column| {
+                lower.set(row, column);
+            });
+        }
+        [lower, upper]
+    }
+
     /// Bits set with a probability of `eighths` / 8, and the diagonal.
     pub fn matrix(&mut self, rows: usize, columns: usize, eighths: usize) -> BitMatrix {
         let mut out = BitMatrix::new(rows, columns);
@@ -178,63 +261,44 @@ pub struct Shape {
     pub keep_bounds: bool,
 }
 
+/// The rows that a file has of two sets; none where every pair is in them.
+fn shipped(guarantee: Guarantee, [lower, upper]: [&BitMatrix; 2]) -> Option<BitMatrix> {
+    let rows = if guarantee == Guarantee::Conservative { upper } else { lower };
+    (rows.count_ones() < (rows.rows() * rows.columns()) as u64).then(|| rows.clone())
+}
+
+/// Undecided pairs by their reasons; none where all are decided.
+fn gap(pairs: &PairCounts) -> Option<Gap> {
+    (pairs.upper > pairs.lower).then(|| {
+        let undecided = pairs.upper - pairs.lower;
+        let part = undecided / 3;
+        Gap { closed_upper: pairs.upper, tolerance: part, inside: part, budget: undecided - 2 * part, open: 0 }
+    })
+}
+
 /// A file whose fields agree with each other and are otherwise anything.
 pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
     let r = &mut Random::new(seed);
     let Shape { cells, objects, .. } = shape;
     let portals = if cells > 1 { shape.portals } else { 0 };
     let density = r.below(9);
-    let mut sides = |columns: usize| {
-        let (upper, mut lower) = (r.matrix(cells, columns, density), BitMatrix::new(cells, columns));
-        for row in 0..cells {
-            upper.ones(row).for_each(|column| {
-                if r.below(4) > 0 {
-                    lower.set(row, column);
-                }
-            });
-        }
-        [lower, upper]
-    };
-    let ([cells_lower, cells_upper], [objects_lower, objects_upper]) = (sides(cells), sides(objects));
+    let [cells_lower, cells_upper] = r.sides(cells, cells, density);
+    let [objects_lower, objects_upper] = r.sides(cells, objects, density);
     let guarantee = if r.below(2) == 0 { Guarantee::Conservative } else { Guarantee::Sampled };
-    let shipped = |lower: &BitMatrix, upper: &BitMatrix| {
-        let rows = if guarantee == Guarantee::Conservative { upper } else { lower };
-        (rows.count_ones() < (rows.rows() * rows.columns()) as u64).then(|| rows.clone())
-    };
     let pairs = PairCounts {
         lower: objects_lower.count_ones(),
         upper: objects_upper.count_ones(),
         cell_lower: cells_lower.count_ones(),
         cell_upper: cells_upper.count_ones(),
     };
-    let (cell_rows, object_rows) = (shipped(&cells_lower, &cells_upper), shipped(&objects_lower, &objects_upper));
-    let witnesses = (0..cells)
-        .flat_map(|cell| objects_lower.ones(cell).map(move |object| (cell, object)).collect::<Vec<_>>())
-        .map(|(cell, object)| Witness {
-            cell: CellId(cell as u32),
-            object: ObjectId(object as u32),
-            from: r.point(),
-            to: r.point(),
-        })
-        .collect();
+    let cell_rows = shipped(guarantee, [&cells_lower, &cells_upper]);
+    let object_rows = shipped(guarantee, [&objects_lower, &objects_upper]);
+    let witnesses = r.witnesses(&objects_lower);
     let bounds = Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses };
     let strategies = [Strategy::Authored, Strategy::Plan, Strategy::Given, Strategy::Bsp];
-    let kinds = [PortalKind::Door, PortalKind::Window, PortalKind::Opening];
     let placement = r.matrix(cells, objects, 1);
-    let placed = (placement.count_ones() > 0 && r.below(2) == 1).then(|| {
-        (0..placement.count_ones())
-            .map(|_| {
-                // Least, then greatest.
-                let mut corners: [[u8; 3]; 2] = std::array::from_fn(|_| std::array::from_fn(|_| r.below(256) as u8));
-                (0..3).for_each(|axis| {
-                    let [a, b] = corners.map(|corner| corner[axis]);
-                    (corners[0][axis], corners[1][axis]) = (a.min(b), a.max(b));
-                });
-                let [[a, b, c], [d, e, f]] = corners;
-                PlacedBox([a, b, c, d, e, f])
-            })
-            .collect()
-    });
+    let placed = (placement.count_ones() > 0 && r.below(2) == 1)
+        .then(|| (0..placement.count_ones()).map(|_| r.placed_box()).collect());
     PvsFile {
         model_hash: u128::from(r.word()) << 64 | u128::from(r.word()),
         origin: r.point().round(),
@@ -245,62 +309,19 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         smallest_hole: r.signed().abs(),
         left_out: (0..r.below(4)).map(|_| r.text()).collect(),
         notes: (0..r.below(4)).map(|_| r.text()).collect(),
-        cells: (0..cells)
-            .map(|_| FileCell {
-                name: r.text(),
-                source: r.source(),
-                open: r.below(2) == 1,
-                pieces: (0..r.below(3)).map(|_| (0..r.below(8)).map(|_| r.plane()).collect()).collect(),
-            })
-            .collect(),
-        portals: (0..portals)
-            .map(|_| {
-                let from = r.below(cells);
-                let to = (from + 1 + r.below(cells - 1)) % cells;
-                FilePortal {
-                    cells: [CellId(from as u32), CellId(to as u32)],
-                    plane: r.plane(),
-                    winding: (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect(),
-                    kind: kinds[r.below(3)],
-                    state: r.state(),
-                    source: r.source(),
-                }
-            })
-            .collect(),
-        objects: (0..objects)
-            .map(|_| {
-                let (a, b) = (r.point().as_vec3(), r.point().as_vec3());
-                FileObject { node: r.text(), triangles: 1 + r.below(300) as u32, bounds: [Vec3::min(a, b), Vec3::max(a, b)] }
-            })
-            .collect(),
+        cells: (0..cells).map(|_| r.cell()).collect(),
+        portals: (0..portals).map(|_| r.portal(cells)).collect(),
+        objects: (0..objects).map(|_| r.object()).collect(),
         placement,
         placed,
         cell_rows,
         object_rows,
         bounds: shape.keep_bounds.then_some(bounds),
         pairs,
-        repairs: (0..if cells > 0 { r.below(3) } else { 0 })
-            .map(|_| Repair {
-                cells: [CellId(r.below(cells) as u32), CellId(r.below(cells) as u32)],
-                at: r.point(),
-                segment: [r.point(), r.point()],
-            })
-            .collect(),
+        repairs: (0..if cells > 0 { r.below(3) } else { 0 }).map(|_| r.repair(cells)).collect(),
         unseen: None,
-        gap: (pairs.upper > pairs.lower).then(|| {
-            let undecided = pairs.upper - pairs.lower;
-            let part = undecided / 3;
-            Gap { closed_upper: pairs.upper, tolerance: part, inside: part, budget: undecided - 2 * part, open: 0 }
-        }),
-        stats: PvsStats {
-            rays: r.word(),
-            cubes: 3,
-            flow_steps: r.word(),
-            flow_over_budget: 1,
-            kept_unproven: 2,
-            left_out_unproven: 3,
-            contradictions: r.word(),
-        },
+        gap: gap(&pairs),
+        stats: r.stats(),
         views: views(r, objects, guarantee, shape.keep_bounds),
         closed_holes: (0..r.below(3)).map(|_| (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect()).collect(),
         clusters: if r.below(2) > 0 { (0..cells).map(|_| 1 + r.below(9) as u32).collect() } else { Vec::new() },
@@ -314,14 +335,8 @@ fn views(r: &mut Random, objects: usize, guarantee: Guarantee, keep_bounds: bool
         return Views::default();
     }
     let density = r.below(9);
-    let (upper, mut lower) = (r.matrix(n, objects, density), BitMatrix::new(n, objects));
-    for row in 0..n {
-        upper.ones(row).filter(|_| r.below(4) > 0).for_each(|column| {
-            lower.set(row, column);
-        });
-    }
-    let shipped = if guarantee == Guarantee::Conservative { &upper } else { &lower };
-    let rows = (shipped.count_ones() < (n * objects) as u64).then(|| shipped.clone());
+    let [lower, upper] = r.sides(n, objects, density);
+    let rows = shipped(guarantee, [&lower, &upper]);
     let pieces = |r: &mut Random| (0..r.below(3)).map(|_| (0..r.below(8)).map(|_| r.plane()).collect()).collect();
     let cells = (0..n).map(|i| FileViewCell { id: format!("{i}{}", r.text()).as_str().into(), pieces: pieces(r) }).collect();
     let witnesses = (0..lower.count_ones()).map(|_| [r.point(), r.point()]).collect();

@@ -48,37 +48,53 @@ impl Grid {
             doors: [(); 3].map(|()| vec![Vec::new(); rooms]),
             objects: Vec::new(),
         };
-        let border = |at: [usize; 3]| (0..3).any(|axis| size[axis] > 1 && (at[axis] == 0 || at[axis] + 1 == size[axis]));
+        grid.join_rooms(recipe, &mut random);
+        grid.cut_doors(recipe, &mut random);
+        grid.put_objects(recipe, &mut random);
+        grid
+    }
+
+    /// Whether a room is at the border.
+    fn is_outer(&self, room: usize) -> bool {
+        let (size, at) = (self.size, self.at(room));
+        (0..3).any(|axis| size[axis] > 1 && (at[axis] == 0 || at[axis] + 1 == size[axis]))
+    }
+
+    /// Makes some rooms one cell, and numbers cells from 0.
+    fn join_rooms(&mut self, recipe: Recipe, random: &mut Random) {
+        let rooms = self.cell.len();
         if recipe.outside {
-            let first = (0..rooms).find(|&r| border(grid.at(r))).expect("a border");
-            let ring: Vec<usize> = (0..rooms).filter(|&r| border(grid.at(r))).collect();
-            ring.into_iter().for_each(|r| grid.cell[r] = first);
+            let ring: Vec<usize> = (0..rooms).filter(|&r| self.is_outer(r)).collect();
+            ring.iter().for_each(|&r| self.cell[r] = ring[0]);
         }
         for axis in 0..3 {
             for room in 0..rooms {
-                if let Some(next) = grid.next(room, axis)
-                    && !(recipe.outside && (border(grid.at(room)) || border(grid.at(next))))
+                if let Some(next) = self.next(room, axis)
+                    && !(recipe.outside && (self.is_outer(room) || self.is_outer(next)))
                     && random.chance(recipe.joined)
                 {
-                    let (from, to) = (grid.cell[next], grid.cell[room]);
-                    grid.cell.iter_mut().filter(|c| **c == from).for_each(|c| *c = to);
+                    let (from, to) = (self.cell[next], self.cell[room]);
+                    self.cell.iter_mut().filter(|c| **c == from).for_each(|c| *c = to);
                 }
             }
         }
-        let mut names: Vec<usize> = grid.cell.clone();
+        let mut names: Vec<usize> = self.cell.clone();
         names.sort_unstable();
         names.dedup();
-        grid.cells = names.len();
-        for c in &mut grid.cell {
+        self.cells = names.len();
+        for c in &mut self.cell {
             *c = names.binary_search(c).expect("every cell has a name");
         }
+    }
+
+    fn cut_doors(&mut self, recipe: Recipe, random: &mut Random) {
         for axis in 0..3 {
-            for room in 0..rooms {
-                let Some(next) = grid.next(room, axis) else { continue };
+            for room in 0..self.cell.len() {
+                let Some(next) = self.next(room, axis) else { continue };
                 // Some walls have two doors, so that a line may leave a cell and come back.
                 for _ in 0..1 + usize::from(random.chance(0.2)) {
-                    if grid.cell[room] != grid.cell[next] && random.chance(recipe.doors) {
-                        let mut door = grid.bounds(room);
+                    if self.cell[room] != self.cell[next] && random.chance(recipe.doors) {
+                        let mut door = self.bounds(room);
                         door.min[axis] = door.max[axis];
                         for k in (0..3).filter(|&k| k != axis) {
                             let (low, high) = (door.min[k], door.max[k]);
@@ -86,21 +102,23 @@ impl Grid {
                             door.min[k] = random.real(low, high - width);
                             door.max[k] = door.min[k] + width;
                         }
-                        if !grid.doors[axis][room].iter().any(|d| d.touches(&door)) {
-                            grid.doors[axis][room].push(door);
+                        if !self.doors[axis][room].iter().any(|d| d.touches(&door)) {
+                            self.doors[axis][room].push(door);
                         }
                     }
                 }
             }
         }
+    }
+
+    fn put_objects(&mut self, recipe: Recipe, random: &mut Random) {
         for _ in 0..recipe.objects {
-            let room = random.below(rooms);
-            let b = grid.bounds(room);
+            let room = random.below(self.cell.len());
+            let b = self.bounds(room);
             let corner = |random: &mut Random| b.min + b.size() * DVec3::from([(); 3].map(|()| random.real(0.0, 1.0)));
-            let (p, q) = (corner(&mut random), corner(&mut random));
-            grid.objects.push((Aabb::of([p, p.lerp(q, 0.2)]), room));
+            let (p, q) = (corner(random), corner(random));
+            self.objects.push((Aabb::of([p, p.lerp(q, 0.2)]), room));
         }
-        grid
     }
 
     pub fn at(&self, room: usize) -> [usize; 3] {

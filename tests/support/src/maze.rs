@@ -58,46 +58,57 @@ impl Grid {
             blocked: BTreeSet::new(),
             mirrors: Vec::new(),
         };
+        let group = grid.open_walls(random);
+        let mut names: Vec<usize> = group.clone();
+        names.sort();
+        names.dedup();
+        grid.cell_of = group.iter().map(|g| CellId(names.binary_search(g).unwrap() as u32)).collect();
+        grid.put_things(random);
+        grid
+    }
+
+    /// Opens some walls and puts doors into others. Returns a number of each box that those of one cell share.
+    fn open_walls(&mut self, random: &mut Places) -> Vec<usize> {
+        let n = self.faces.len();
         let mut group: Vec<usize> = (0..n).collect();
         for i in 0..n {
             for axis in 0..3 {
-                let Some(next) = grid.next(i, axis, true) else { continue };
-                let ((a, b), choice) = (grid.bounds(i), random.unit());
+                let Some(next) = self.next(i, axis, true) else { continue };
+                let ((a, b), choice) = (self.bounds(i), random.unit());
                 if choice < 0.25 {
-                    grid.faces[i][axis] = Face::Open;
+                    self.faces[i][axis] = Face::Open;
                     let (from, to) = (group[next], group[i]);
                     group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
                 } else if choice < 0.75 {
                     let (u, v) = (random.between(a, b), random.between(a, b));
                     let (mut low, mut high) = (u.min(v), u.max(v));
                     (low[axis], high[axis]) = (b[axis], b[axis]);
-                    grid.faces[i][axis] = Face::Door(low, high);
+                    self.faces[i][axis] = Face::Door(low, high);
                 }
             }
         }
         // A door within one cell would be a hole in its own wall: walled up.
         for i in 0..n {
             for axis in 0..3 {
-                if let (Face::Door(..), Some(next)) = (grid.faces[i][axis], grid.next(i, axis, true))
+                if let (Face::Door(..), Some(next)) = (self.faces[i][axis], self.next(i, axis, true))
                     && group[i] == group[next]
                 {
-                    grid.faces[i][axis] = Face::Wall;
+                    self.faces[i][axis] = Face::Wall;
                 }
             }
         }
-        let mut names: Vec<usize> = group.clone();
-        names.sort();
-        names.dedup();
-        grid.cell_of = group.iter().map(|g| CellId(names.binary_search(g).unwrap() as u32)).collect();
+        group
+    }
+
+    fn put_things(&mut self, random: &mut Places) {
         for _ in 0..60 {
-            let i = random.below(n);
-            let (a, b) = grid.bounds(i);
+            let i = random.below(self.faces.len());
+            let (a, b) = self.bounds(i);
             let (a, b) = (a.lerp(b, 0.01), a.lerp(b, 0.99));
             let (u, v) = (random.between(a, b), random.between(a, b));
-            grid.things.push((i, u, u.lerp(v, 0.3)));
+            self.things.push((i, u, u.lerp(v, 0.3)));
         }
-        grid.things.iter_mut().for_each(|t| (t.1, t.2) = (t.1.min(t.2), t.1.max(t.2)));
-        grid
+        self.things.iter_mut().for_each(|t| (t.1, t.2) = (t.1.min(t.2), t.1.max(t.2)));
     }
 
     fn place(&self, i: usize) -> [usize; 3] {

@@ -221,10 +221,26 @@ pub struct Face {
     pub leaf: usize,
 }
 
+fn number(n: usize) -> [u8; 4] {
+    (n as i32).to_le_bytes()
+}
+
+/// Textures of these names, and a plain alignment of each.
+fn put_textures(lumps: &mut [Vec<u8>], names: &[&str]) {
+    lumps[2] = number(names.len()).to_vec();
+    (0..names.len()).for_each(|i| lumps[2].extend(number(4 + 4 * names.len() + 40 * i)));
+    lumps[6].clear();
+    for (i, name) in names.iter().enumerate() {
+        let mut texture = name.as_bytes().to_vec();
+        texture.resize(40, 0);
+        lumps[2].extend(texture);
+        lumps[6].extend([&[0; 32][..], &number(i), &number(0)].concat());
+    }
+}
+
 /// A bsp29 as [`bsp`] writes it, with other faces (of the world, then of each brush model) and entities.
 pub fn with_faces(file: &[u8], models: &[Vec<Face>], entities: &str) -> Vec<u8> {
     let mut lumps = lumps(file);
-    let number = |n: usize| (n as i32).to_le_bytes();
     let short = |n: usize| (n as u16).to_le_bytes();
     let names: Vec<&str> = models.iter().flatten().map(|f| f.texture).collect();
     let mut textures = names.clone();
@@ -232,15 +248,7 @@ pub fn with_faces(file: &[u8], models: &[Vec<Face>], entities: &str) -> Vec<u8> 
     textures.dedup();
 
     lumps[0] = [entities.as_bytes(), &[0]].concat();
-    lumps[2] = number(textures.len()).to_vec();
-    (0..textures.len()).for_each(|i| lumps[2].extend(number(4 + 4 * textures.len() + 40 * i)));
-    lumps[6].clear();
-    for (i, name) in textures.iter().enumerate() {
-        let mut texture = name.as_bytes().to_vec();
-        texture.resize(40, 0);
-        lumps[2].extend(texture);
-        lumps[6].extend([&[0; 32][..], &number(i), &number(0)].concat());
-    }
+    put_textures(&mut lumps, &textures);
     let mut named = vec![Vec::new(); lumps[10].len() / 28];
     (lumps[3], lumps[7], lumps[11], lumps[12], lumps[13]) = (vec![], vec![], vec![], vec![0; 4], vec![]);
     let (mut vertices, mut faces) = (0, 0);

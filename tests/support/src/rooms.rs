@@ -79,16 +79,21 @@ pub fn graph(pieces: Vec<Vec<Piece>>, portals: Vec<Portal>) -> CellGraph {
     graph
 }
 
-/// `n` x `n` rooms of 4 m with 0.2 m walls; a door in the middle of every wall between neighbours; a ball in every room, and
-/// more of them where `rings` is large. Doorways belong to the room on their low side.
-pub fn office(n: u32, rings: u32) -> (Scene, CellGraph) {
-    let (pitch, wall, height) = (4.2, 0.2, 2.6);
+/// Sizes of [`office`]: from room to room, of walls, of rooms.
+const OFFICE: [f64; 3] = [4.2, 0.2, 2.6];
+
+/// x and z for each other, or not.
+fn swap(flip: bool, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    if flip { [z, y, x] } else { [x, y, z] }
+}
+
+fn office_meshes(n: u32, rings: u32) -> Vec<Mesh> {
+    let [pitch, wall, height] = OFFICE;
     let side = f64::from(n) * pitch + wall;
     let mut meshes = vec![
         solid("floor", [0.0, -0.2, 0.0], [side, 0.0, side]),
         solid("ceiling", [0.0, height, 0.0], [side, height + 0.2, side]),
     ];
-    let swap = |flip: bool, p: [f64; 3]| if flip { [p[2], p[1], p[0]] } else { p };
     for flip in [false, true] {
         for i in 0..=n {
             for j in 0..n {
@@ -117,7 +122,14 @@ pub fn office(n: u32, rings: u32) -> (Scene, CellGraph) {
             meshes.push(ball(&format!("lamp {i} {j}"), centre + DVec3::new(2.0, 1.6, 2.0), 0.2, rings / 2 + 1));
         }
     }
-    let scene = scene(meshes);
+    meshes
+}
+
+/// `n` x `n` rooms of 4 m with 0.2 m walls; a door in the middle of every wall between neighbours; a ball in every room, and
+/// more of them where `rings` is large. Doorways belong to the room on their low side.
+pub fn office(n: u32, rings: u32) -> (Scene, CellGraph) {
+    let [pitch, wall, height] = OFFICE;
+    let scene = scene(office_meshes(n, rings));
     let origin = scene.origin;
     let id = |i: u32, j: u32| i * n + j;
     let (mut pieces, mut portals) = (Vec::new(), Vec::new());
