@@ -186,6 +186,11 @@ fn compression_clauses() {
     refused_after("section cells, byte 0: can't be decompressed", |f| as_cells(f, b"no zstd".to_vec(), 9));
 }
 
+/// What is before the flags of the options in `meta`, and what is behind the unit and the radius, which may be there or not.
+fn around_options(meta: &[u8]) -> [&[u8]; 2] {
+    [&meta[..37], &meta[38 + 8 * (meta[37] & 3).count_ones() as usize..]]
+}
+
 #[test]
 fn meta_clauses() {
     let nan = f64::NAN.to_le_bytes();
@@ -195,10 +200,9 @@ fn meta_clauses() {
     refused_with(META, 32, &[6], "section meta, byte 32: strategy 6, of which there are 6");
     refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
     refused_with(META, 37, &[32], "section meta, byte 37: flags 32");
-    // The rest is behind the unit, which may be there or not.
     let mut f = forged();
     let content = f.decoded(META);
-    let (head, rest) = (&content[..37], &content[38 + 8 * (content[37] & 3).count_ones() as usize..]);
+    let [head, rest] = around_options(&content);
     for (unit, what) in [(0.0f64, "not above 0 metres"), (-2.0, "not above 0 metres"), (f64::NAN, "not finite")] {
         refused_as(META, &[head, &[1], &unit.to_le_bytes(), rest], "section meta, byte 38: a ");
         refused_as(META, &[head, &[1], &unit.to_le_bytes(), rest], what);
@@ -217,7 +221,12 @@ fn meta_clauses() {
     assert_eq!(read(&mut f, &[&[7], &foot, &inch]), (Some(0.3048), Some(0.0254), false));
     assert_eq!(read(&mut f, &[&[2], &inch]), (None, Some(0.0254), true));
     assert_eq!(read(&mut f, &[&[0]]), (None, None, true));
+}
 
+#[test]
+fn clauses_of_counts_in_meta() {
+    let content = forged().decoded(META);
+    let [head, rest] = around_options(&content);
     let (counts, pairs, reason) = (&rest[..12], &rest[12..44], &rest[44..]);
     let more = |at: usize| {
         let mut counts = counts.to_vec();
@@ -240,26 +249,14 @@ fn meta_clauses() {
     // Fewer pairs than the rows have.
     let real = |i: usize| u64::from_le_bytes(pairs[8 * i..8 * i + 8].try_into().unwrap());
     let [lower, upper, cell_lower, cell_upper] = [real(0), real(1), real(2), real(3)];
-    refused_as(
-        META,
-        &[head, &[0], counts, &numbers([lower, upper - 1, cell_lower, cell_upper]), reason],
-        "section object-rows",
-    );
-    refused_as(
-        META,
-        &[head, &[0], counts, &numbers([lower, upper, cell_lower, cell_upper - 1]), reason],
-        "section cell-rows",
-    );
-    refused_as(
-        META,
-        &[head, &[0], counts, &numbers([lower - 1, upper, cell_lower, cell_upper]), reason],
-        "section object-bounds",
-    );
-    refused_as(
-        META,
-        &[head, &[0], counts, &numbers([lower, upper, cell_lower - 1, cell_upper]), reason],
-        "section cell-bounds",
-    );
+    for (fewer, section) in [
+        ([lower, upper - 1, cell_lower, cell_upper], "object-rows"),
+        ([lower, upper, cell_lower, cell_upper - 1], "cell-rows"),
+        ([lower - 1, upper, cell_lower, cell_upper], "object-bounds"),
+        ([lower, upper, cell_lower - 1, cell_upper], "cell-bounds"),
+    ] {
+        refused_as(META, &[head, &[0], counts, &numbers(fewer), reason], &format!("section {section}"));
+    }
 }
 
 const NO_NAME: &[u8] = &[0, 0, 0, 0];

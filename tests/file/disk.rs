@@ -12,8 +12,8 @@ use glam::DVec3;
 use std::path::Path;
 use testing::forge::sample;
 
-/// Two rooms of 4 x 3 x 4 m joined by a door at x = 0 (scene coordinates); a wall beside the door, and a chair in each room.
-fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
+/// A wall, a chair and a table.
+fn things() -> Scene {
     let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
     let triangle = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 0.1, 0.0, 1.0), DVec3::new(x, 1.0, 0.1)].to_vec();
     for (node, x) in [("wall", 1000.0), ("chair", 998.0), ("table", 1001.9)] {
@@ -26,7 +26,11 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         };
         builder.add(mesh).unwrap();
     }
-    let scene = builder.finish("two rooms").unwrap();
+    builder.finish("two rooms").unwrap()
+}
+
+/// Two rooms of 4 x 3 x 4 m joined by a door at x = 0 (scene coordinates).
+fn rooms() -> CellGraph {
     let room = |name: &str, min: [f64; 3], max: [f64; 3]| {
         let (min, max) = (DVec3::from_array(min), DVec3::from_array(max));
         let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
@@ -51,6 +55,12 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         notes: vec![Note::taken("a note")],
     };
     graph.link();
+    graph
+}
+
+/// The two rooms; the wall beside the door, and a chair in each room.
+fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
+    let scene = things();
     let matrix = |columns: usize, set: &[(usize, usize)]| {
         let mut m = BitMatrix::new(2, columns);
         set.iter().for_each(|&(row, column)| assert!(m.set(row, column)));
@@ -58,7 +68,7 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
     };
     let lower = [(0, 0), (0, 1), (1, 0), (1, 2)];
     let pvs = Pvs {
-        graph,
+        graph: rooms(),
         cells_lower: matrix(2, &[(0, 0), (1, 1)]),
         cells_upper: matrix(2, &[(0, 0), (0, 1), (1, 0), (1, 1)]),
         objects_lower: matrix(3, &lower),

@@ -58,35 +58,42 @@ fn decode(bytes: &[u8], rows: usize, columns: usize) -> Result<BitMatrix, FileEr
     RowReader::new(SectionId::ObjectRows, bytes, rows, columns)?.matrix()
 }
 
+fn refuse(bytes: &[u8], [rows, columns]: [usize; 2], expected: &str) {
+    let message = decode(bytes, rows, columns).expect_err(expected).to_string();
+    assert!(message.starts_with("section object-rows, byte ") && message.contains(expected), "{message} / {expected}");
+}
+
+/// Refuses [`Coded::sample`] after a change.
+fn refuse_after(change: impl FnOnce(&mut Coded<'_>), expected: &str) {
+    let mut coded = Coded::sample();
+    change(&mut coded);
+    refuse(&coded.bytes(), [3, 10], expected);
+}
+
 #[test]
 fn matrix_clauses() {
     let matrix = decode(&Coded::sample().bytes(), 3, 10).unwrap();
     let rows: Vec<Vec<usize>> = (0..3).map(|row| matrix.ones(row).collect()).collect();
     assert_eq!(rows, [vec![0, 1, 9], vec![0, 1, 9], vec![0, 1, 2, 3, 9]]);
 
-    let refuse = |bytes: &[u8], expected: &str| {
-        let message = decode(bytes, 3, 10).expect_err(expected).to_string();
-        assert!(message.starts_with("section object-rows, byte ") && message.contains(expected), "{message} / {expected}");
-    };
-    let coded = |change: &dyn Fn(&mut Coded<'_>), expected: &str| {
-        let mut coded = Coded::sample();
-        change(&mut coded);
-        refuse(&coded.bytes(), expected);
-    };
-    coded(&|c| c.shape[0] = 4, "a matrix of 4 rows, 3 expected");
-    coded(&|c| c.shape[1] = u32::MAX, "a matrix of 4294967295 columns, 10 expected");
-    coded(&|c| c.unique = 0, "0 distinct rows of 3");
-    coded(&|c| c.unique = 4, "4 distinct rows of 3");
-    coded(&|c| c.block_rows = 0, "blocks of 0 rows");
-    coded(&|c| c.block_rows = 4097, "blocks of 4097 rows");
-    coded(&|c| c.map = &[0, 2, 0], "a copy of distinct row 1, of which 1 came before");
-    coded(&|c| c.map = &[0, 1, 1], "1 distinct rows, 2 declared");
-    coded(&|c| c.map = &[0, 1], "1 bytes expected, 0 left");
-    coded(&|c| c.map = &[0, 1, 0, 0], "1 bytes too many");
-    coded(&|c| c.map = &[0, 0x81, 0, 0], "a number not in its shortest form");
-    coded(&|c| c.map = &[0, 0xff, 0xff, 0xff, 0xff, 0x10], "a number beyond 32 bits");
-    coded(&|c| c.map = &[0, 0xff, 0xff, 0xff, 0xff, 0xff, 1], "a number beyond 32 bits");
-    let first = |row: &[u8], expected: &str| coded(&|c| c.block = block([row, &[0, 0]]), expected);
+    refuse_after(|c| c.shape[0] = 4, "a matrix of 4 rows, 3 expected");
+    refuse_after(|c| c.shape[1] = u32::MAX, "a matrix of 4294967295 columns, 10 expected");
+    refuse_after(|c| c.unique = 0, "0 distinct rows of 3");
+    refuse_after(|c| c.unique = 4, "4 distinct rows of 3");
+    refuse_after(|c| c.block_rows = 0, "blocks of 0 rows");
+    refuse_after(|c| c.block_rows = 4097, "blocks of 4097 rows");
+    refuse_after(|c| c.map = &[0, 2, 0], "a copy of distinct row 1, of which 1 came before");
+    refuse_after(|c| c.map = &[0, 1, 1], "1 distinct rows, 2 declared");
+    refuse_after(|c| c.map = &[0, 1], "1 bytes expected, 0 left");
+    refuse_after(|c| c.map = &[0, 1, 0, 0], "1 bytes too many");
+    refuse_after(|c| c.map = &[0, 0x81, 0, 0], "a number not in its shortest form");
+    refuse_after(|c| c.map = &[0, 0xff, 0xff, 0xff, 0xff, 0x10], "a number beyond 32 bits");
+    refuse_after(|c| c.map = &[0, 0xff, 0xff, 0xff, 0xff, 0xff, 1], "a number beyond 32 bits");
+}
+
+#[test]
+fn clauses_of_blocks() {
+    let first = |row: &[u8], expected: &str| refuse_after(|c| c.block = block([row, &[0, 0]]), expected);
     first(&[3, 0], "a reference 1 rows back from row 0");
     first(&[0, 1, 10], "column 10, of which there are 10");
     first(&[0, 2, 9, 0], "column 10, of which there are 10");
@@ -96,11 +103,15 @@ fn matrix_clauses() {
     first(&[1, 0xff, 0x04], "bits beyond the last column");
     first(&[1, 0xff], "2 bytes expected, 1 left");
     first(&[0, 0, 0], "1 bytes too many");
-    coded(&|c| c.block.push(0), "1 bytes too many");
-    coded(&|c| c.block[0] = 11, "11 bytes expected, 10 left");
-    coded(&|c| c.block = vec![0x80], "1 bytes expected, 0 left");
+    refuse_after(|c| c.block.push(0), "1 bytes too many");
+    refuse_after(|c| c.block[0] = 11, "11 bytes expected, 10 left");
+    refuse_after(|c| c.block = vec![0x80], "1 bytes expected, 0 left");
+}
 
+#[test]
+fn clauses_of_lengths() {
     let whole = Coded::sample().bytes();
+    let refuse = |bytes: &[u8], expected: &str| refuse(bytes, [3, 10], expected);
     // Two bytes of size, then the code.
     let mut unknown = whole.clone();
     unknown[2] = 4;
@@ -132,24 +143,20 @@ fn modelled(shape: [u32; 2], rows: u32, bits: &[u8]) -> Vec<u8> {
 fn clauses_of_rows_bit_by_bit() {
     // The end of the interval is a clear bit, always: no references and no bits. Twenty unlikely bits settle no byte.
     assert_eq!(decode(&modelled([2, 10], 2, &[0xff]), 2, 10).unwrap(), BitMatrix::new(2, 10));
-    let refuse = |bytes: &[u8], expected: &str| {
-        let message = decode(bytes, 2, 10).expect_err(expected).to_string();
-        assert!(message.starts_with("section object-rows, byte ") && message.contains(expected), "{message} / {expected}");
-    };
     // Its start is a set bit, always: the longest reference there is, as zeros or as no bytes at all.
-    refuse(&modelled([2, 10], 2, &[0]), "a reference 254 rows back from row 0");
-    refuse(&modelled([2, 10], 2, &[]), "a reference 254 rows back from row 0");
-    refuse(&modelled([2, 10], 2, &[0xff, 0xff]), "block 0 doesn't end with its last row");
-    refuse(&modelled([2, 10], 2, &[0xff, 0]), "block 0 doesn't end with its last row");
-    refuse(&modelled([2, 10], 2, &[0xfe]), "block 0 doesn't end with its last row");
-    refuse(&modelled([2, 10], 0, &[0xff]), "a block of 0 rows from row 0 of 2");
-    refuse(&modelled([2, 10], 3, &[0xff]), "a block of 3 rows from row 0 of 2");
-    refuse(&modelled([2, 10], 1, &[0xff]), "1 bytes expected, 0 left");
+    refuse(&modelled([2, 10], 2, &[0]), [2, 10], "a reference 254 rows back from row 0");
+    refuse(&modelled([2, 10], 2, &[]), [2, 10], "a reference 254 rows back from row 0");
+    refuse(&modelled([2, 10], 2, &[0xff, 0xff]), [2, 10], "block 0 doesn't end with its last row");
+    refuse(&modelled([2, 10], 2, &[0xff, 0]), [2, 10], "block 0 doesn't end with its last row");
+    refuse(&modelled([2, 10], 2, &[0xfe]), [2, 10], "block 0 doesn't end with its last row");
+    refuse(&modelled([2, 10], 0, &[0xff]), [2, 10], "a block of 0 rows from row 0 of 2");
+    refuse(&modelled([2, 10], 3, &[0xff]), [2, 10], "a block of 3 rows from row 0 of 2");
+    refuse(&modelled([2, 10], 1, &[0xff]), [2, 10], "1 bytes expected, 0 left");
     let mut flags = modelled([2, 10], 2, &[0xff]);
     flags[3] = 1;
-    refuse(&flags, "a symmetric matrix, not of cells");
+    refuse(&flags, [2, 10], "a symmetric matrix, not of cells");
     flags[3] = 2;
-    refuse(&flags, "a flag 2, of which there are 2");
+    refuse(&flags, [2, 10], "a flag 2, of which there are 2");
     let long = modelled([2, 2000], 2, &[0xff]);
     let message = decode(&long, 2, 2000).expect_err("too many steps").to_string();
     assert!(message.contains("row 0 takes more than 5600 steps"), "{message}");

@@ -116,6 +116,28 @@ pub struct Report {
     pub seconds: f64,
 }
 
+impl Report {
+    /// Adds a mutant that took this long and so many bytes of memory.
+    fn add(&mut self, number: u64, took: Duration, taken: u64, found: std::thread::Result<Run>) {
+        self.slowest = self.slowest.max(took);
+        match found {
+            Ok(run) => {
+                self.accepted += u64::from(run.accepted);
+                self.memory = self.memory.max((taken, run.length));
+                if taken > run.promised {
+                    let what = format!("{taken} bytes of memory for a file of {}, {} promised", run.length, run.promised);
+                    self.faults.insert(number, what);
+                }
+            }
+            Err(panic) => {
+                let text = panic.downcast_ref::<String>().cloned();
+                let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+                self.faults.insert(number, format!("panic: {}", text.unwrap_or_default()));
+            }
+        }
+    }
+}
+
 /// One mutant that runs longer hangs: the slowest known takes a hundredth.
 const HANGS: Duration = Duration::from_secs(120);
 
@@ -145,25 +167,7 @@ pub fn run(name: &'static str, count: u64, one: &(dyn Fn(u64) -> Run + Sync)) ->
             let taken = measure(|| found = Some(catch_unwind(AssertUnwindSafe(|| one(number))))).bytes_max;
             let took = start.elapsed();
             *busy.lock().unwrap() = None;
-            let mut total = total.lock().unwrap();
-            total.slowest = total.slowest.max(took);
-            match found {
-                Some(Ok(run)) => {
-                    total.accepted += u64::from(run.accepted);
-                    total.memory = total.memory.max((taken, run.length));
-                    if taken > run.promised {
-                        let what =
-                            format!("{taken} bytes of memory for a file of {}, {} promised", run.length, run.promised);
-                        total.faults.insert(number, what);
-                    }
-                }
-                Some(Err(panic)) => {
-                    let text = panic.downcast_ref::<String>().cloned();
-                    let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
-                    total.faults.insert(number, format!("panic: {}", text.unwrap_or_default()));
-                }
-                None => unreachable!("it ran"),
-            }
+            total.lock().unwrap().add(number, took, taken, found.expect("it ran"));
         }
     };
     std::thread::scope(|scope| {

@@ -72,8 +72,23 @@ fn the_page_says_what_bake_says() {
         assert!(html.contains(&format!("<data value=\"{number}\">")), "{what}: {number}");
     }
     assert!(html.contains("<code>enfilade report villa_rotonda.glb --rays 400k --views 40 --seed 3</code>"));
-    // The curve ends where the bake ends.
-    let csv = text(&folder.join("villa.csv"));
+    check_curves(&text(&folder.join("villa.csv")), &told, pvs);
+    let cells = text(&folder.join("villa.cells.csv"));
+    check_cells(&cells, &baked);
+    let [closed, open] = ["closed_cells", "open_cells_apart"].map(|key| told[key]["upper_pairs"].as_u64().unwrap());
+    assert_eq!(closed + open, pvs["upper_pairs"].as_u64().unwrap());
+
+    // Once more: the same but for times.
+    let again = folder.join("again.html");
+    report(&again);
+    let other = text(&again);
+    let (a, b) = (without_times(&html), without_times(&other));
+    assert!(a.len() > 6 && a == b);
+    assert_eq!(text(&folder.join("again.cells.csv")), cells);
+}
+
+/// The table of curves ends where the bake, `pvs`, ends.
+fn check_curves(csv: &str, told: &Value, pvs: &Value) {
     let rows: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
     assert_eq!(
         rows[0].join(" "),
@@ -95,8 +110,11 @@ fn the_page_says_what_bake_says() {
         let upper = row[4].parse::<u64>().ok();
         assert_eq!(upper.map(|upper| upper >= pvs["lower_pairs"].as_u64().unwrap()), both.then_some(true), "{row:?}");
     }
-    // Every cell has a line, and they add up.
-    let cells = text(&folder.join("villa.cells.csv"));
+}
+
+/// Every cell has a line, and they add up.
+fn check_cells(cells: &str, baked: &Value) {
+    let pvs = &baked["pvs"];
     let sum = |column: usize| {
         cells.lines().skip(1).map(|l| l.split(',').nth(column).unwrap().parse::<u64>().unwrap()).sum::<u64>()
     };
@@ -105,16 +123,6 @@ fn the_page_says_what_bake_says() {
         [sum(5), sum(6), sum(7)].map(Value::from),
         [&pvs["lower_pairs"], &pvs["upper_pairs"], &pvs["undecided_pairs"]].map(Clone::clone)
     );
-    let [closed, open] = ["closed_cells", "open_cells_apart"].map(|key| told[key]["upper_pairs"].as_u64().unwrap());
-    assert_eq!(closed + open, pvs["upper_pairs"].as_u64().unwrap());
-
-    // Once more: the same but for times.
-    let again = folder.join("again.html");
-    report(&again);
-    let other = text(&again);
-    let (a, b) = (without_times(&html), without_times(&other));
-    assert!(a.len() > 6 && a == b);
-    assert_eq!(text(&folder.join("again.cells.csv")), cells);
 }
 
 /// A bake of a shipped building with both bounds.
