@@ -205,10 +205,9 @@ fn the_command_keeps_view_cells_and_lists_them() {
     let folder = cli::folder("keeps");
     let model = two_closed_rooms(&folder);
     let views = folder.join("views.json");
-    let camera = r#"{"id": "west room", "min": [0.5, 1, 1], "max": [2.5, 2, 3]}"#;
     let other =
         r#"{"id": 7, "min": [3.5, 1, 1], "max": [4, 2, 3]}, {"id": "stone", "min": [2.95, 1, 1], "max": [3.05, 2, 2]}"#;
-    std::fs::write(&views, format!(r#"{{"cells": [{camera}, {other}]}}"#)).unwrap();
+    std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {other}]}}"#)).unwrap();
     let out = folder.join("rooms.pvs");
     let bake = |threads: &str| {
         let arguments = ["bake", "--view-cells", "--rays", "500k", "--rows", "both", "--json", "--threads", threads, "-o"];
@@ -250,8 +249,17 @@ fn the_command_keeps_view_cells_and_lists_them() {
     let seen: Vec<u64> = file.objects_seen_from_view(east).map(|o| u64::from(o.0)).collect();
     assert_eq!(serde_json::json!(seen), dump["rows"]["view_cells"][1]);
     assert!(file.notes.iter().any(|note| note.starts_with("view cell \"stone\" lies in no cell")));
+}
 
-    std::fs::write(&views, format!(r#"{{"cells": [{camera}, {camera}]}}"#)).unwrap();
+/// Camera volumes for [`two_closed_rooms`].
+const WEST: &str = r#"{"id": "west room", "min": [0.5, 1, 1], "max": [2.5, 2, 3]}"#;
+
+#[test]
+fn view_cells_that_make_no_sense_are_refused() {
+    let folder = cli::folder("refuses");
+    let model = two_closed_rooms(&folder);
+    let (views, out) = (folder.join("views.json"), folder.join("rooms.pvs"));
+    std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {WEST}]}}"#)).unwrap();
     let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
     cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
     for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {

@@ -112,19 +112,14 @@ fn pictures_with_mirrors_miss_nothing_in_any_mode() {
     }
 }
 
-/// Checks every pixel; returns how many there were by the number of mirrors.
-fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
-    let (rays, culler) = (RayScene::new(scene), Culler::new(file));
-    // Enough that there are as many in the mirrors' cells.
-    let path = random_path(scene, file, (20 * views).max(20_000), 5);
-    let cameras: Vec<Camera> = (0..path.frames.len()).map(|i| path.camera(i, file.origin, 16.0 / 9.0)).collect();
+/// Mirrors in front of some cameras, each with one that faces it.
+fn hang_all(file: &PvsFile, culler: &Culler, rays: &RayScene<'_>, cameras: &[Camera]) -> Vec<Hung> {
     let mut hung: Vec<Hung> = Vec::new();
-    for camera in &cameras {
-        // Each with one that faces it.
-        let one = hang(file, &culler, &rays, camera.eye.as_dvec3(), camera.w.as_dvec3());
+    for camera in cameras {
+        let one = hang(file, culler, rays, camera.eye.as_dvec3(), camera.w.as_dvec3());
         let other = one.as_ref().and_then(|m| {
             let middle = (m.corners[0] + m.corners[2]) * 0.5;
-            hang(file, &culler, &rays, middle + m.normal * 0.02, m.normal)
+            hang(file, culler, rays, middle + m.normal * 0.02, m.normal)
         });
         if let (Some(one), Some(other)) = (one, other) {
             hung.extend([one, other]);
@@ -134,6 +129,30 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
         }
     }
     assert_eq!(hung.len(), MIRRORS);
+    hung
+}
+
+/// Whether what is drawn by these mirrors, in turn, has an object.
+fn shows(out: &Reflections, turned: &[usize], object: ObjectId) -> bool {
+    let views = out.views();
+    (0..views.len()).any(|v| match *turned {
+        [last] => views[v].mirror == last && views[v].parent.is_none() && out.objects(v).contains(&object),
+        [first, last] => {
+            let before = views[v].parent.map(|p| &views[p]);
+            let way = before.is_some_and(|b| b.mirror == first && b.parent.is_none());
+            views[v].mirror == last && way && out.objects(v).contains(&object)
+        }
+        _ => unreachable!("one or two"),
+    })
+}
+
+/// Checks every pixel; returns how many there were by the number of mirrors.
+fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
+    let (rays, culler) = (RayScene::new(scene), Culler::new(file));
+    // Enough that there are as many in the mirrors' cells.
+    let path = random_path(scene, file, (20 * views).max(20_000), 5);
+    let cameras: Vec<Camera> = (0..path.frames.len()).map(|i| path.camera(i, file.origin, 16.0 / 9.0)).collect();
+    let hung = hang_all(file, &culler, &rays, &cameras);
     let mirrors: Vec<Mirror> = hung.iter().map(|h| h.mirror.clone()).collect();
     let (mut scratch, mut out, mut counts) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler), [0; 3]);
     // Every other view is turned to a mirror of its own cell, if there is one.
@@ -158,20 +177,7 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
             let direct: BTreeSet<ObjectId> = culler.cull(&camera, mode, &mut scratch).objects.iter().copied().collect();
             culler.reflect(&camera, mode, &mirrors, DEPTH, &scratch, &mut out);
             for (turned, object) in &seen {
-                let shown = match turned[..] {
-                    [] => direct.contains(object),
-                    [last] => (0..out.views().len()).any(|v| {
-                        let view = &out.views()[v];
-                        view.mirror == last && view.parent.is_none() && out.objects(v).contains(object)
-                    }),
-                    [first, last] => (0..out.views().len()).any(|v| {
-                        let view = &out.views()[v];
-                        let before = view.parent.map(|p| &out.views()[p]);
-                        let way = before.is_some_and(|b| b.mirror == first && b.parent.is_none());
-                        view.mirror == last && way && out.objects(v).contains(object)
-                    }),
-                    _ => unreachable!("no more than two"),
-                };
+                let shown = if turned.is_empty() { direct.contains(object) } else { shows(&out, turned, *object) };
                 assert!(
                     shown || out.stats().capped > 0,
                     "view {number}, {mode}: object {object} by {turned:?} from {}",

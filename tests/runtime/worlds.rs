@@ -292,6 +292,54 @@ fn two_facing_mirrors_are_bounded_and_say_so() {
     assert!(out.views().len() < enfilade::runtime::MOST_REFLECTIONS || out.stats().capped > 0);
 }
 
+/// What is so many portals away from a cell, against distances that are relaxed until nothing changes.
+fn check_hops(culler: &Culler, file: &PvsFile, shut: &[PortalId], c: CellId, scratch: &mut Scratch) {
+    let mut away: Vec<u32> = vec![u32::MAX; file.cells.len()];
+    away[c.index()] = 0;
+    for _ in 0..file.cells.len() {
+        for (_, portal) in file.portals.iter().enumerate().filter(|(i, _)| !shut.contains(&PortalId(*i as u32))) {
+            let [a, b] = portal.cells.map(CellId::index);
+            away[a] = away[a].min(away[b].saturating_add(1));
+            away[b] = away[b].min(away[a].saturating_add(1));
+        }
+    }
+    for hops in [0, 1, 2, u32::MAX - 1] {
+        let mut found = culler.within_hops(c, hops, scratch).to_vec();
+        assert!(found.is_sorted_by_key(|f| f.1) && found[0] == (c, 0));
+        found.sort();
+        let near = (0..file.cells.len() as u32).map(|k| (CellId(k), away[k as usize]));
+        let expected: Vec<(CellId, u32)> = near.filter(|f| f.1 <= hops).collect();
+        assert_eq!(found, expected);
+    }
+}
+
+/// What is in a random volume, against every box.
+fn check_volume(culler: &Culler, file: &PvsFile, random: &mut Places, scratch: &mut Scratch) {
+    let planes: Vec<Vec4> = (0..1 + random.below(6))
+        .map(|_| {
+            let n = random.between(DVec3::NEG_ONE, DVec3::ONE) * 10f64.powf(random.unit() * 6.0 - 3.0);
+            let through = random.between(DVec3::splat(-10.0), DVec3::splat(10.0));
+            n.extend(n.dot(through)).as_vec4()
+        })
+        .collect();
+    let meets = |o: &enfilade::file::FileObject| {
+        let [min, max] = o.bounds.map(|q| q.as_dvec3());
+        planes.iter().all(|q| {
+            let n = q.truncate().as_dvec3();
+            let lowest = DVec3::select(n.cmpgt(DVec3::ZERO), min, max);
+            n.dot(lowest) <= f64::from(q.w)
+        })
+    };
+    let inside: Vec<ObjectId> = (0u32..).zip(&file.objects).filter(|(_, o)| meets(o)).map(|(i, _)| ObjectId(i)).collect();
+    let found = culler.in_volume(&planes, None, scratch).to_vec();
+    assert!(inside.iter().all(|o| found.binary_search(o).is_ok()), "nothing that meets it is left out");
+    assert!(found.len() <= inside.len() + 1, "{} of {}", found.len(), inside.len());
+    let from = [CellId(random.below(file.cells.len()) as u32)];
+    let lit = culler.in_volume(&planes, Some(&from), scratch).to_vec();
+    let in_row = |o: &ObjectId| file.object_rows.as_ref().is_none_or(|rows| rows.get(from[0].index(), o.index()));
+    assert!(lit.iter().eq(found.iter().filter(|o| in_row(o))));
+}
+
 /// Hops by a search of its own, rows as the file has them, and volumes against every box.
 #[test]
 fn sets_without_a_camera_are_what_they_are_called() {
@@ -304,24 +352,7 @@ fn sets_without_a_camera_are_what_they_are_called() {
         let shut: Vec<PortalId> = (0..file.portals.len() as u32).map(PortalId).filter(|_| random.unit() < 0.2).collect();
         shut.iter().for_each(|&portal| culler.set_open(portal, false));
         for c in (0..file.cells.len() as u32).map(CellId) {
-            // How many portals away each cell is: relaxed until nothing changes.
-            let mut away: Vec<u32> = vec![u32::MAX; file.cells.len()];
-            away[c.index()] = 0;
-            for _ in 0..file.cells.len() {
-                for (_, portal) in file.portals.iter().enumerate().filter(|(i, _)| !shut.contains(&PortalId(*i as u32))) {
-                    let [a, b] = portal.cells.map(CellId::index);
-                    away[a] = away[a].min(away[b].saturating_add(1));
-                    away[b] = away[b].min(away[a].saturating_add(1));
-                }
-            }
-            for hops in [0, 1, 2, u32::MAX - 1] {
-                let mut found = culler.within_hops(c, hops, &mut scratch).to_vec();
-                assert!(found.is_sorted_by_key(|f| f.1) && found[0] == (c, 0));
-                found.sort();
-                let near = (0..file.cells.len() as u32).map(|k| (CellId(k), away[k as usize]));
-                let expected: Vec<(CellId, u32)> = near.filter(|f| f.1 <= hops).collect();
-                assert_eq!(found, expected);
-            }
+            check_hops(&culler, &file, &shut, c, &mut scratch);
             let (objects, cells) = (culler.objects_from(c).map(|o| o.index()), culler.visible_from(c).map(|o| o.index()));
             match (&file.object_rows, &file.cell_rows) {
                 (Some(of_objects), Some(of_cells)) => {
@@ -331,33 +362,7 @@ fn sets_without_a_camera_are_what_they_are_called() {
                 _ => assert!(objects.eq(0..file.objects.len()) && cells.eq(0..file.cells.len())),
             }
         }
-        let bounds = |o: &enfilade::file::FileObject| o.bounds.map(|q| q.as_dvec3());
-        for _ in 0..20 {
-            let planes: Vec<Vec4> = (0..1 + random.below(6))
-                .map(|_| {
-                    let n = random.between(DVec3::NEG_ONE, DVec3::ONE) * 10f64.powf(random.unit() * 6.0 - 3.0);
-                    let through = random.between(DVec3::splat(-10.0), DVec3::splat(10.0));
-                    n.extend(n.dot(through)).as_vec4()
-                })
-                .collect();
-            let meets = |o: &enfilade::file::FileObject| {
-                let [min, max] = bounds(o);
-                planes.iter().all(|q| {
-                    let n = q.truncate().as_dvec3();
-                    let lowest = DVec3::select(n.cmpgt(DVec3::ZERO), min, max);
-                    n.dot(lowest) <= f64::from(q.w)
-                })
-            };
-            let inside: Vec<ObjectId> =
-                (0u32..).zip(&file.objects).filter(|(_, o)| meets(o)).map(|(i, _)| ObjectId(i)).collect();
-            let found = culler.in_volume(&planes, None, &mut scratch).to_vec();
-            assert!(inside.iter().all(|o| found.binary_search(o).is_ok()), "nothing that meets it is left out");
-            assert!(found.len() <= inside.len() + 1, "{} of {}", found.len(), inside.len());
-            let from = [CellId(random.below(file.cells.len()) as u32)];
-            let lit = culler.in_volume(&planes, Some(&from), &mut scratch).to_vec();
-            let in_row = |o: &ObjectId| file.object_rows.as_ref().is_none_or(|rows| rows.get(from[0].index(), o.index()));
-            assert!(lit.iter().eq(found.iter().filter(|o| in_row(o))));
-        }
+        (0..20).for_each(|_| check_volume(&culler, &file, &mut random, &mut scratch));
     }
     assert!(with_rows > 50, "{with_rows} cells with rows");
 }

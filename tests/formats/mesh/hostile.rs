@@ -38,11 +38,12 @@ fn a_glb_cut_off_anywhere_is_an_error() {
     }
 }
 
-#[test]
-fn lies_in_the_document_are_told_from_the_truth() {
-    type Lie = (&'static str, Value, &'static str);
+/// A place in [`small`], what is said there, and what is wrong about it.
+type Lie = (&'static str, Value, &'static str);
+
+fn lies() -> Vec<Lie> {
     let huge = u64::MAX;
-    let lies: Vec<Lie> = vec![
+    vec![
         ("/accessors/0/count", json!(5), "5 elements of 12 bytes"),
         ("/accessors/0/count", json!(huge), "elements of 12 bytes"),
         ("/accessors/0/count", json!(huge / 12 + 2), "elements of 12 bytes"),
@@ -91,8 +92,12 @@ fn lies_in_the_document_are_told_from_the_truth() {
         ("/asset/minVersion", json!("3.0"), "glTF 3.0 is not supported"),
         ("/asset", json!(null), "not a glTF document"),
         ("/nodes", json!([{"mesh": -1}]), "not a glTF document"),
-    ];
-    for (path, value, why) in lies {
+    ]
+}
+
+#[test]
+fn lies_in_the_document_are_told_from_the_truth() {
+    for (path, value, why) in lies() {
         let mut glb = small();
         let (parent, key) = path.rsplit_once('/').unwrap();
         glb.json.pointer_mut(parent).unwrap()[key] = value.clone();
