@@ -28,24 +28,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     let beyond = within.inflated(FAR + within.diagonal());
     let eps = scene.tolerance().coplanar;
     // 1. The planes that bound each leaf, and whether they bound it on all sides.
-    let bounded = parallel::map(&found.leaves, |planes| {
-        // A plane that only touches the leaf has a face without area.
-        let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
-        let near = faces(planes, &within);
-        // What does not come near the level is outside, too. Planes of two leaves without end may part them only there.
-        let is_endless = near[planes.len()..].iter().any(bounds) || !near.iter().any(bounds);
-        let faces = if is_endless { faces(planes, &beyond) } else { near };
-        let mut bounding: Vec<Plane> = Vec::new();
-        for (plane, face) in planes.iter().zip(&faces) {
-            // Trees cut along one plane more than once.
-            if bounds(face) && !bounding.contains(plane) {
-                bounding.push(*plane);
-            }
-        }
-        let is_there = !planes.is_empty() && faces.iter().any(bounds);
-        let piece = if is_there { Piece::new(bounding, eps) } else { None };
-        (piece, is_endless)
-    });
+    let bounded = parallel::map(&found.leaves, |planes| bounded(planes, [&within, &beyond], eps));
 
     // 2. Cells, in the leaves' order; the outside is the first of them.
     let (mut cells, mut cell_of, mut outside) = (Vec::new(), Vec::new(), Vec::new());
@@ -89,6 +72,26 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     }
     let (smallest_hole, closed_holes) = (tolerance.smallest_hole(), bare.into_iter().flatten().collect());
     CellGraph { strategy: Strategy::Leaves, reason, cells, portals, smallest_hole, closed_holes, notes }
+}
+
+/// A leaf as a piece, if there is one, and whether it goes on without end beyond the first of two boxes; it is bounded by the second.
+fn bounded(planes: &[Plane], [within, beyond]: [&Aabb; 2], eps: f64) -> (Option<Piece>, bool) {
+    // A plane that only touches the leaf has a face without area.
+    let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
+    let near = faces(planes, within);
+    // What does not come near the level is outside, too. Planes of two leaves without end may part them only there.
+    let is_endless = near[planes.len()..].iter().any(bounds) || !near.iter().any(bounds);
+    let faces = if is_endless { faces(planes, beyond) } else { near };
+    let mut bounding: Vec<Plane> = Vec::new();
+    for (plane, face) in planes.iter().zip(&faces) {
+        // Trees cut along one plane more than once.
+        if bounds(face) && !bounding.contains(plane) {
+            bounding.push(*plane);
+        }
+    }
+    let is_there = !planes.is_empty() && faces.iter().any(bounds);
+    let piece = if is_there { Piece::new(bounding, eps) } else { None };
+    (piece, is_endless)
 }
 
 /// A winding without corners that are within `eps` metres of the one before: in the `f32` of a file, the edge between them would lead

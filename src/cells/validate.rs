@@ -246,12 +246,7 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
     let tolerance = rays.tolerance();
     let far = rays.bounds().diagonal() * 1.5;
     let around = rays.bounds().inflated(0.03 * rays.bounds().diagonal());
-    let boxes: Vec<(CellId, usize, Aabb)> = (0u32..)
-        .zip(&graph.cells)
-        .flat_map(|(c, cell)| cell.pieces.iter().enumerate().map(move |(i, p)| (CellId(c), i, p.bounds)))
-        .map(|(c, i, b)| (c, i, Aabb { min: b.min.max(around.min), max: b.max.min(around.max) }))
-        .filter(|(.., b)| !b.is_empty())
-        .collect();
+    let boxes = boxes_within(graph, around);
     if boxes.is_empty() {
         return Sealing::default();
     }
@@ -302,6 +297,16 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
     }
     all.leaks.truncate(MOST_LEAKS);
     all
+}
+
+/// The boxes of all pieces, as far as they are in another, with the cell and the number of each.
+fn boxes_within(graph: &CellGraph, around: Aabb) -> Vec<(CellId, usize, Aabb)> {
+    (0u32..)
+        .zip(&graph.cells)
+        .flat_map(|(c, cell)| cell.pieces.iter().enumerate().map(move |(i, p)| (CellId(c), i, p.bounds)))
+        .map(|(c, i, b)| (c, i, Aabb { min: b.min.max(around.min), max: b.max.min(around.max) }))
+        .filter(|(.., b)| !b.is_empty())
+        .collect()
 }
 
 type Pairs = std::collections::HashMap<(CellId, CellId), Vec<PortalId>>;

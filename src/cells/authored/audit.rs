@@ -110,20 +110,8 @@ fn one(kind: FindingKind, room: &RoomHint, what: &str) -> Finding {
 
 /// Ids, surfaces and overlaps, and which rooms are of no use.
 fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
-    let mut findings = Vec::new();
+    let mut findings = duplicates(hints);
     let mut unsound = vec![false; hints.rooms.len()];
-    for (what, ids) in [
-        ("rooms", hints.rooms.iter().map(|r| &r.id).collect::<Vec<_>>()),
-        ("openings", hints.openings.iter().filter(|o| o.kind != OpeningKind::Virtual).map(|o| &o.id).collect()),
-    ] {
-        let mut count: BTreeMap<&String, usize> = BTreeMap::new();
-        ids.into_iter().for_each(|id| *count.entry(id).or_default() += 1);
-        findings.extend(count.into_iter().filter(|c| c.1 > 1).map(|(id, n)| Finding {
-            kind: FindingKind::DuplicateId,
-            ids: vec![id.clone()],
-            text: format!("{n} {what} have the id {id}"),
-        }));
-    }
     let cubic = metre.powi(3);
     let solids: Vec<Solid> = parallel::map_range(0..hints.rooms.len(), |i| Solid::new(&hints.rooms[i]));
     for (i, (room, solid)) in hints.rooms.iter().zip(&solids).enumerate() {
@@ -169,6 +157,24 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
         }
     }
     (findings, unsound)
+}
+
+/// Ids of several rooms, or of several openings.
+fn duplicates(hints: &Hints) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (what, ids) in [
+        ("rooms", hints.rooms.iter().map(|r| &r.id).collect::<Vec<_>>()),
+        ("openings", hints.openings.iter().filter(|o| o.kind != OpeningKind::Virtual).map(|o| &o.id).collect()),
+    ] {
+        let mut count: BTreeMap<&String, usize> = BTreeMap::new();
+        ids.into_iter().for_each(|id| *count.entry(id).or_default() += 1);
+        findings.extend(count.into_iter().filter(|c| c.1 > 1).map(|(id, n)| Finding {
+            kind: FindingKind::DuplicateId,
+            ids: vec![id.clone()],
+            text: format!("{n} {what} have the id {id}"),
+        }));
+    }
+    findings
 }
 
 /// Closed cells that no room gave its name to, and the share of the free space indoors that isn't in one of them.

@@ -115,19 +115,30 @@ pub(super) fn bsp(
     let portals = graph::portals(&bsp, &contacts, &labels, axes[0], tolerance.seal, work)?;
     let far = is_far.iter().filter(|far| **far).count();
     let small = all.triangles.len() - shell.triangles.len() - shell.left_out - far;
-    let mut notes = vec![
-        format!("surfaces smaller than {} (--cells bsp:METRES) part nothing: {small} triangles", human.told(occluder)),
-        format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
-        format!("{} leaves in tiles of at most {}", bsp.leaves.len(), human.told(tiles.edge)),
-    ];
-    let [x, _, z] = around.size().to_array().map(|length| human.told(length));
-    let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
-    notes.extend((far > 0).then(beyond));
-    let mut notes: Vec<Note> = notes.into_iter().map(Note::detail).collect();
+    let mut notes = notes(human, [occluder, tiles.edge], (&shell, bsp.leaves.len()), [small, far], around);
     notes.extend(bounded::note(&shell, &limits));
     notes.extend(human.note());
     let smallest_hole = adjacency::smallest_hole(&tolerance);
     Ok(CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes })
+}
+
+/// Notes on a split: lengths of the smallest occluder and of tiles, numbers of leaves, and of triangles that are small or far away.
+fn notes(
+    human: HumanScale,
+    [occluder, edge]: [f64; 2],
+    (shell, leaves): (&Shell, usize),
+    [small, far]: [usize; 2],
+    around: Aabb,
+) -> Vec<Note> {
+    let mut notes = vec![
+        format!("surfaces smaller than {} (--cells bsp:METRES) part nothing: {small} triangles", human.told(occluder)),
+        format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
+        format!("{leaves} leaves in tiles of at most {}", human.told(edge)),
+    ];
+    let [x, _, z] = around.size().to_array().map(|length| human.told(length));
+    let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
+    notes.extend((far > 0).then(beyond));
+    notes.into_iter().map(Note::detail).collect()
 }
 
 /// Marks the cells that are wide open to the outside; `labels` are the cells of leaves.

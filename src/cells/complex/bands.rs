@@ -64,13 +64,7 @@ pub fn bands(
     human: HumanScale,
     scale: f64,
 ) -> Vec<Band> {
-    let mut rims = vec![(heights[0], Cut::Bottom)];
-    for (l, &level) in levels.iter().enumerate().take(levels.len().saturating_sub(1)).skip(1) {
-        if level - rims[rims.len() - 1].0 >= LEAST_STOREY * human.metre {
-            rims.push((level, Cut::Level(l as u32)));
-        }
-    }
-    rims.push((heights[1], Cut::Top));
+    let rims = rims(levels, heights, LEAST_STOREY * human.metre);
     let segments = facets.walls.iter().flat_map(|w| w.spans.iter().map(|&(u0, u1)| (w.at(u0), w.at(u1))));
     let segments: Vec<_> = segments.chain(facets.sheets.iter().flat_map(|s| s.outline.iter().copied())).collect();
     if rims.len() == 2 || rims.len() <= LEAST_STOREYS && segments.len() <= MANY_LINES {
@@ -119,6 +113,18 @@ pub fn bands(
         band.segments.extend(crossings(facets, band, coplanar));
     });
     bands
+}
+
+/// Where bands begin and end, with levels at least `least` metres apart.
+fn rims(levels: &[f64], heights: [f64; 2], least: f64) -> Vec<(f64, Cut)> {
+    let mut rims = vec![(heights[0], Cut::Bottom)];
+    for (l, &level) in levels.iter().enumerate().take(levels.len().saturating_sub(1)).skip(1) {
+        if level - rims[rims.len() - 1].0 >= least {
+            rims.push((level, Cut::Level(l as u32)));
+        }
+    }
+    rims.push((heights[1], Cut::Top));
+    rims
 }
 
 /// Where along each wall there is enough of it within the band, as in [`super::facets::Wall::spans`].

@@ -103,17 +103,7 @@ fn columns_of(
         if count.is_over() {
             return (Vec::new(), false);
         }
-        let over = sheets.over(q);
-        let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
-        for f in over {
-            let facet = &facets.sheet_facets[f as usize];
-            let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
-            if share > 0.0 {
-                let entry = wanted.entry(facet.owner).or_default();
-                entry.0 += share;
-                entry.1.push(f);
-            }
-        }
+        let wanted = shares(facets, sheets.over(q), q);
         let whole = super::polygon::area(q).max(f64::MIN_POSITIVE);
         let opaque = |list: &[u32]| list.iter().any(|&f| facets.sheet_facets[f as usize].matter == Matter::Opaque);
         let mut uncut = 0.0;
@@ -151,6 +141,21 @@ fn columns_of(
         count.add(stack.len() - 1);
         (stack, uncut >= TORN_SHARE)
     })
+}
+
+/// The area of a column that each sheet lies over, square metres, and the triangles there; `over` may lie over it.
+fn shares(facets: &Facets, over: impl IntoIterator<Item = u32>, q: &[DVec2; 3]) -> BTreeMap<u32, (f64, Vec<u32>)> {
+    let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
+    for f in over {
+        let facet = &facets.sheet_facets[f as usize];
+        let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
+        if share > 0.0 {
+            let entry = wanted.entry(facet.owner).or_default();
+            entry.0 += share;
+            entry.1.push(f);
+        }
+    }
+    wanted
 }
 
 /// Puts a cut between its neighbours. One that would cross another is dropped, which only leaves more open, and the answer is

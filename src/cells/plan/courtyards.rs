@@ -18,7 +18,6 @@ pub(in crate::cells) fn part_courtyards(input: &Input<'_>, labels: &mut Labels) 
     let Some(outside) = labels.regions.iter().position(|r| r.outside).map(|r| r as u32) else { return };
     let label = |piece: u32| labels.of_piece[piece as usize];
     let corners = |piece: u32| plan.triangles[columns.of_piece(piece).0].map(|i| plan.points[i as usize]);
-    let mean = |heights: [f64; 3]| heights.iter().sum::<f64>() / 3.0;
 
     // 1. The hull of all rooms in plan, and how high those are that look out.
     let open = |f: &&Face| f.open_area > 0.0;
@@ -68,11 +67,19 @@ pub(in crate::cells) fn part_courtyards(input: &Input<'_>, labels: &mut Labels) 
     let at = |share: &f64| tops[((tops.len() - 1) as f64 * share) as usize];
     let tried = input.options.courtyard_tops.iter().map(|share| courtyards_below(at(share)));
     let Some((count, of_piece)) = tried.reduce(|best, other| if other.0 > best.0 { other } else { best }) else { return };
-    if count < 2 {
-        return;
-    }
 
     // 3. Numbers in the order of the first piece.
+    if count >= 2 {
+        number(of_piece, labels);
+    }
+}
+
+fn mean(heights: [f64; 3]) -> f64 {
+    heights.iter().sum::<f64>() / 3.0
+}
+
+/// Gives courtyards numbers, in the order of the first piece; `of_piece` has any number of each.
+fn number(of_piece: Vec<Option<u32>>, labels: &mut Labels) {
     let mut number: BTreeMap<u32, u32> = BTreeMap::new();
     for (piece, part) in of_piece.into_iter().enumerate() {
         let Some(part) = part else { continue };

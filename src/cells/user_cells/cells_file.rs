@@ -3,11 +3,13 @@
 //! Checked here is what the graph's types promise: ids, numbers, pieces with a volume, windings that are planar and convex and
 //! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
 
+mod planes;
+
 use crate::CellId;
 use crate::cells::f32_rounding::{DECIMAL, SINGLE_UNIT, held, moved_back, unit};
 use crate::cells::validate::lie_between;
 use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
-use crate::geom::{Aabb, Plane, area, middle, newell};
+use crate::geom::{Plane, area, middle, newell};
 use crate::scene::Scene;
 use crate::tolerance::{Tolerance, single_precision};
 use glam::DVec3;
@@ -285,31 +287,6 @@ impl Reader {
         Ok(plane)
     }
 
-    /// The plane of a winding.
-    fn winding_plane(&self, field: &str, winding: &[DVec3]) -> Result<Plane, GivenError> {
-        let local = around(winding);
-        if winding.len() >= 3 && area(&local) <= self.tolerance.coplanar * Aabb::of(local.iter().copied()).diagonal() {
-            let what = "no area; give the corners in order around the portal";
-            return Err(GivenError::at(field.to_owned(), what));
-        }
-        let plane = Plane::through(middle(winding), newell(&local).normalize_or(DVec3::Y));
-        self.planar(field, winding, &plane, "the plane of the others")?;
-        Ok(plane)
-    }
-
-    fn planar(&self, field: &str, winding: &[DVec3], plane: &Plane, whose: &str) -> Result<(), GivenError> {
-        let error = |what: String| Err(GivenError::at(field.to_owned(), what));
-        if winding.len() < 3 {
-            return error(format!("{} corners; give 3 at least", winding.len()));
-        }
-        match winding.iter().position(|&p| plane.distance(p).abs() > self.tolerance.coplanar) {
-            Some(k) => {
-                error(format!("corner {k} is {:.6} m off {whose}; split the portal", plane.distance(winding[k]).abs()))
-            }
-            None => Ok(()),
-        }
-    }
-
     /// Every corner must turn left, as far as the longer of its edges tells: the direction of a short one is lost to rounding. All of
     /// them together turn once round.
     fn convex(&self, field: &str, winding: &[DVec3], plane: &Plane) -> Result<(), GivenError> {
@@ -370,6 +347,7 @@ fn around(winding: &[DVec3]) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::Aabb;
     use crate::random::SplitMix;
     use crate::scene::{Object, Role, Source};
 
