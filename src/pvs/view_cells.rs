@@ -18,7 +18,7 @@ use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
 use super::triangles::Triangles;
 use super::{Guarantee, Pvs};
 use crate::bits;
-use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, ViewCell, place_objects};
+use crate::cells::{Cell, CellGraph, Locator, Placement, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
 use crate::scene::rays::RayScene;
@@ -237,15 +237,7 @@ impl<'a> RegionFlow<'a> {
             let [a, b] = portal.cells.map(|c| new.get(c.index()).copied().unwrap_or(Some(CellId(here as u32))));
             Some(Portal { cells: [a?, b?], ..portal.clone() })
         };
-        let graph = CellGraph {
-            cells: vec![Cell::default(); here + 1],
-            portals: whole.portals.iter().chain(&ways).filter_map(kept).collect(),
-            strategy: whole.strategy,
-            smallest_hole: whole.smallest_hole,
-            reason: String::new(),
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        };
+        let graph = of_portals(whole, here + 1, whole.portals.iter().chain(&ways).filter_map(kept).collect());
         // Of the cells everything is taken as known, so that nothing is searched for from there.
         let all = |columns: usize, known: usize| {
             let mut matrix = BitMatrix::new(here + 1, columns);
@@ -261,18 +253,10 @@ impl<'a> RegionFlow<'a> {
         let mut places = BitMatrix::new(here + 1, bounds.len());
         old.iter().enumerate().for_each(|(i, &cell)| places.row_mut(i).copy_from_slice(placement.matrix.row(cell)));
         places.row_mut(here).copy_from_slice(self.touching.row(v));
-        let placed_boxes = placement.boxes.as_ref().map(|boxes| {
-            let (mut all, mut boxes) = (Vec::new(), boxes.as_slice());
-            for (cell, kept) in new.iter().enumerate() {
-                let (of_cell, rest) = boxes.split_at(placement.matrix.count_row(cell) as usize);
-                boxes = rest;
-                if kept.is_some() {
-                    all.extend_from_slice(of_cell);
-                }
-            }
+        let placed_boxes = placed_boxes(placement, |cell| new[cell].is_some()).map(|mut boxes| {
             // What touches the region is met wherever it is.
-            all.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
-            all
+            boxes.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
+            boxes
         });
         let input = FlowInput {
             graph: &graph,
@@ -289,6 +273,33 @@ impl<'a> RegionFlow<'a> {
         row.copy_from_slice(flowed.objects_upper.row(here));
         Ok(is_in_a_cell.then_some(flowed.capped))
     }
+}
+
+/// A graph like another one, of so many cells without pieces.
+fn of_portals(like: &CellGraph, cells: usize, portals: Vec<Portal>) -> CellGraph {
+    CellGraph {
+        cells: vec![Cell::default(); cells],
+        portals,
+        strategy: like.strategy,
+        smallest_hole: like.smallest_hole,
+        reason: String::new(),
+        closed_holes: Vec::new(),
+        notes: Vec::new(),
+    }
+}
+
+/// The boxes of objects in some cells.
+fn placed_boxes(placement: &Placement, is_kept: impl Fn(usize) -> bool) -> Option<Vec<PlacedBox>> {
+    let mut boxes = placement.boxes.as_deref()?;
+    let mut all = Vec::new();
+    for cell in 0..placement.matrix.rows() {
+        let (of_cell, rest) = boxes.split_at(placement.matrix.count_row(cell) as usize);
+        boxes = rest;
+        if is_kept(cell) {
+            all.extend_from_slice(of_cell);
+        }
+    }
+    Some(all)
 }
 
 /// The portals that lead out of a region: its facets as far as cells go on beyond them, leading into those from cell

@@ -23,14 +23,16 @@
 //! The answer holds for the corners given, exactly: a slit of any width lets lines through, touching doesn't. What a winding
 //! covers is what the lines that pass it see inside its edges, after corners that bend inwards have been left out.
 
+mod hull;
 mod nearest;
 mod products;
 mod weights;
 
 use glam::DVec3;
+use hull::{around, hull, normal};
 use nearest::{dot, nearest, unit, without};
 use products::{Corner, products};
-use robust::{Coord, Coord3D, orient2d, orient3d};
+use robust::{Coord3D, orient3d};
 
 /// Beyond this, squares of coordinates overflow.
 const FARTHEST: f64 = 1e100;
@@ -206,33 +208,6 @@ impl Chain {
         let short = |p: DVec3| (p / grid).round() * grid;
         [short(at), short(at + along.normalize_or(DVec3::X) * self.scale)]
     }
-}
-
-/// Corners that turn left, as seen along the axis that is nearest to the normal: the others are left out one by one.
-fn hull(winding: &[DVec3]) -> Vec<DVec3> {
-    let n = normal(winding);
-    let (size, mut hull) = (n.abs(), winding.to_vec());
-    let flat = |p: DVec3| match size.max_element() {
-        s if s == size.x => Coord { x: p.y * n.x.signum(), y: p.z },
-        s if s == size.y => Coord { x: p.z * n.y.signum(), y: p.x },
-        _ => Coord { x: p.x * n.z.signum(), y: p.y },
-    };
-    let turns = |h: &[DVec3], i: usize| {
-        let k = h.len();
-        orient2d(flat(h[(i + k - 1) % k]), flat(h[i]), flat(h[(i + 1) % k])) > 0.0
-    };
-    while let Some(i) = (0..hull.len()).find(|&i| !turns(&hull, i)) {
-        hull.remove(i);
-    }
-    hull
-}
-
-fn around(winding: &[DVec3]) -> impl Iterator<Item = Edge> {
-    winding.iter().zip(winding.iter().cycle().skip(1)).map(|(&a, &b)| [a, b])
-}
-
-fn normal(winding: &[DVec3]) -> DVec3 {
-    crate::geom::newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>())
 }
 
 /// The exact sign of a line's side of an edge; positive where it passes on the inside.

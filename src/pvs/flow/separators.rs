@@ -183,15 +183,7 @@ impl Separators {
         let n = edges.len();
         let mut a = edges.corner(n - 1);
         let base = up.dot(a);
-        self.heights.clear();
-        for [x, y, z] in others.groups() {
-            let mut inverse = [0.0; 4];
-            for k in 0..4 {
-                let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
-                inverse[k] = if h > self.rounding { 1.0 / h } else { LEVEL };
-            }
-            self.heights.push(inverse);
-        }
+        self.measure(others, up, base);
         for i in 0..n {
             let b = edges.corner(i);
             if which == Edges::Own && !edges.is_own(i) {
@@ -228,6 +220,20 @@ impl Separators {
             a = b;
         }
         true
+    }
+
+    /// The inverse heights of a window's corners above the plane across `up` at `base`.
+    #[inline(always)]
+    fn measure(&mut self, others: &Window, up: DVec3, base: f64) {
+        self.heights.clear();
+        for [x, y, z] in others.groups() {
+            let mut inverse = [0.0; 4];
+            for k in 0..4 {
+                let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
+                inverse[k] = if h > self.rounding { 1.0 / h } else { LEVEL };
+            }
+            self.heights.push(inverse);
+        }
     }
 }
 

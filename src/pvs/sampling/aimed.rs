@@ -45,15 +45,8 @@ pub(in crate::pvs) fn sample(
     let prover = Prover { rays, locator: &locator, clearance: scene.tolerance().clearance };
     let origins: Vec<Origins> = parallel::map_range(0..graph.cells.len(), |c| Origins::new(graph, rays, c));
     for round in 0..ROUNDS {
-        let open = |c: usize| {
-            let left = |upper: &BitMatrix, known: &BitMatrix| {
-                let words: Vec<u64> = upper.row(c).iter().zip(known.row(c)).map(|(u, l)| u & !l).collect();
-                crate::bits::ones(&words).collect::<Vec<_>>()
-            };
-            let cells: Vec<usize> = left(cells_upper, &lower.cells).into_iter().filter(|&other| other > c).collect();
-            Left { cell: CellId(c as u32), objects: left(objects_upper, &lower.objects), cells }
-        };
-        let mut undecided: Vec<Left> = (0..graph.cells.len()).map(open).collect();
+        let left = |c: usize| Left::new(c, [cells_upper, objects_upper], lower);
+        let mut undecided: Vec<Left> = (0..graph.cells.len()).map(left).collect();
         undecided.retain(|left| left.pairs() > 0);
         let count: u64 = undecided.iter().map(Left::pairs).sum();
         let attempts = (FIRST << round).min(budget.saturating_sub(lower.rays) / count.max(1));
@@ -104,6 +97,16 @@ struct Left {
 }
 
 impl Left {
+    /// Of cell `c`, by the upper sets of cells and objects.
+    fn new(c: usize, [cells_upper, objects_upper]: [&BitMatrix; 2], lower: &Witnessed) -> Self {
+        let left = |upper: &BitMatrix, known: &BitMatrix| {
+            let words: Vec<u64> = upper.row(c).iter().zip(known.row(c)).map(|(u, l)| u & !l).collect();
+            crate::bits::ones(&words).collect::<Vec<_>>()
+        };
+        let cells: Vec<usize> = left(cells_upper, &lower.cells).into_iter().filter(|&other| other > c).collect();
+        Self { cell: CellId(c as u32), objects: left(objects_upper, &lower.objects), cells }
+    }
+
     fn pairs(&self) -> u64 {
         (self.objects.len() + self.cells.len()) as u64
     }
