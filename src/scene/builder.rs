@@ -310,6 +310,18 @@ impl SceneBuilder {
         dropped
     }
 
+    /// Notes on triangles that were dropped or left out.
+    fn note_losses(&mut self) {
+        if self.degenerate > 0 {
+            self.source.notes.push(Note::detail(format!("{} triangles without area dropped", self.degenerate)));
+        }
+        if let Some(node) = &self.first_broken {
+            let count = self.broken;
+            let what = format!("{count} triangles left out: a corner is not a finite number (first in {node})");
+            self.source.notes.push(Note::fault(what));
+        }
+    }
+
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
         self.finish_tubes()?;
@@ -319,6 +331,7 @@ impl SceneBuilder {
         if bounds.is_empty() {
             return Err(self.first_broken.map_or(ImportError::Empty, |node| ImportError::NotFinite { node }));
         }
+        self.note_losses();
         let origin = bounds.centre().round();
         let (mut positions, mut triangles, mut objects, mut tubes) = (Vec::new(), Vec::new(), Vec::new(), Tubes::default());
         let mut groups: BTreeMap<u32, Vec<ObjectId>> = BTreeMap::new();
@@ -341,20 +354,8 @@ impl SceneBuilder {
             }
             let first = tubes.append(added.tubes, -origin);
             for [part, segments] in parts {
-                let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
-                let mut bounds = Aabb::EMPTY;
-                for triangle in &mesh.triangles[part.start as usize..part.end as usize] {
-                    triangles.push(triangle.map(|i| {
-                        let p = mesh.positions[i as usize] - origin;
-                        // Adding zero makes -0.0 and 0.0 one.
-                        *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
-                            bounds = bounds.with(p);
-                            positions.push(p);
-                            positions.len() as u32 - 1
-                        })
-                    }));
-                }
+                let bounds = weld(&mesh, part, origin, &mut positions, &mut triangles);
                 let triangles = start..triangles.len() as u32;
                 let (node, role, opaque) = (mesh.node.clone(), mesh.role, mesh.opaque);
                 let segments = if segments.is_empty() { 0..0 } else { segments.start + first..segments.end + first };
@@ -367,14 +368,6 @@ impl SceneBuilder {
             }
         }
         let together = joined(groups.into_values(), &mut objects);
-        if self.degenerate > 0 {
-            self.source.notes.push(Note::detail(format!("{} triangles without area dropped", self.degenerate)));
-        }
-        if let Some(node) = &self.first_broken {
-            let count = self.broken;
-            let what = format!("{count} triangles left out: a corner is not a finite number (first in {node})");
-            self.source.notes.push(Note::fault(what));
-        }
         self.source.notes.extend(see_through(&objects, &self.source.format));
         let hints = moved(self.hints, origin);
         let (name, source) = (name.to_owned(), self.source);
@@ -384,6 +377,24 @@ impl SceneBuilder {
         scene.source.notes.extend(count.map(|count| Note::detail(count.to_string())));
         Ok(scene)
     }
+}
+
+/// Appends triangles of a mesh, relative to an origin, with each corner once. Gives the box around them.
+fn weld(mesh: &Mesh, part: Range<u32>, origin: DVec3, positions: &mut Vec<DVec3>, triangles: &mut Vec<[u32; 3]>) -> Aabb {
+    let mut welded = HashMap::with_capacity(part.len());
+    let mut bounds = Aabb::EMPTY;
+    for triangle in &mesh.triangles[part.start as usize..part.end as usize] {
+        triangles.push(triangle.map(|i| {
+            let p = mesh.positions[i as usize] - origin;
+            // Adding zero makes -0.0 and 0.0 one.
+            *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
+                bounds = bounds.with(p);
+                positions.push(p);
+                positions.len() as u32 - 1
+            })
+        }));
+    }
+    bounds
 }
 
 /// Hints relative to an origin.

@@ -2,10 +2,13 @@
 //!
 //! A tree is copied once, when it is taken. Whatever is wrong with it is named and made good, so that every object is drawn where it shows.
 
+mod boxes;
+
 use super::{Hierarchy, Node, Shapes};
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::occlusion::bounds::Bounds;
+use boxes::{around, holding, is_box};
 use glam::DVec3;
 use std::collections::HashSet;
 use std::fmt;
@@ -14,10 +17,6 @@ use std::hash::Hash;
 /// Nodes of a client's tree for each object, and some more, after which it counts as endless. Lower: sparse octrees with many empty nodes are
 /// cut. Higher: a tree without an end takes more memory before it is.
 const MOST_NODES: [usize; 2] = [64, 4096];
-
-/// By how much a box may fall short of what is in it, of the size of its coordinates: the rounding of a client that keeps `f32`. Larger:
-/// boxes that lose something pass. Smaller: good boxes are made anew.
-const SHORT: f64 = 1e-6;
 
 /// In place of an object's box that isn't of numbers: around every eye, so that nobody asks whether it shows. Larger: products of three
 /// lengths leave the range of `f32`. Smaller: an eye may be outside.
@@ -267,29 +266,6 @@ impl<N: Copy + Eq + Hash> Copied<N> {
             at += 1;
         }
         tree
-    }
-}
-
-/// Whether it is one: of numbers, its axes of length 1 and at right angles.
-fn is_box(b: &Bounds) -> bool {
-    let [x, y, z] = b.axes;
-    let units = [x.dot(x) - 1.0, y.dot(y) - 1.0, z.dot(z) - 1.0, x.dot(y), y.dot(z), z.dot(x)];
-    units.iter().all(|off| off.abs() <= SHORT) && b.centre.is_finite() && b.half.is_finite() && b.half.min_element() >= 0.0
-}
-
-/// A box, grown by rounding, if it holds the others; `None` otherwise.
-fn holding(b: Bounds, parts: &[Bounds]) -> Option<Bounds> {
-    let corners = parts.iter().flat_map(Bounds::corners);
-    let short = corners.fold(DVec3::ZERO, |short, p| short.max(b.local(p).abs() - b.half));
-    let size = b.centre.abs().max_element() + b.half.max_element();
-    (short.max_element() <= SHORT * size).then_some(Bounds { half: b.half + short, ..b })
-}
-
-/// The box along the axes around some others; one of them alone is its own.
-fn around(parts: &[Bounds]) -> Bounds {
-    match parts {
-        [one] => *one,
-        _ => Bounds::from(Aabb::of(parts.iter().flat_map(Bounds::corners))),
     }
 }
 
