@@ -23,7 +23,7 @@ use crate::pvs::budget::Budget;
 use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
-use crate::pvs::{self, Guarantee, PvsOptions, SamplingEnd};
+use crate::pvs::{self, Guarantee, Pvs, PvsOptions, SamplingEnd};
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Object, Role, Scene};
 use crate::types::note::{Note, NoteKind, details};
@@ -285,17 +285,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let start = Instant::now();
     work.tell("cells", 0.0);
     let rays = RayScene::new(scene);
-    let mut graph = match options.given {
-        Some(graph) => graph,
-        None => work.once(|| find_cells_by(&rays, &options.split, work))?,
-    };
+    let mut graph = cells_and_portals(&rays, options.given, &options.split, options.smallest_hole, work)?;
     let found = graph.strategy != Strategy::Given;
-    if graph.cells.is_empty() {
-        return Err(BakeError::NoCells);
-    }
-    if let Some(metres) = options.smallest_hole {
-        small_holes::close(scene, &mut graph, metres);
-    }
     let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
     if found {
         stage("the split", &graph, scene, 0);
@@ -307,14 +298,9 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let start = Instant::now();
     let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
     let mut pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };
-    let divides = options.view_cell_bytes.is_some();
     let sees_all = matches!(&graph.cells[..], [only] if only.open) && pvs_options.rows_from == Guarantee::Conservative;
-    let has_views = divides || !options.view_cells.is_empty();
-    let budget = match (has_views, sees_all) {
-        (true, _) => Budget::with_view_cells(pvs_options.ray_budget),
-        (false, true) => Budget::of_one_open_cell(pvs_options.ray_budget),
-        (false, false) => Budget::of_cells(pvs_options.ray_budget),
-    };
+    let has_views = options.view_cell_bytes.is_some() || !options.view_cells.is_empty();
+    let budget = budget(pvs_options.ray_budget, has_views, sees_all);
     pvs_options.ray_budget = budget.cells();
     if sees_all && !has_views {
         graph.notes.push(Note::detail(format!("one open cell sees everything: {} rays were cast", budget.cells())));
@@ -333,19 +319,10 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
             stage("clusters", &pvs.graph, scene, SEGMENTS);
         }
     }
-    let mut partition = None;
+    let chosen = options.view_cell_bytes.map(|bytes| view_cells_of(scene, &pvs, bytes, &pvs_options, work));
+    let partition = chosen.transpose()?;
     let mut view_cells = options.view_cells;
-    if let Some(bytes) = options.view_cell_bytes {
-        let mut found = partition::partition(scene, &pvs, bytes, pvs_options.seed, work)?;
-        if pvs.guarantee == Guarantee::Conservative && !found.views.is_empty() {
-            let saving = view_cells::saving(scene, &pvs, &found.views, &found.eyes, &pvs_options, work)?;
-            if saving < VIEW_CELLS_PAY {
-                found.reject(saving);
-            }
-        }
-        view_cells.extend_from_slice(&found.views);
-        partition = Some(found);
-    }
+    view_cells.extend(partition.iter().flat_map(|found| &found.views).cloned());
     pvs_options.ray_budget = budget.view_cells;
     let look = || view_cells::bake(scene, &pvs, &view_cells, &pvs_options, work);
     let views = (!view_cells.is_empty()).then(look).transpose()?;
@@ -358,6 +335,48 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
     let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
     Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, budget, seconds })
+}
+
+/// The given cells, or those of the split; without holes narrower than this, metres.
+fn cells_and_portals(
+    rays: &RayScene<'_>,
+    given: Option<CellGraph>,
+    split: &SplitOptions,
+    smallest_hole: Option<f64>,
+    work: &Job<'_>,
+) -> Result<CellGraph, BakeError> {
+    let mut graph = match given {
+        Some(graph) => graph,
+        None => work.once(|| find_cells_by(rays, split, work))?,
+    };
+    if graph.cells.is_empty() {
+        return Err(BakeError::NoCells);
+    }
+    if let Some(metres) = smallest_hole {
+        small_holes::close(rays.scene(), &mut graph, metres);
+    }
+    Ok(graph)
+}
+
+/// The shares of the rays.
+fn budget(rays: u64, has_views: bool, sees_all: bool) -> Budget {
+    match (has_views, sees_all) {
+        (true, _) => Budget::with_view_cells(rays),
+        (false, true) => Budget::of_one_open_cell(rays),
+        (false, false) => Budget::of_cells(rays),
+    }
+}
+
+/// View cells that fit in so many bytes, unless they save too little.
+fn view_cells_of(scene: &Scene, pvs: &Pvs, bytes: u64, options: &PvsOptions, work: &Job<'_>) -> Result<Partition, Stopped> {
+    let mut found = partition::partition(scene, pvs, bytes, options.seed, work)?;
+    if pvs.guarantee == Guarantee::Conservative && !found.views.is_empty() {
+        let saving = view_cells::saving(scene, pvs, &found.views, &found.eyes, options, work)?;
+        if saving < VIEW_CELLS_PAY {
+            found.reject(saving);
+        }
+    }
+    Ok(found)
 }
 
 #[cfg(test)]

@@ -205,6 +205,47 @@ pub(super) fn header_checksum(bytes: &[u8], table_end: usize) -> u64 {
     xxh3_64(&[&bytes[..CHECKSUM_AT], &bytes[HEADER..table_end]].concat())
 }
 
+fn header(offset: usize, what: String) -> FileError {
+    FileError::Header { offset: offset as u64, what }
+}
+
+/// The section table of a file of `length` bytes.
+fn sections(bytes: &[u8], count: usize, length: u64) -> Result<Vec<Section>, FileError> {
+    let mut sections: Vec<Section> = Vec::with_capacity(count);
+    let mut offset = (HEADER + count * ENTRY) as u64;
+    for i in 0..count {
+        let at = HEADER + i * ENTRY;
+        let (number, flags) = (u32_at(bytes, at), u32_at(bytes, at + 4));
+        let (stored, decoded, checksum) = (u64_at(bytes, at + 8), u64_at(bytes, at + 16), u64_at(bytes, at + 24));
+        if number == 0 || sections.last().is_some_and(|last| last.number >= number) {
+            return Err(header(at, format!("section {number} out of order; numbers ascend from 1")));
+        }
+        if flags & !(REQUIRED | ZSTD) != 0 {
+            return Err(header(at + 4, format!("section {number} has flags {flags:#x} that this program doesn't know")));
+        }
+        let id = SectionId::from_number(number);
+        if id.is_none() && flags & REQUIRED != 0 {
+            return Err(FileError::UnknownRequired { id: number });
+        }
+        let zstd = flags & ZSTD != 0;
+        if zstd && id.is_some_and(SectionId::is_matrix) {
+            return Err(header(at + 4, format!("section {number} is a matrix and can't be compressed as a whole")));
+        }
+        if stored > length - offset {
+            return Err(header(at + 8, format!("section {number} has {stored} bytes, {} are left", length - offset)));
+        }
+        if !zstd && decoded != stored {
+            return Err(header(at + 16, format!("section {number} isn't compressed and has two lengths")));
+        }
+        sections.push(Section { number, offset, bytes: stored, decoded, zstd, checksum });
+        offset += stored;
+    }
+    if offset != length {
+        return Err(header(16, format!("sections end at byte {offset}, the file at byte {length}")));
+    }
+    Ok(sections)
+}
+
 impl<'a> Container<'a> {
     /// Reads header and table. `bytes` is the whole file.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, FileError> {
@@ -226,7 +267,6 @@ impl<'a> Container<'a> {
         if has > length {
             return Err(FileError::TrailingBytes { end: length, extra: has - length });
         }
-        let header = |offset: usize, what: String| FileError::Header { offset: offset as u64, what };
         let count = u32_at(bytes, 12) as usize;
         if count > (bytes.len() - HEADER) / ENTRY {
             return Err(header(12, format!("a table of {count} sections in a file of {length} bytes")));
@@ -242,38 +282,7 @@ impl<'a> Container<'a> {
         if let Some(at) = (41..CHECKSUM_AT).find(|&i| bytes[i] != 0) {
             return Err(header(at, "a reserved byte that is not zero".into()));
         }
-        let mut sections: Vec<Section> = Vec::with_capacity(count);
-        let mut offset = table_end as u64;
-        for i in 0..count {
-            let at = HEADER + i * ENTRY;
-            let (number, flags) = (u32_at(bytes, at), u32_at(bytes, at + 4));
-            let (stored, decoded, checksum) = (u64_at(bytes, at + 8), u64_at(bytes, at + 16), u64_at(bytes, at + 24));
-            if number == 0 || sections.last().is_some_and(|last| last.number >= number) {
-                return Err(header(at, format!("section {number} out of order; numbers ascend from 1")));
-            }
-            if flags & !(REQUIRED | ZSTD) != 0 {
-                return Err(header(at + 4, format!("section {number} has flags {flags:#x} that this program doesn't know")));
-            }
-            let id = SectionId::from_number(number);
-            if id.is_none() && flags & REQUIRED != 0 {
-                return Err(FileError::UnknownRequired { id: number });
-            }
-            let zstd = flags & ZSTD != 0;
-            if zstd && id.is_some_and(SectionId::is_matrix) {
-                return Err(header(at + 4, format!("section {number} is a matrix and can't be compressed as a whole")));
-            }
-            if stored > length - offset {
-                return Err(header(at + 8, format!("section {number} has {stored} bytes, {} are left", length - offset)));
-            }
-            if !zstd && decoded != stored {
-                return Err(header(at + 16, format!("section {number} isn't compressed and has two lengths")));
-            }
-            sections.push(Section { number, offset, bytes: stored, decoded, zstd, checksum });
-            offset += stored;
-        }
-        if offset != length {
-            return Err(header(16, format!("sections end at byte {offset}, the file at byte {length}")));
-        }
+        let sections = sections(bytes, count, length)?;
         let model_hash = u128::from_le_bytes(std::array::from_fn(|i| bytes[24 + i]));
         Ok(Self { bytes, sections, model_hash, guarantee })
     }

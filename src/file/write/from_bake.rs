@@ -31,14 +31,7 @@ impl PvsFile {
             model_hash: scene.hash(),
             origin: scene.origin,
             guarantee: pvs.guarantee,
-            import: Import {
-                object_triangles: import.object_triangles,
-                metres_per_unit: import.metres_per_unit,
-                z_up: import.z_up,
-                tube_radius: import.tube_radius,
-                tubes: import.tubes,
-                smallest_hole: import.smallest_hole,
-            },
+            import: kept(import),
             strategy: graph.strategy,
             reason: graph.reason.clone(),
             smallest_hole: graph.smallest_hole,
@@ -96,6 +89,18 @@ impl PvsFile {
         let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
         let faults = in_no_cell.map(|id| format!("view cell {id} lies in no cell: nothing beyond it is seen from there"));
         self.notes.splice(0..0, faults);
+    }
+}
+
+/// What a file keeps of an import.
+fn kept(import: &ImportOptions) -> Import {
+    Import {
+        object_triangles: import.object_triangles,
+        metres_per_unit: import.metres_per_unit,
+        z_up: import.z_up,
+        tube_radius: import.tube_radius,
+        tubes: import.tubes,
+        smallest_hole: import.smallest_hole,
     }
 }
 
