@@ -52,6 +52,7 @@ impl House {
     }
 
     /// The file.
+    #[expect(clippy::too_many_lines, reason = "one text")]
     pub fn text(&self) -> String {
         let u = |metres: f64| format!("{:?}", metres * self.units_per_metre);
         let turn = DVec2::from_angle(self.degrees.to_radians());
