@@ -28,7 +28,24 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     let beyond = within.inflated(FAR + within.diagonal());
     let eps = scene.tolerance().coplanar;
     // 1. The planes that bound each leaf, and whether they bound it on all sides.
-    let bounded = parallel::map(&found.leaves, |planes| bounded(planes, [&within, &beyond], eps));
+    let bounded = parallel::map(&found.leaves, |planes| {
+        // A plane that only touches the leaf has a face without area.
+        let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
+        let near = faces(planes, &within);
+        // What does not come near the level is outside, too. Planes of two leaves without end may part them only there.
+        let is_endless = near[planes.len()..].iter().any(bounds) || !near.iter().any(bounds);
+        let faces = if is_endless { faces(planes, &beyond) } else { near };
+        let mut bounding: Vec<Plane> = Vec::new();
+        for (plane, face) in planes.iter().zip(&faces) {
+            // Trees cut along one plane more than once.
+            if bounds(face) && !bounding.contains(plane) {
+                bounding.push(*plane);
+            }
+        }
+        let is_there = !planes.is_empty() && faces.iter().any(bounds);
+        let piece = if is_there { Piece::new(bounding, eps) } else { None };
+        (piece, is_endless)
+    });
 
     // 2. Cells, in the leaves' order; the outside is the first of them.
     let (mut cells, mut cell_of, mut outside) = (Vec::new(), Vec::new(), Vec::new());
@@ -51,16 +68,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     }
 
     // 3. Portals.
-    let portal = |(i, p): (usize, &LevelPortal)| {
-        let [a, b] = p.cells.map(|leaf| cell_of[leaf as usize]);
-        let (a, b) = a.zip(b).filter(|(a, b)| a != b)?;
-        let plane = Plane::through(p.winding[0], newell(&p.winding).normalize());
-        let winding = apart(&p.winding, eps);
-        let shutter = found.shutters.binary_search_by_key(&(i as u32), |(portal, _)| *portal).ok();
-        let source = shutter.map(|shutter| found.shutters[shutter].1.clone());
-        let kind = if source.is_some() { PortalKind::Door } else { PortalKind::Opening };
-        (winding.len() >= 3).then_some(Portal { cells: [a, b], plane, winding, kind, state: PortalState::default(), source })
-    };
+    let portal = |(i, p)| portal(i, p, &cell_of, found, eps);
     let portals = found.portals.iter().enumerate().filter_map(portal).collect();
 
     // 4. Walls behind which the tree has nothing open, and before which nothing is drawn.
@@ -72,26 +80,6 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     }
     let (smallest_hole, closed_holes) = (tolerance.smallest_hole(), bare.into_iter().flatten().collect());
     CellGraph { strategy: Strategy::Leaves, reason, cells, portals, smallest_hole, closed_holes, notes }
-}
-
-/// A leaf as a piece, if there is one, and whether it goes on without end beyond the first of two boxes; it is bounded by the second.
-fn bounded(planes: &[Plane], [within, beyond]: [&Aabb; 2], eps: f64) -> (Option<Piece>, bool) {
-    // A plane that only touches the leaf has a face without area.
-    let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
-    let near = faces(planes, within);
-    // What does not come near the level is outside, too. Planes of two leaves without end may part them only there.
-    let is_endless = near[planes.len()..].iter().any(bounds) || !near.iter().any(bounds);
-    let faces = if is_endless { faces(planes, beyond) } else { near };
-    let mut bounding: Vec<Plane> = Vec::new();
-    for (plane, face) in planes.iter().zip(&faces) {
-        // Trees cut along one plane more than once.
-        if bounds(face) && !bounding.contains(plane) {
-            bounding.push(*plane);
-        }
-    }
-    let is_there = !planes.is_empty() && faces.iter().any(bounds);
-    let piece = if is_there { Piece::new(bounding, eps) } else { None };
-    (piece, is_endless)
 }
 
 /// A winding without corners that are within `eps` metres of the one before: in the `f32` of a file, the edge between them would lead
@@ -120,4 +108,16 @@ fn bare_parts(wall: &[DVec3], opaque: &Opaque, tolerance: &Tolerance) -> Vec<Vec
     let face: Vec<DVec2> = wall.iter().map(|&p| flat(p)).collect();
     let solid = |part: Vec<DVec2>| part.into_iter().map(|p| wall[0] + u * p.x + v * p.y).collect();
     open_pieces(&face, &drawn, tolerance.smallest_hole()).into_iter().map(solid).collect()
+}
+
+/// Portal `i` of a level, if it joins two cells; `eps` in metres.
+fn portal(i: usize, p: &LevelPortal, cell_of: &[Option<CellId>], found: &Leaves, eps: f64) -> Option<Portal> {
+    let [a, b] = p.cells.map(|leaf| cell_of[leaf as usize]);
+    let (a, b) = a.zip(b).filter(|(a, b)| a != b)?;
+    let plane = Plane::through(p.winding[0], newell(&p.winding).normalize());
+    let winding = apart(&p.winding, eps);
+    let shutter = found.shutters.binary_search_by_key(&(i as u32), |(portal, _)| *portal).ok();
+    let source = shutter.map(|shutter| found.shutters[shutter].1.clone());
+    let kind = if source.is_some() { PortalKind::Door } else { PortalKind::Opening };
+    (winding.len() >= 3).then_some(Portal { cells: [a, b], plane, winding, kind, state: PortalState::default(), source })
 }

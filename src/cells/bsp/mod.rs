@@ -122,25 +122,6 @@ pub(super) fn bsp(
     Ok(CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes })
 }
 
-/// Notes on a split: lengths of the smallest occluder and of tiles, numbers of leaves, and of triangles that are small or far away.
-fn notes(
-    human: HumanScale,
-    [occluder, edge]: [f64; 2],
-    (shell, leaves): (&Shell, usize),
-    [small, far]: [usize; 2],
-    around: Aabb,
-) -> Vec<Note> {
-    let mut notes = vec![
-        format!("surfaces smaller than {} (--cells bsp:METRES) part nothing: {small} triangles", human.told(occluder)),
-        format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
-        format!("{leaves} leaves in tiles of at most {}", human.told(edge)),
-    ];
-    let [x, _, z] = around.size().to_array().map(|length| human.told(length));
-    let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
-    notes.extend((far > 0).then(beyond));
-    notes.into_iter().map(Note::detail).collect()
-}
-
 /// Marks the cells that are wide open to the outside; `labels` are the cells of leaves.
 fn open_to_the_sky(cells: &mut [Cell], contacts: &[Contact], labels: &[Option<u32>]) {
     let mut area = vec![0.0; cells.len()];
@@ -165,6 +146,25 @@ fn first(last: u32, holds: impl Fn(u32) -> bool) -> u32 {
         if holds(middle) { high = middle } else { low = middle + 1 }
     }
     low
+}
+
+/// Notes on a split: lengths of the smallest occluder and of tiles, numbers of leaves, and of triangles that are small or far away.
+fn notes(
+    human: HumanScale,
+    [occluder, edge]: [f64; 2],
+    (shell, leaves): (&Shell, usize),
+    [small, far]: [usize; 2],
+    around: Aabb,
+) -> Vec<Note> {
+    let mut notes = vec![
+        format!("surfaces smaller than {} (--cells bsp:METRES) part nothing: {small} triangles", human.told(occluder)),
+        format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
+        format!("{leaves} leaves in tiles of at most {}", human.told(edge)),
+    ];
+    let [x, _, z] = around.size().to_array().map(|length| human.told(length));
+    let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
+    notes.extend((far > 0).then(beyond));
+    notes.into_iter().map(Note::detail).collect()
 }
 
 #[cfg(test)]

@@ -128,52 +128,40 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<
         let mut others: Vec<u32> = cells_of(s).filter_map(|c| buckets.get(&c)).flatten().copied().collect();
         others.sort_unstable();
         others.dedup();
-        let at = crossings_of(segments, i, others, reach);
-        count.add(corners_within(&at, s.0.distance(s.1), reach));
+        let (a, b) = *s;
+        let length = a.distance(b);
+        let mut at: Vec<f64> = Vec::new();
+        let (mut before, mut after) = (f64::NEG_INFINITY, f64::INFINITY);
+        for j in others {
+            let (c, d) = segments[j as usize];
+            if j as usize == i {
+                continue;
+            }
+            let (r, q) = (b - a, d - c);
+            let cross = r.perp_dot(q);
+            // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
+            if cross.abs() <= NEARLY_PARALLEL * length * q.length() {
+                at.extend([c, d].into_iter().filter_map(|end| corner_at(*s, end, reach)));
+                continue;
+            }
+            let t = (c - a).perp_dot(q) / cross;
+            let u = (c - a).perp_dot(r) / cross;
+            let (slack, other) = (reach / length, reach / q.length());
+            if u < -other || u > 1.0 + other || t < -slack || t > 1.0 + slack {
+                continue;
+            }
+            if t < 0.0 {
+                before = before.max(t);
+            } else if t > 1.0 {
+                after = after.min(t);
+            } else {
+                at.push(t);
+            }
+        }
+        at.extend([before, after].into_iter().filter(|t| t.is_finite()));
+        count.add(corners_within(&at, length, reach));
         at
     })
-}
-
-/// The entry of segment `i`, which only `others` may cross.
-fn crossings_of(segments: &[(DVec2, DVec2)], i: usize, others: Vec<u32>, reach: f64) -> Vec<f64> {
-    let (a, b) = segments[i];
-    let length = a.distance(b);
-    let mut at: Vec<f64> = Vec::new();
-    let (mut before, mut after) = (f64::NEG_INFINITY, f64::INFINITY);
-    for j in others {
-        let (c, d) = segments[j as usize];
-        if j as usize == i {
-            continue;
-        }
-        let (r, q) = (b - a, d - c);
-        let cross = r.perp_dot(q);
-        // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
-        if cross.abs() <= NEARLY_PARALLEL * length * q.length() {
-            for end in [c, d] {
-                let t = (end - a).dot(r) / (length * length);
-                let off = (a + r * t).distance(end);
-                if off < reach * ON_LINE && t > 0.0 && t < 1.0 {
-                    at.push(t);
-                }
-            }
-            continue;
-        }
-        let t = (c - a).perp_dot(q) / cross;
-        let u = (c - a).perp_dot(r) / cross;
-        let (slack, other) = (reach / length, reach / q.length());
-        if u < -other || u > 1.0 + other || t < -slack || t > 1.0 + slack {
-            continue;
-        }
-        if t < 0.0 {
-            before = before.max(t);
-        } else if t > 1.0 {
-            after = after.min(t);
-        } else {
-            at.push(t);
-        }
-    }
-    at.extend([before, after].into_iter().filter(|t| t.is_finite()));
-    at
 }
 
 /// How many corners crossings make within a line: where many lines end in one corner of it, or cross it in one place, they make no corner more.
@@ -208,6 +196,14 @@ fn triangulate(mut corners: Vec<Corner>, edges: Vec<[usize; 2]>, grid: f64) -> P
         plan.constrained.push(edges.map(|e| e.is_constraint_edge()));
     }
     plan
+}
+
+/// Where a point is a corner of a segment, as a fraction of its length; `None` if it does not lie on it.
+fn corner_at((a, b): (DVec2, DVec2), end: DVec2, reach: f64) -> Option<f64> {
+    let (along, length) = (b - a, a.distance(b));
+    let t = (end - a).dot(along) / (length * length);
+    let off = (a + along * t).distance(end);
+    (off < reach * ON_LINE && t > 0.0 && t < 1.0).then_some(t)
 }
 
 #[cfg(test)]

@@ -115,18 +115,6 @@ pub fn bands(
     bands
 }
 
-/// Where bands begin and end, with levels at least `least` metres apart.
-fn rims(levels: &[f64], heights: [f64; 2], least: f64) -> Vec<(f64, Cut)> {
-    let mut rims = vec![(heights[0], Cut::Bottom)];
-    for (l, &level) in levels.iter().enumerate().take(levels.len().saturating_sub(1)).skip(1) {
-        if level - rims[rims.len() - 1].0 >= least {
-            rims.push((level, Cut::Level(l as u32)));
-        }
-    }
-    rims.push((heights[1], Cut::Top));
-    rims
-}
-
 /// Where along each wall there is enough of it within the band, as in [`super::facets::Wall::spans`].
 fn spans(facets: &Facets, band: &Band, seal: f64, least: f64) -> Vec<(DVec2, DVec2)> {
     let within = [Plane { n: DVec3::Y, d: band.heights[1] }, Plane { n: -DVec3::Y, d: -band.heights[0] }];
@@ -183,4 +171,16 @@ fn crossings(facets: &Facets, band: &Band, coplanar: f64) -> Vec<(DVec2, DVec2)>
         }
     }
     out
+}
+
+/// Where bands begin and end, with levels at least `least` metres apart.
+fn rims(levels: &[f64], heights: [f64; 2], least: f64) -> Vec<(f64, Cut)> {
+    let mut rims = vec![(heights[0], Cut::Bottom)];
+    for (l, &level) in levels.iter().enumerate().take(levels.len().saturating_sub(1)).skip(1) {
+        if level - rims[rims.len() - 1].0 >= least {
+            rims.push((level, Cut::Level(l as u32)));
+        }
+    }
+    rims.push((heights[1], Cut::Top));
+    rims
 }

@@ -143,21 +143,6 @@ fn columns_of(
     })
 }
 
-/// The area of a column that each sheet lies over, square metres, and the triangles there; `over` may lie over it.
-fn shares(facets: &Facets, over: impl IntoIterator<Item = u32>, q: &[DVec2; 3]) -> BTreeMap<u32, (f64, Vec<u32>)> {
-    let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
-    for f in over {
-        let facet = &facets.sheet_facets[f as usize];
-        let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
-        if share > 0.0 {
-            let entry = wanted.entry(facet.owner).or_default();
-            entry.0 += share;
-            entry.1.push(f);
-        }
-    }
-    wanted
-}
-
 /// Puts a cut between its neighbours. One that would cross another is dropped, which only leaves more open, and the answer is
 /// false. Heights within the coplanar tolerance of a neighbour's are taken to be the neighbour's.
 fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
@@ -239,4 +224,19 @@ impl<'s> SheetGrid<'s> {
 /// The box around a triangle.
 fn reach(q: &[DVec2; 3]) -> (DVec2, DVec2) {
     (q[0].min(q[1]).min(q[2]), q[0].max(q[1]).max(q[2]))
+}
+
+/// The area of a column that each sheet lies over, square metres, and the triangles there; `over` may lie over it.
+fn shares(facets: &Facets, over: impl IntoIterator<Item = u32>, q: &[DVec2; 3]) -> BTreeMap<u32, (f64, Vec<u32>)> {
+    let mut wanted: BTreeMap<u32, (f64, Vec<u32>)> = BTreeMap::new();
+    for f in over {
+        let facet = &facets.sheet_facets[f as usize];
+        let share = shared_area(counter_clockwise(facet.corners.map(to_plan)), q);
+        if share > 0.0 {
+            let entry = wanted.entry(facet.owner).or_default();
+            entry.0 += share;
+            entry.1.push(f);
+        }
+    }
+    wanted
 }

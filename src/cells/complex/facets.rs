@@ -219,36 +219,42 @@ fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets
         let front = line.0.dot(to_plan(newell)) > 0.0;
         line.2.push(Facet { corners, owner, matter, front });
     }
-    for (normal, offset, members) in lines {
-        add_wall(Wall { normal, offset, spans: Vec::new() }, members, [seal, least], out);
+    for (normal, offset, mut members) in lines {
+        let mut wall = Wall { normal, offset, spans: Vec::new() };
+        members.sort_by(|a, b| wall.extent(a).0.total_cmp(&wall.extent(b).0));
+        let (mut spans, mut i) = (Vec::new(), 0);
+        while i < members.len() {
+            let (from, to, area) = wall.run(&members, &mut i, 2.0 * seal);
+            if area >= least {
+                spans.push((from, to));
+            }
+        }
+        // What is too small to make a cut still closes a face on the same line.
+        wall.spans = spans;
+        if !wall.spans.is_empty() {
+            out.wall_facets.extend(members.iter().map(|f| Facet { owner: out.walls.len() as u32, ..*f }));
+            out.walls.push(wall);
+        }
     }
 }
 
-/// Adds a wall with its triangles, if there is enough of them anywhere along it.
-fn add_wall(mut wall: Wall, mut members: Vec<Facet>, [seal, least]: [f64; 2], out: &mut Facets) {
-    let reach = |f: &Facet| {
-        let u = f.corners.map(|p| wall.along().dot(to_plan(p)));
+impl Wall {
+    /// From where to where a triangle is along the line, metres.
+    fn extent(&self, f: &Facet) -> (f64, f64) {
+        let u = f.corners.map(|p| self.along().dot(to_plan(p)));
         (u[0].min(u[1]).min(u[2]), u[0].max(u[1]).max(u[2]))
-    };
-    members.sort_by(|a, b| reach(a).0.total_cmp(&reach(b).0));
-    let (mut spans, mut i) = (Vec::new(), 0);
-    while i < members.len() {
-        let (from, mut to) = reach(&members[i]);
-        let mut area = 0.0;
-        while i < members.len() && reach(&members[i]).0 <= to + 2.0 * seal {
-            to = to.max(reach(&members[i]).1);
-            area += crate::scene::triangle_area(members[i].corners);
-            i += 1;
-        }
-        if area >= least {
-            spans.push((from, to));
-        }
     }
-    // What is too small to make a cut still closes a face on the same line.
-    wall.spans = spans;
-    if !wall.spans.is_empty() {
-        out.wall_facets.extend(members.iter().map(|f| Facet { owner: out.walls.len() as u32, ..*f }));
-        out.walls.push(wall);
+
+    /// From where to where triangles from number `i` on go without a gap, metres, and their area; `i` becomes the next number.
+    fn run(&self, members: &[Facet], i: &mut usize, gap: f64) -> (f64, f64, f64) {
+        let (from, mut to) = self.extent(&members[*i]);
+        let mut area = 0.0;
+        while *i < members.len() && self.extent(&members[*i]).0 <= to + gap {
+            to = to.max(self.extent(&members[*i]).1);
+            area += crate::scene::triangle_area(members[*i].corners);
+            *i += 1;
+        }
+        (from, to, area)
     }
 }
 

@@ -10,8 +10,6 @@
 //! convex. A line may cross one cell several times, but a chain that comes back into one of its cells needn't be followed:
 //! without the loop it is a chain too, it asks less of a line, and it leads to the same places.
 
-mod flood;
-
 use super::bundle::{Bundle, Side};
 use super::goals::{Goals, Inside};
 use super::might_see::{MightSee, get, set};
@@ -375,6 +373,7 @@ impl<'a> Search<'a> {
     /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
     /// none is left.
     #[inline(always)]
+    #[expect(clippy::too_many_lines, reason = "the innermost loop, whose parts share borrows of the frames")]
     fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let start = self.frames[depth].goals[1];
@@ -401,10 +400,47 @@ impl<'a> Search<'a> {
         if kept == start {
             return false;
         }
-        self.allow(depth, target, start);
-        *steps += more(self.flood(depth, target));
+        self.allowed.clear();
+        let row = self.might_see.row(target);
+        for (a, b) in frame.live.iter().zip(row) {
+            self.allowed.push(a & b);
+        }
+        if kept - start <= FEW {
+            // What leads to none of the goals that are left is no part of the way to them.
+            self.leads.clear();
+            self.leads.resize(row.len(), 0);
+            for &goal in &self.goals[start..] {
+                set(&mut self.leads, goal as usize);
+                for (a, b) in self.leads.iter_mut().zip(self.might_see.before(goal as usize)) {
+                    *a |= b;
+                }
+            }
+            for (a, b) in self.allowed.iter_mut().zip(&self.leads) {
+                *a &= b;
+            }
+        }
+        child.live.clear();
+        child.live.resize(frame.live.len(), 0);
+        let mut looks = 0;
+        self.queue.push(target as u32);
+        while let Some(last) = self.queue.pop() {
+            for &(word, mask) in net.next(last as usize) {
+                let word = word as usize;
+                let mut ways = self.allowed[word] & mask;
+                self.allowed[word] &= !mask; // once is enough
+                while ways != 0 {
+                    let p = word * 64 + ways.trailing_zeros() as usize;
+                    ways &= ways - 1;
+                    looks += 1;
+                    if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
+                        set(&mut child.live, p);
+                        self.queue.push(p as u32);
+                    }
+                }
+            }
+        }
+        *steps += more(looks);
         kept = start;
-        let child = &mut self.frames[depth + 1];
         let inside = Inside { planes: &child.planes, ends: [self.chain[0] as usize, target] };
         for i in start..self.goals.len() {
             let goal = self.goals[i] as usize;

@@ -4,7 +4,7 @@ use super::Edge;
 use glam::DVec3;
 use robust::{Coord, orient2d};
 
-/// Corners that turn left, as seen along the axis that is nearest to the normal: the others are left out one by one.
+/// The corners that turn left in the projection along the normal's main axis; others are removed one by one.
 pub fn hull(winding: &[DVec3]) -> Vec<DVec3> {
     let n = normal(winding);
     let (size, mut hull) = (n.abs(), winding.to_vec());
