@@ -310,18 +310,6 @@ impl SceneBuilder {
         dropped
     }
 
-    /// Notes on triangles that were dropped or left out.
-    fn note_losses(&mut self) {
-        if self.degenerate > 0 {
-            self.source.notes.push(Note::detail(format!("{} triangles without area dropped", self.degenerate)));
-        }
-        if let Some(node) = &self.first_broken {
-            let count = self.broken;
-            let what = format!("{count} triangles left out: a corner is not a finite number (first in {node})");
-            self.source.notes.push(Note::fault(what));
-        }
-    }
-
     /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
         self.finish_tubes()?;
@@ -335,27 +323,31 @@ impl SceneBuilder {
         let origin = bounds.centre().round();
         let (mut positions, mut triangles, mut objects, mut tubes) = (Vec::new(), Vec::new(), Vec::new(), Tubes::default());
         let mut groups: BTreeMap<u32, Vec<ObjectId>> = BTreeMap::new();
-        let mut trace = self.options.trace.then(|| Trace {
-            looks: vec![Look::default(); self.handed_in as usize],
-            materials: self.materials,
-            ..Trace::default()
-        });
+        let mut trace = self.begin_trace();
         for mut added in self.meshes {
             let whole = 0..added.mesh.triangles.len() as u32;
             let parts = if added.pieces.is_empty() { vec![[whole, 0..0]] } else { std::mem::take(&mut added.pieces) };
-            if let Some(trace) = &mut trace {
-                trace.meshes.extend(parts.iter().map(|_| added.number));
-                trace.triangles.extend(added.numbers());
-                trace.looks[added.number as usize] = std::mem::take(&mut added.look);
-            }
+            trace.iter_mut().for_each(|trace| added.enter(trace, parts.len()));
             let Added { mesh, glass, facts: Facts { reach, group, .. }, .. } = added;
             if tubes.sections.len() + added.tubes.sections.len() >= MOST_SECTIONS {
                 return Err(ImportError::Sections { limit: MOST_SECTIONS });
             }
             let first = tubes.append(added.tubes, -origin);
             for [part, segments] in parts {
+                let mut welded = HashMap::with_capacity(part.len());
                 let start = triangles.len() as u32;
-                let bounds = weld(&mesh, part, origin, &mut positions, &mut triangles);
+                let mut bounds = Aabb::EMPTY;
+                for triangle in &mesh.triangles[part.start as usize..part.end as usize] {
+                    triangles.push(triangle.map(|i| {
+                        let p = mesh.positions[i as usize] - origin;
+                        // Adding zero makes -0.0 and 0.0 one.
+                        *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
+                            bounds = bounds.with(p);
+                            positions.push(p);
+                            positions.len() as u32 - 1
+                        })
+                    }));
+                }
                 let triangles = start..triangles.len() as u32;
                 let (node, role, opaque) = (mesh.node.clone(), mesh.role, mesh.opaque);
                 let segments = if segments.is_empty() { 0..0 } else { segments.start + first..segments.end + first };
@@ -377,24 +369,6 @@ impl SceneBuilder {
         scene.source.notes.extend(count.map(|count| Note::detail(count.to_string())));
         Ok(scene)
     }
-}
-
-/// Appends triangles of a mesh, relative to an origin, with each corner once. Gives the box around them.
-fn weld(mesh: &Mesh, part: Range<u32>, origin: DVec3, positions: &mut Vec<DVec3>, triangles: &mut Vec<[u32; 3]>) -> Aabb {
-    let mut welded = HashMap::with_capacity(part.len());
-    let mut bounds = Aabb::EMPTY;
-    for triangle in &mesh.triangles[part.start as usize..part.end as usize] {
-        triangles.push(triangle.map(|i| {
-            let p = mesh.positions[i as usize] - origin;
-            // Adding zero makes -0.0 and 0.0 one.
-            *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
-                bounds = bounds.with(p);
-                positions.push(p);
-                positions.len() as u32 - 1
-            })
-        }));
-    }
-    bounds
 }
 
 /// Hints relative to an origin.
@@ -471,6 +445,38 @@ fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     (b - a).cross(c - a).length() > 4.0 * f64::EPSILON * largest * longest
+}
+
+impl SceneBuilder {
+    /// A trace without meshes, if one is asked for; takes the materials.
+    fn begin_trace(&mut self) -> Option<Trace> {
+        self.options.trace.then(|| Trace {
+            looks: vec![Look::default(); self.handed_in as usize],
+            materials: std::mem::take(&mut self.materials),
+            ..Trace::default()
+        })
+    }
+
+    /// Adds notes on triangles that were dropped or left out.
+    fn note_losses(&mut self) {
+        if self.degenerate > 0 {
+            self.source.notes.push(Note::detail(format!("{} triangles without area dropped", self.degenerate)));
+        }
+        if let Some(node) = &self.first_broken {
+            let count = self.broken;
+            let what = format!("{count} triangles left out: a corner is not a finite number (first in {node})");
+            self.source.notes.push(Note::fault(what));
+        }
+    }
+}
+
+impl Added {
+    /// Enters a mesh of this many objects into a trace, which takes its look.
+    fn enter(&mut self, trace: &mut Trace, objects: usize) {
+        trace.meshes.extend(std::iter::repeat_n(self.number, objects));
+        trace.triangles.extend(self.numbers());
+        trace.looks[self.number as usize] = std::mem::take(&mut self.look);
+    }
 }
 
 #[cfg(test)]

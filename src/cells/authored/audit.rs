@@ -104,24 +104,6 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     Audit { claimed, ..Audit::of(hints.rooms.len(), findings, &unsound) }
 }
 
-/// Ids of several rooms, or of several openings.
-fn duplicates(hints: &Hints) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (what, ids) in [
-        ("rooms", hints.rooms.iter().map(|r| &r.id).collect::<Vec<_>>()),
-        ("openings", hints.openings.iter().filter(|o| o.kind != OpeningKind::Virtual).map(|o| &o.id).collect()),
-    ] {
-        let mut count: BTreeMap<&String, usize> = BTreeMap::new();
-        ids.into_iter().for_each(|id| *count.entry(id).or_default() += 1);
-        findings.extend(count.into_iter().filter(|c| c.1 > 1).map(|(id, n)| Finding {
-            kind: FindingKind::DuplicateId,
-            ids: vec![id.clone()],
-            text: format!("{n} {what} have the id {id}"),
-        }));
-    }
-    findings
-}
-
 fn one(kind: FindingKind, room: &RoomHint, what: &str) -> Finding {
     Finding { kind, ids: vec![room.id.clone()], text: format!("{} {what}", called(room)) }
 }
@@ -208,4 +190,22 @@ fn unclaimed(graph: &CellGraph, room_of: &[Option<usize>], origin: DVec3, metre:
         findings.push(Finding { kind: FindingKind::Unclaimed, ids, text });
     }
     (findings, if whole > 0.0 { claimed / whole } else { 1.0 })
+}
+
+/// Ids of several rooms, or of several openings.
+fn duplicates(hints: &Hints) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (what, ids) in [
+        ("rooms", hints.rooms.iter().map(|r| &r.id).collect::<Vec<_>>()),
+        ("openings", hints.openings.iter().filter(|o| o.kind != OpeningKind::Virtual).map(|o| &o.id).collect()),
+    ] {
+        let mut count: BTreeMap<&String, usize> = BTreeMap::new();
+        ids.into_iter().for_each(|id| *count.entry(id).or_default() += 1);
+        findings.extend(count.into_iter().filter(|c| c.1 > 1).map(|(id, n)| Finding {
+            kind: FindingKind::DuplicateId,
+            ids: vec![id.clone()],
+            text: format!("{n} {what} have the id {id}"),
+        }));
+    }
+    findings
 }

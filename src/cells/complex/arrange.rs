@@ -132,11 +132,8 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<
         let length = a.distance(b);
         let mut at: Vec<f64> = Vec::new();
         let (mut before, mut after) = (f64::NEG_INFINITY, f64::INFINITY);
-        for j in others {
+        for j in others.into_iter().filter(|&j| j as usize != i) {
             let (c, d) = segments[j as usize];
-            if j as usize == i {
-                continue;
-            }
             let (r, q) = (b - a, d - c);
             let cross = r.perp_dot(q);
             // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.

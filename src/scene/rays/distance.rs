@@ -3,7 +3,7 @@
 use super::Sheared;
 use glam::DVec3;
 
-/// True where the closed segment from `a` to `b` has a point within `distance` metres of the triangle.
+/// True if the closed segment from `a` to `b` has a point within `distance` metres of the triangle.
 pub(super) fn comes_within(a: DVec3, b: DVec3, corners: &[DVec3; 3], distance: f64) -> bool {
     let [p, q, r] = *corners;
     let normal = (q - p).cross(r - p);
@@ -20,7 +20,7 @@ pub(super) fn comes_within(a: DVec3, b: DVec3, corners: &[DVec3; 3], distance: f
         || [(p, q), (q, r), (r, p)].iter().any(|&(e, f)| segments_squared(a, b, e, f) <= squared)
 }
 
-/// The point of a triangle that is nearest to `p` (Ericson 2005, 5.1.5).
+/// The point of a triangle nearest to `p` (Ericson 2005, 5.1.5).
 pub fn closest_on_triangle(p: DVec3, &[a, b, c]: &[DVec3; 3]) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
