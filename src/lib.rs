@@ -56,10 +56,16 @@ pub mod bits;
 #[cfg(feature = "bake")]
 pub mod bvh;
 mod ids;
+#[cfg(feature = "bake")]
 pub mod parallel;
+#[cfg(not(feature = "bake"))]
+mod parallel;
 #[cfg(feature = "bake")]
 pub mod polygon;
+#[cfg(feature = "bake")]
 pub mod random;
+#[cfg(not(feature = "bake"))]
+mod random;
 mod simd;
 
 /// The README's example compiles.

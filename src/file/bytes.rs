@@ -52,12 +52,15 @@ impl<'a> Cursor<'a> {
         FileError::Malformed { section: self.section, offset: self.item as u64, what: what.into() }
     }
 
-    pub fn section(&self) -> SectionId {
-        self.section
-    }
-
     pub fn remaining(&self) -> usize {
         self.bytes.len() - self.at
+    }
+
+    /// What is left.
+    pub fn rest(&mut self) -> &'a [u8] {
+        let rest = &self.bytes[self.at..];
+        self.at = self.bytes.len();
+        rest
     }
 
     pub fn take(&mut self, n: usize) -> Result<&'a [u8], FileError> {
@@ -68,13 +71,6 @@ impl<'a> Cursor<'a> {
         let taken = &self.bytes[self.at..self.at + n];
         self.at += n;
         Ok(taken)
-    }
-
-    /// The next `n` bytes, to be read to their end on their own.
-    pub fn part(&mut self, n: usize) -> Result<Self, FileError> {
-        let start = self.at;
-        self.take(n)?;
-        Ok(Self { section: self.section, bytes: &self.bytes[..self.at], at: start, item: start })
     }
 
     fn array<const N: usize>(&mut self) -> Result<[u8; N], FileError> {

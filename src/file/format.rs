@@ -14,7 +14,7 @@ use xxhash_rust::xxh3::xxh3_64;
 /// First bytes of every file: not text, and broken by transfers that think it is.
 pub const MAGIC: [u8; 8] = *b"\x89PVS\r\n\x1a\n";
 /// The version that this program writes, and the only one that it reads.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// Bytes of the header, up to the section table.
 pub(super) const HEADER: usize = 56;
@@ -287,11 +287,13 @@ impl<'a> Container<'a> {
         Ok(Self { bytes, sections, model_hash, guarantee })
     }
 
+    #[cfg(feature = "bake")]
     /// Length of the file.
     pub fn file_bytes(&self) -> usize {
         self.bytes.len()
     }
 
+    #[cfg(feature = "bake")]
     /// The section table.
     pub fn sections(&self) -> &[Section] {
         &self.sections

@@ -1,6 +1,7 @@
 //! Files on disk, read.
 
-use super::{FileError, MAGIC, PvsFile};
+use super::format::MAGIC;
+use super::{FileError, PvsFile};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! The `.pvs` container: what the run time needs, and what a reader wants to know about how it came to be.
 //!
 //! [`PvsFile`] is a decoded file: [`PvsFile::from_bake`] makes one, [`PvsFile::save`] and [`PvsFile::load`] keep it on disk.
-//! [`Container`] is a file whose table has been read and nothing else: [`Container::rows`] reads one matrix from it.
+//! [`Container`] is a file whose table has been read and nothing else.
 //! The bytes are drawn in docs/format.md.
 
 mod bytes;
@@ -21,9 +21,11 @@ mod write;
 
 pub use crate::types::bounds::{CONFIDENCE, Unseen};
 pub use error::FileError;
+#[cfg(feature = "bake")]
 pub use format::{Container, MAGIC, Section, SectionId, VERSION};
 pub use load::load_bytes;
-pub use rows::{RowReader, entropy_bits_per_pair};
+#[cfg(feature = "bake")]
+pub use rows::{decode_rows, entropy_bits_per_pair};
 #[cfg(feature = "bake")]
 pub use summary::{FileSummary, GapSummary, PortalsSummary, PvsSummary, SectionSummary, UnseenSummary, ViewCellsSummary};
 #[cfg(feature = "bake")]
@@ -34,6 +36,7 @@ use crate::geom::Aabb;
 use crate::tolerance::Tolerance;
 pub use crate::types::gap::Gap;
 use crate::types::guarantee::Guarantee;
+#[cfg(feature = "bake")]
 use crate::types::import::ImportOptions;
 use crate::types::placed::PlacedBox;
 use crate::types::portal::{PortalKind, PortalState};
@@ -159,6 +162,7 @@ pub struct Import {
 
 impl Import {
     /// What imports the model in the same way.
+    #[cfg(feature = "bake")]
     pub fn options(&self) -> ImportOptions {
         let Self { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole } = *self;
         ImportOptions {

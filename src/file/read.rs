@@ -4,7 +4,7 @@ use super::bytes::{Budget, Cursor};
 use super::codes::{HOLE, NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
 use super::error::FileError;
 use super::format::{Container, SectionId};
-use super::rows::{Guide, RowReader};
+use super::rows::{Guide, decode_guided, matrix_bytes};
 use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
 use crate::types::bounds::Unseen;
 use crate::types::guarantee::Guarantee;
@@ -63,14 +63,8 @@ impl PvsFile {
         file.placement = reader.placement(cells, objects, budget)?;
         file.placed = reader.placed(file.placement.count_ones(), budget)?;
         let portals: Vec<[u32; 2]> = file.portals.iter().map(|p| p.cells.map(|cell| cell.0)).collect();
-        if let Some(rows) = reader.cell_rows(cells, &portals, budget)? {
-            budget.take(SectionId::CellRows, rows.matrix_bytes())?;
-            file.cell_rows = Some(rows.matrix()?);
-        }
-        if let Some(rows) = reader.object_rows(&portals, &file.placement, file.cell_rows.as_ref(), budget)? {
-            budget.take(SectionId::ObjectRows, rows.matrix_bytes())?;
-            file.object_rows = Some(rows.matrix()?);
-        }
+        file.cell_rows = reader.cell_rows(cells, &portals, budget)?;
+        file.object_rows = reader.object_rows(&portals, &file.placement, file.cell_rows.as_ref(), budget)?;
         reader.states(&mut file.portals, budget)?;
         file.bounds = reader.bounds(cells, objects, budget)?;
         file.views = reader.views(objects, file.guarantee, budget)?;
@@ -78,64 +72,6 @@ impl PvsFile {
         check_pairs(&file)?;
         Ok(file)
     }
-}
-
-impl<'a> Container<'a> {
-    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`], [`SectionId::ObjectRows`] or [`SectionId::ViewRows`];
-    /// `None` where the file leaves the section out (every bit is set), and for every other section.
-    ///
-    /// Rows of cells are read by the portals, rows of objects by the portals, the placement and the rows of cells: those sections
-    /// are read for it.
-    pub fn rows(&self, id: SectionId) -> Result<Option<RowReader<'a>>, FileError> {
-        let budget = &mut Budget::new(self.file_bytes());
-        let reader = SectionReader { container: self };
-        let meta = reader.meta(budget)?;
-        let (cells, objects) = (meta.cells, meta.objects);
-        let portals = |budget: &mut Budget| -> Result<Vec<[u32; 2]>, FileError> {
-            let pair = |c: &mut Cursor<'_>, b: &mut Budget| portal(c, b, cells).map(|p| p.cells.map(|cell| cell.0));
-            reader.list(SectionId::Portals, meta.portals, 30, budget, pair)
-        };
-        let rows = match id {
-            SectionId::Placement => row_reader(self, id, cells, objects, Guide::Plain, budget)?,
-            SectionId::CellRows => reader.cell_rows(cells, &portals(budget)?, budget)?,
-            SectionId::ViewRows if self.section(id).is_some() => {
-                let views = reader.section(SectionId::ViewCells, budget, |c, b| {
-                    c.list(b, 8, |c, b| c.string().and_then(|_| pieces(c, b)))
-                })?;
-                row_reader(self, id, views.map_or(0, |views| views.len()), objects, Guide::Plain, budget)?
-            }
-            SectionId::ObjectRows if self.section(id).is_some() => {
-                let portals = portals(budget)?;
-                let placement = reader.placement(cells, objects, budget)?;
-                let seen = match reader.cell_rows(cells, &portals, budget)? {
-                    Some(rows) => {
-                        budget.take(id, rows.matrix_bytes())?;
-                        Some(rows.matrix()?)
-                    }
-                    None => None,
-                };
-                reader.object_rows(&portals, &placement, seen.as_ref(), budget)?
-            }
-            _ => None,
-        };
-        if let Some(rows) = &rows {
-            budget.take(id, rows.matrix_bytes())?;
-        }
-        Ok(rows)
-    }
-}
-
-fn row_reader<'a>(
-    container: &Container<'a>,
-    id: SectionId,
-    rows: usize,
-    columns: usize,
-    guide: Guide,
-    budget: &mut Budget,
-) -> Result<Option<RowReader<'a>>, FileError> {
-    let Some(bytes) = container.matrix(id)? else { return Ok(None) };
-    budget.take(id, 48 * rows as u64)?;
-    RowReader::guided(id, bytes, rows, columns, guide).map(Some)
 }
 
 /// What [`SectionId::Meta`] holds.
@@ -248,9 +184,19 @@ impl<'a> SectionReader<'_, 'a> {
         columns: usize,
         budget: &mut Budget,
     ) -> Result<Option<BitMatrix>, FileError> {
-        let Some(reader) = row_reader(self.container, id, rows, columns, Guide::Plain, budget)? else { return Ok(None) };
-        budget.take(id, reader.matrix_bytes())?;
-        reader.matrix().map(Some)
+        self.guided(id, [rows, columns], &Guide::Plain, budget)
+    }
+
+    fn guided(
+        &self,
+        id: SectionId,
+        [rows, columns]: [usize; 2],
+        guide: &Guide,
+        budget: &mut Budget,
+    ) -> Result<Option<BitMatrix>, FileError> {
+        let Some(bytes) = self.container.matrix(id)? else { return Ok(None) };
+        budget.take(id, matrix_bytes(rows, columns))?;
+        decode_guided(id, bytes, rows, columns, guide).map(Some)
     }
 
     fn placement(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<BitMatrix, FileError> {
@@ -281,15 +227,10 @@ impl<'a> SectionReader<'_, 'a> {
     }
 
     /// `portals`: the cells on both sides of each.
-    fn cell_rows(
-        &self,
-        cells: usize,
-        portals: &[[u32; 2]],
-        budget: &mut Budget,
-    ) -> Result<Option<RowReader<'a>>, FileError> {
+    fn cell_rows(&self, cells: usize, portals: &[[u32; 2]], budget: &mut Budget) -> Result<Option<BitMatrix>, FileError> {
         budget.take(SectionId::CellRows, Guide::cells_bytes(cells, portals.len()))?;
         let guide = Guide::cells(cells, portals.iter().copied());
-        row_reader(self.container, SectionId::CellRows, cells, cells, guide, budget)
+        self.guided(SectionId::CellRows, [cells; 2], &guide, budget)
     }
 
     fn object_rows(
@@ -298,14 +239,14 @@ impl<'a> SectionReader<'_, 'a> {
         placement: &BitMatrix,
         seen: Option<&BitMatrix>,
         budget: &mut Budget,
-    ) -> Result<Option<RowReader<'a>>, FileError> {
+    ) -> Result<Option<BitMatrix>, FileError> {
         let id = SectionId::ObjectRows;
         if self.container.section(id).is_none() {
             return Ok(None);
         }
         budget.take(id, Guide::objects_bytes(portals.len(), placement, seen))?;
         let guide = Guide::objects(portals.iter().copied(), placement, seen);
-        row_reader(self.container, id, placement.rows(), placement.columns(), guide, budget)
+        self.guided(id, [placement.rows(), placement.columns()], &guide, budget)
     }
 
     fn repairs(&self, cells: usize, budget: &mut Budget) -> Result<Vec<Repair>, FileError> {

@@ -1,13 +1,16 @@
 //! Visibility matrices in few bytes.
 //!
-//! A matrix is coded in the shorter of two ways: bit by bit with a model of what is expected ([`modelled`], [`guide`]), where a
-//! row takes few enough steps for that; and by differences and zstd ([`differences`]), which is fast on long rows.
-//! The bytes are drawn in docs/format.md. The same matrix gives the same bytes on any number of threads.
+//! A matrix is coded row by row, each decision by a model of what is expected ([`guide`], [`coder`]). A row refers to an earlier one that is
+//! much like it. The bytes are drawn in docs/format.md. The same matrix gives the same bytes on any number of threads.
+//!
+//! Based on: Glen G. Langdon, Jorma Rissanen, *Compression of black-white images with arithmetic coding*, 1981 (adaptive contexts of bits
+//! nearby; here a bit's neighbours are the bits of the reference, and what [`Guide`] knows); Paolo Boldi, Sebastiano Vigna, *The WebGraph
+//! framework I: compression techniques*, 2004 (references among the rows before); Michiel van de Panne, A. James Stewart, *Effective
+//! compression techniques for precomputed visibility*, 1999 (equal rows are stored once). Deviation: lossless, since merging rows that are
+//! nearly equal would break either side of the guarantee.
 
 pub(super) mod coder;
-pub(super) mod differences;
 pub(super) mod guide;
-pub(super) mod modelled;
 
 pub(super) use guide::Guide;
 
@@ -15,117 +18,97 @@ use super::bytes::Cursor;
 use super::error::FileError;
 use super::format::SectionId;
 use crate::BitMatrix;
-use differences::Differences;
-use modelled::Modelled;
+use crate::bits::ones;
+use coder::Decoder;
+use guide::{Known, Models, Walker};
 
 /// First byte of a matrix without a set bit.
+#[cfg(feature = "bake")]
 pub(super) const ZEROS: usize = 0;
 /// First byte of a matrix with every bit set.
 pub(super) const ONES: usize = 1;
-/// First byte of one in blocks of differences.
-pub(super) const DIFFERENCES: usize = 2;
+/// First byte of a coded one.
+pub(super) const CODED: usize = 2;
+/// Flag: a symmetric matrix, of which each pair is coded once.
+pub(super) const SYMMETRIC: usize = 1;
+/// Flag: coded without what the guide knows, since asking it takes too long.
+pub(super) const UNGUIDED: usize = 2;
 
 /// Zero-order entropy of `pairs` bits of which `set` are set, bits a pair: what coding each bit alone costs at least. 0 for no
 /// pairs.
+#[cfg(feature = "bake")]
 pub fn entropy_bits_per_pair(set: u64, pairs: u64) -> f64 {
     [set, pairs - set].into_iter().filter(|&n| n > 0).map(|n| n as f64 / pairs as f64).map(|p| -p * p.log2()).sum()
 }
 
-/// Reads a coded matrix.
-#[derive(Clone, Debug)]
-pub struct RowReader<'a> {
+/// Reads what [`encode_rows`](super::encode_rows) made; the matrix must have as many `rows` and `columns`. `section` is for errors.
+///
+/// Takes the memory of the matrix, and some rows more.
+#[cfg(feature = "bake")]
+pub fn decode_rows(section: SectionId, bytes: &[u8], rows: usize, columns: usize) -> Result<BitMatrix, FileError> {
+    decode_guided(section, bytes, rows, columns, &Guide::Plain)
+}
+
+/// Most bytes that reading a matrix takes.
+pub(super) fn matrix_bytes(rows: usize, columns: usize) -> u64 {
+    (columns.div_ceil(64) as u64 * 8).saturating_mul(rows as u64 + 8)
+}
+
+/// The same for what was coded with a guide: `guide` has as many cells as there are rows, and as many objects as there are columns.
+pub(super) fn decode_guided(
+    section: SectionId,
+    bytes: &[u8],
     rows: usize,
     columns: usize,
-    guide: Guide,
-    code: Code<'a>,
-}
-
-#[derive(Clone, Debug)]
-enum Code<'a> {
-    Uniform(bool),
-    Differences(Differences<'a>),
-    Modelled(Modelled<'a>),
-}
-
-impl<'a> RowReader<'a> {
-    /// Reads what stands before the blocks of what `encode_rows` made. `rows` and `columns` are what the matrix must have;
-    /// `section` is for errors.
-    ///
-    /// Takes 16 bytes of memory a row.
-    pub fn new(section: SectionId, bytes: &'a [u8], rows: usize, columns: usize) -> Result<Self, FileError> {
-        Self::guided(section, bytes, rows, columns, Guide::Plain)
-    }
-
-    /// The same for [`encode_guided`]: `guide` has as many cells as there are rows, and as many objects as there are columns.
-    pub(super) fn guided(
-        section: SectionId,
-        bytes: &'a [u8],
-        rows: usize,
-        columns: usize,
-        guide: Guide,
-    ) -> Result<Self, FileError> {
-        let mut c = Cursor::new(section, bytes);
-        for (name, expected) in [("rows", rows), ("columns", columns)] {
-            let found = c.varint()?;
-            if found as usize != expected {
-                return Err(c.error(format!("a matrix of {found} {name}, {expected} expected")));
-            }
-        }
-        let code = match c.code(4, "matrix code")? {
-            ZEROS => Code::Uniform(false),
-            ONES => Code::Uniform(true),
-            DIFFERENCES => Code::Differences(Differences::new(&mut c, rows, columns)?),
-            _ => Code::Modelled(Modelled::new(&mut c, rows, columns, &guide)?),
-        };
-        c.end()?;
-        Ok(Self { rows, columns, guide, code })
-    }
-
-    /// Most bytes that [`RowReader::matrix`] takes.
-    pub(super) fn matrix_bytes(&self) -> u64 {
-        let rest = match &self.code {
-            Code::Uniform(_) => 0,
-            Code::Differences(d) => d.block_bytes() + 4 * self.rows,
-            Code::Modelled(_) => 128 * self.rows,
-        };
-        let words = self.columns.div_ceil(64) as u64;
-        (words * 8).saturating_mul(self.rows as u64 + 8).saturating_add(rest as u64)
-    }
-
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.rows
-    }
-
-    /// Number of columns.
-    pub fn columns(&self) -> usize {
-        self.columns
-    }
-
-    /// The whole matrix: `rows * columns / 8` bytes, about, which the caller has agreed to. Checks every block to its end.
-    pub fn matrix(&self) -> Result<BitMatrix, FileError> {
-        match &self.code {
-            Code::Uniform(bit) => {
-                let mut out = BitMatrix::new(self.rows, self.columns);
-                let end = if *bit { self.columns } else { 0 };
-                (0..self.rows).for_each(|row| flip(out.row_mut(row), 0, end));
-                Ok(out)
-            }
-            Code::Differences(differences) => differences.matrix(),
-            Code::Modelled(modelled) => modelled.matrix(&self.guide),
+    guide: &Guide,
+) -> Result<BitMatrix, FileError> {
+    let mut c = Cursor::new(section, bytes);
+    for (name, expected) in [("rows", rows), ("columns", columns)] {
+        let found = c.varint()?;
+        if found as usize != expected {
+            return Err(c.error(format!("a matrix of {found} {name}, {expected} expected")));
         }
     }
+    let code = c.code(3, "matrix code")?;
+    if code == CODED {
+        return coded(&mut c, rows, columns, guide);
+    }
+    c.end()?;
+    let mut out = BitMatrix::new(rows, columns);
+    if code == ONES {
+        let mut all = vec![u64::MAX; columns.div_ceil(64)];
+        if let Some(last) = all.last_mut() {
+            *last >>= (64 - columns % 64) % 64;
+        }
+        (0..rows).for_each(|row| out.assign_row(row, &all));
+    }
+    Ok(out)
 }
 
-/// Flips the bits from `start` up to `end`.
-fn flip(words: &mut [u64], start: usize, end: usize) {
-    if start == end {
-        return;
+fn coded(c: &mut Cursor<'_>, rows: usize, columns: usize, guide: &Guide) -> Result<BitMatrix, FileError> {
+    let flags = c.code(4, "flags")?;
+    let is_symmetric = flags & SYMMETRIC != 0;
+    if is_symmetric && !matches!(guide, Guide::Cells(_)) {
+        return Err(c.error("a symmetric matrix, not of cells"));
     }
-    let (first, last) = (start / 64, (end - 1) / 64);
-    for (i, word) in words[first..=last].iter_mut().enumerate() {
-        let low = if i == 0 { start % 64 } else { 0 };
-        let high = if first + i == last { (end - 1) % 64 } else { 63 };
-        *word ^= (u64::MAX >> (63 - high)) & (u64::MAX << low);
+    let guide = if flags & UNGUIDED == 0 { guide } else { &Guide::Plain };
+    let (mut decoder, mut models, mut walker) = (Decoder::new(c.rest()), Models::new(guide), Walker::new(guide));
+    let mut out = BitMatrix::new(rows, columns);
+    let mut bits = vec![0; columns.div_ceil(64)];
+    for row in 0..rows {
+        bits.copy_from_slice(out.row(row));
+        let given = if is_symmetric { row } else { 0 };
+        let known = Known { row, columns, given, above: &out };
+        walker.code(&mut decoder, &mut models, known, None, &mut bits).map_err(|what| c.error(what))?;
+        out.assign_row(row, &bits);
+        if is_symmetric {
+            ones(&bits).filter(|&column| column > row).for_each(|column| {
+                out.set(column, row);
+            });
+        }
+    }
+    match decoder.is_at_end() {
+        true => Ok(out),
+        false => Err(c.error("a matrix that doesn't end with its last row")),
     }
 }

@@ -26,6 +26,7 @@ mod tile;
 mod whole;
 
 use super::bounds::Bounds;
+use super::geometry::{Geometry, GeometryObject};
 use super::oracle::{OcclusionOracle, QueryId};
 use super::pixels::Rays;
 use super::slabs::Place;
@@ -33,7 +34,6 @@ use super::view::View;
 use crate::ObjectId;
 use crate::parallel;
 use crate::simd::vectorized;
-use crate::types::scene::{Object, Scene};
 use closed::Outside;
 use glam::DVec3;
 use lanes::{COUNT, F32x8, Lanes, SIDE};
@@ -113,7 +113,7 @@ impl Index {
 
 /// The software oracle.
 pub struct DepthBuffer<'s> {
-    scene: &'s Scene,
+    model: Geometry<'s>,
     rays: Rays,
     /// Blocks along a row.
     across: usize,
@@ -139,17 +139,20 @@ pub struct DepthBuffer<'s> {
 
 impl<'s> DepthBuffer<'s> {
     /// For pictures of `width` by `height` pixels, both above 0. Opaque objects hide what is behind them.
-    pub fn new(scene: &'s Scene, width: usize, height: usize) -> Self {
+    pub fn new(model: impl Into<Geometry<'s>>, width: usize, height: usize) -> Self {
+        Self::over(model.into(), width, height)
+    }
+
+    fn over(model: Geometry<'s>, width: usize, height: usize) -> Self {
         let tiles = [width, height].map(|s| s.div_ceil(SIDE));
         let blocks = tiles.map(|s| s.div_ceil(SIDE));
         let view = View::look_at(DVec3::ZERO, DVec3::NEG_Z, 1.0, 1.0, 0.1);
         let rows = blocks[0] * blocks[1] * SIDE;
         let mut buffer = Self {
-            scene,
             rays: Rays::new(&view, [width, height]),
             across: blocks[0],
             tiles: vec![Tile([[0.0; SIDE]; SIDE]); rows * SIDE],
-            outsides: parallel::map(&scene.objects, |object| Outside::of(scene, object)),
+            outsides: parallel::map(&model.objects, |object| Outside::of(&model, object)),
             planes: vec![Planes::NONE; rows],
             farthest: Vec::new(),
             empty: vec![Eight([f32::INFINITY; SIDE]); rows],
@@ -157,7 +160,8 @@ impl<'s> DepthBuffer<'s> {
             blocks: vec![UNTOUCHED; blocks[0] * blocks[1] + SIDE],
             is_stale: false,
             min_pixels: 1,
-            answers: Vec::with_capacity(QUESTIONS * scene.objects.len()),
+            answers: Vec::with_capacity(QUESTIONS * model.objects.len()),
+            model,
         };
         for (x, y) in (0..tiles[1]).flat_map(|y| (0..tiles[0]).map(move |x| (x, y))) {
             let index = buffer.index([x, y]);
@@ -279,14 +283,14 @@ impl OcclusionOracle for DepthBuffer<'_> {
     }
 
     fn draw(&mut self, object: ObjectId) {
-        let Object { opaque, triangles, bounds, .. } = &self.scene.objects[object.index()];
+        let GeometryObject { opaque, triangles, bounds } = self.model.objects[object.index()].clone();
         if !opaque {
             return;
         }
         // Of what is closed, and nowhere cut by the near plane, the back is behind the front.
         let front =
-            self.outsides[object.index()].filter(|_| !matches!(Place::of(&self.rays, &Bounds::from(*bounds)), Place::Near));
-        vectorized(draw::Draw { buffer: self, triangles: triangles.clone(), front });
+            self.outsides[object.index()].filter(|_| !matches!(Place::of(&self.rays, &Bounds::from(bounds)), Place::Near));
+        vectorized(draw::Draw { buffer: self, triangles, front });
     }
 }
 
@@ -295,6 +299,7 @@ mod tests {
     use super::super::scenes::{Picture, add, crowd, own_bounds, random_view, row, turned};
     use super::*;
     use crate::random::Prng;
+    use crate::types::scene::Scene;
     use glam::DQuat;
 
     fn all(scene: &Scene) -> Vec<ObjectId> {

@@ -8,10 +8,10 @@ mod given;
 mod parts;
 
 use super::bounds::Bounds;
+use super::geometry::{Geometry, GeometryObject};
 use crate::ObjectId;
 use crate::geom::Aabb;
 use crate::parallel;
-use crate::types::scene::{Object, Scene};
 use parts::Parts;
 use std::ops::Range;
 
@@ -70,11 +70,12 @@ pub struct Hierarchy {
 }
 
 impl Hierarchy {
-    /// A binary tree of boxes along the axes: each node's objects are divided at their median. The same scene gives the same tree.
-    pub fn build(scene: &Scene, options: &HierarchyOptions) -> Self {
-        let around = |object: &Object| Aabb::of(object.triangles.clone().flat_map(|t| scene.corners(t as usize)));
-        let triangles = scene.objects.iter().map(|o| u64::from(o.triangles.end - o.triangles.start)).collect();
-        Self::binary(&Shapes { boxes: parallel::map(&scene.objects, around), triangles }, options)
+    /// A binary tree of boxes along the axes: each node's objects are divided at their median. The same model gives the same tree.
+    pub fn build<'a>(model: impl Into<Geometry<'a>>, options: &HierarchyOptions) -> Self {
+        let model = model.into();
+        let around = |o: &GeometryObject| Aabb::of(o.triangles.clone().flat_map(|t| model.corners(t as usize)));
+        let triangles = model.objects.iter().map(|o| u64::from(o.triangles.end - o.triangles.start)).collect();
+        Self::binary(&Shapes { boxes: parallel::map(&model.objects, around), triangles }, options)
     }
 
     /// The same over objects of which nothing is known but their boxes (metres) and how many triangles they have: object `i` is the `i`th
@@ -216,6 +217,7 @@ impl Divide for Halves<'_> {
 mod tests {
     use super::super::scenes::{crowd, row};
     use super::*;
+    use crate::types::scene::Scene;
 
     /// Every object is in one leaf; parents' objects are their children's; boxes hold all that is below.
     fn check(tree: &Hierarchy, scene: &Scene) {

@@ -39,14 +39,21 @@ pub mod chc;
 pub mod chc_plus;
 pub mod depth;
 pub mod frustum;
+pub mod geometry;
 pub mod hierarchy;
+#[cfg(feature = "bake")]
 pub mod mask;
+#[cfg(not(feature = "bake"))]
+pub(crate) mod mask;
 pub mod oracle;
 #[cfg(feature = "gpu")]
 pub mod queries;
 pub mod stats;
 pub mod view;
+#[cfg(feature = "bake")]
 pub mod walk;
+#[cfg(not(feature = "bake"))]
+pub(crate) mod walk;
 
 mod pixels;
 mod slabs;

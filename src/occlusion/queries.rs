@@ -34,13 +34,13 @@ mod partners;
 mod scene;
 
 use super::bounds::Bounds;
+use super::geometry::Geometry;
 use super::oracle::{OcclusionOracle, QueryId};
 use super::pixels::Rays;
 use super::slabs::Place;
 use super::view::View;
 use crate::ObjectId;
 use crate::gpu::{GpuError, two};
-use crate::types::scene::Scene;
 use batch::{Arrival, BOX, BOXES, Batch, Recorded};
 use glam::DVec3;
 use scene::GpuScene;
@@ -84,15 +84,16 @@ pub struct GpuQueries {
 }
 
 impl GpuQueries {
-    /// For pictures of `width` by `height` pixels, both above 0; opens the device that there is and puts the scene there. Opaque objects
-    /// hide what is behind them. An error where there is no adapter, or the scene or the picture is too large for it.
-    pub fn new(scene: &Scene, width: usize, height: usize) -> Result<Self, GpuError> {
+    /// For pictures of `width` by `height` pixels, both above 0; opens the device that there is and puts the model there. Opaque objects
+    /// hide what is behind them. An error where there is no adapter, or the model or the picture is too large for it.
+    pub fn new<'a>(model: impl Into<Geometry<'a>>, width: usize, height: usize) -> Result<Self, GpuError> {
+        let model = model.into();
         let view = View::look_at(DVec3::ZERO, DVec3::NEG_Z, 1.0, 1.0, 0.1);
         let (told, heard) = channel();
         Ok(Self {
-            scene: GpuScene::new(scene, [width, height], BOXES as u64 * BOX)?,
-            objects: scene.objects.iter().map(|o| o.opaque.then(|| o.triangles.clone())).collect(),
-            farthest: scene.positions.iter().fold(0.0, |most, p| p.abs().max_element().max(most)),
+            scene: GpuScene::new(&model, [width, height], BOXES as u64 * BOX)?,
+            objects: model.objects.iter().map(|o| o.opaque.then(|| o.triangles.clone())).collect(),
+            farthest: model.positions.iter().fold(0.0, |most, p| p.abs().max_element().max(most)),
             rays: Rays::new(&view, [width, height]),
             frame: 0,
             batches: 0,

@@ -68,8 +68,8 @@ fn header_clauses() {
     refused(b"", "cut short: 0 bytes of 56");
     refused(b"glTF binary, say", "not a .pvs file");
     refused_after("not a .pvs file", |f| f.magic[1] = b'X');
-    refused_after("format version 1, this program reads version 2; bake the model again", |f| f.version = 1);
-    refused_after("format version 3, this program reads version 2", |f| f.version = 3);
+    refused_after("format version 1, this program reads version 3; bake the model again", |f| f.version = 1);
+    refused_after("format version 4, this program reads version 3", |f| f.version = 4);
     refused_after("header, byte 40: guarantee 2, of which there are 2", |f| f.guarantee = 2);
     refused_after("header, byte 46: a reserved byte that is not zero", |f| f.reserved[5] = 1);
 

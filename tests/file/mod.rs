@@ -22,7 +22,7 @@ proptest! {
     #[test]
     fn any_bytes_are_refused(tail: Vec<u8>) {
         prop_assert!(PvsFile::read(&tail).is_err());
-        prop_assert!(PvsFile::read(&[&MAGIC[..], &[2, 0, 0, 0], &tail].concat()).is_err());
+        prop_assert!(PvsFile::read(&[&MAGIC[..], &[3, 0, 0, 0], &tail].concat()).is_err());
     }
 }
 

@@ -6,7 +6,7 @@ mod ground;
 mod seeds;
 
 use enfilade::cells::{read_cells, read_view_cells, validate};
-use enfilade::file::{Container, PvsFile, SectionId};
+use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::indoorgml::read_indoorgml;
@@ -82,9 +82,6 @@ pub fn run(name: &str, bytes: &[u8]) {
 /// Every id that a file names is there, and a culler that trusts it draws.
 fn pvs(bytes: &[u8]) -> bool {
     let read = PvsFile::read(bytes);
-    if let Ok(Some(rows)) = Container::parse(bytes).and_then(|c| c.rows(SectionId::ObjectRows)) {
-        drop(rows.matrix());
-    }
     let Ok(file) = read else { return false };
     let (cells, objects) = (file.cells.len(), file.objects.len());
     assert!(file.portals.iter().flat_map(|p| p.cells).all(|c| c.index() < cells));

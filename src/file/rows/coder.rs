@@ -4,7 +4,7 @@
 //! *Adaptive weighing of context models for lossless data compression*, 2005 (the interval as its two ends, rates that fall
 //! with the count).
 //! Deviations: 64-bit ends, so that no carry and no lost precision need care; the end is the fewest bytes that fall into the
-//! interval, zeros taken after them: a block of rows ends a byte after its last decision, most times.
+//! interval, zeros taken after them.
 
 /// What a context has seen so far.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +53,11 @@ impl Model {
 pub(in crate::file) trait Coder {
     /// A decision by a model, which learns from it. Decoders take no notice of `bit`.
     fn decide(&mut self, model: &mut Model, bit: bool) -> bool;
+
+    /// Whether more was read than there is.
+    fn is_beyond(&self) -> bool {
+        false
+    }
 
     /// The low `count` bits of a number, each as likely set as not.
     fn plain(&mut self, count: u32, value: u32) -> u32 {
@@ -149,5 +154,9 @@ impl Coder for Decoder<'_> {
             self.at += 1;
         }
         bit
+    }
+
+    fn is_beyond(&self) -> bool {
+        self.at - 8 > self.bytes.len()
     }
 }

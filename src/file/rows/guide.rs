@@ -55,6 +55,8 @@ pub(in crate::file) struct Objects {
     beside: Lists,
     /// Which objects are in which cell.
     placement: BitMatrix,
+    /// The same, as lists by cell.
+    placed: Lists,
     /// Objects in no cell.
     nowhere: Vec<u64>,
     /// Which cells each cell sees; `None`: all.
@@ -75,7 +77,9 @@ impl Guide {
             nowhere.iter_mut().zip(placement.row(cell)).for_each(|(n, placed)| *n &= !placed);
         }
         let beside = beside(placement.rows(), portals);
-        Self::Objects(Objects { beside, placement: placement.clone(), nowhere, seen: seen.cloned() })
+        let pairs = (0..placement.rows()).flat_map(|cell| placement.ones(cell).map(move |o| [cell as u32, o as u32]));
+        let placed = Lists::new(placement.rows(), pairs);
+        Self::Objects(Objects { beside, placement: placement.clone(), placed, nowhere, seen: seen.cloned() })
     }
 
     /// Most bytes that [`Guide::cells`] takes.
@@ -86,7 +90,8 @@ impl Guide {
     /// Most bytes that [`Guide::objects`] takes.
     pub fn objects_bytes(portals: usize, placement: &BitMatrix, seen: Option<&BitMatrix>) -> u64 {
         let matrix = |m: &BitMatrix| (m.rows() + 1) as u64 * m.columns().div_ceil(64) as u64 * 8;
-        Self::cells_bytes(placement.rows(), portals) + matrix(placement) + seen.map_or(0, matrix)
+        let placed = Lists::bytes(placement.rows() as u64, placement.count_ones());
+        Self::cells_bytes(placement.rows(), portals) + placed + matrix(placement) + seen.map_or(0, matrix)
     }
 }
 
@@ -102,7 +107,7 @@ const CLASSES: usize = 8;
 /// Lengths of distances between listed columns.
 const LENGTHS: usize = 31;
 
-/// What has been learned of a matrix, from the first row of a block on.
+/// What has been learned of a matrix, from its first row on.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Models {
     bits: [Model; CLASSES * KINDS],
@@ -110,7 +115,11 @@ pub(in crate::file) struct Models {
     more: Model,
     distance: [Model; LENGTHS],
     /// Lengths of references.
-    pub back: [Model; 7],
+    back: [Model; 7],
+    /// Whether a row is its reference.
+    equal: Model,
+    /// Whether a word is that of the reference: with a reference (4), whose word has no bits (2), after a word that was (1).
+    same: [Model; 8],
 }
 
 impl Models {
@@ -125,7 +134,14 @@ impl Models {
         for (model, &one) in bits.iter_mut().zip(start.as_flattened()) {
             *model = Model::new(u16::from(one) << 8);
         }
-        Self { bits, more: Model::new(600), distance: [Model::EVEN; LENGTHS], back: [Model::EVEN; 7] }
+        Self {
+            bits,
+            more: Model::new(600),
+            distance: [Model::EVEN; LENGTHS],
+            back: [Model::EVEN; 7],
+            equal: Model::EVEN,
+            same: [Model::EVEN; 8],
+        }
     }
 }
 
@@ -156,13 +172,8 @@ const OBJECTS: [[u8; KINDS]; 8] = [
     [6, 128, 2, 20, 20, 20, 218, 218, 218, 218],
 ];
 
-/// Steps, of about 2 ns, that one row may take; a decision is [`DECISION`] of them.
-pub(in crate::file) const STEPS: usize = 5_600;
-const DECISION: usize = 3;
-/// Steps of a row before its first decision.
-const ROW: usize = 40;
-/// A listed column costs as many decisions, at most.
-const LISTED: usize = 64;
+/// Visits of cells beside a cell, of objects or of words of objects in a cell that all rows of a matrix may take, of about a nanosecond.
+const VISITS: u64 = 1 << 31;
 
 /// What a row goes by.
 #[derive(Clone, Copy)]
@@ -170,10 +181,10 @@ pub(in crate::file) struct Known<'r> {
     pub row: usize,
     /// Number of columns.
     pub columns: usize,
-    /// A row that is much like it.
-    pub reference: Option<&'r [u64]>,
-    /// Columns, from and up to, whose bits stand in the row from the start.
-    pub given: [usize; 2],
+    /// Columns up to this one, whose bits stand in the row from the start.
+    pub given: usize,
+    /// The matrix, of which the rows before are known.
+    pub above: &'r BitMatrix,
 }
 
 #[inline]
@@ -186,13 +197,15 @@ fn set(words: &mut [u64], i: usize) {
     words[i / 64] |= 1 << (i % 64);
 }
 
-fn too_long(row: usize) -> String {
-    format!("row {row} takes more than {STEPS} steps")
+/// All of `count` words clear.
+fn clear(words: &mut Vec<u64>, count: usize) {
+    words.clear();
+    words.resize(count, 0);
 }
 
-/// Memory of a walk, to be used again.
-#[derive(Clone, Debug, Default)]
-pub(in crate::file) struct Scratch {
+/// Codes the rows of a matrix, one after the other.
+pub(in crate::file) struct Walker<'g> {
+    guide: &'g Guide,
     /// Columns that the walk came to.
     reached: Vec<u64>,
     /// Cells beside the row's.
@@ -202,32 +215,96 @@ pub(in crate::file) struct Scratch {
     twice: Vec<u64>,
     /// Cells that are seen, and how many portals away those beside them are.
     queue: Vec<(u32, u32)>,
+    visits: u64,
 }
 
-/// All of `count` words clear.
-fn clear(words: &mut Vec<u64>, count: usize) {
-    words.clear();
-    words.resize(count, 0);
+impl<'g> Walker<'g> {
+    /// Before the first row.
+    pub fn new(guide: &'g Guide) -> Self {
+        let (reached, near, close, twice, queue) = Default::default();
+        Self { guide, reached, near, close, twice, queue, visits: 0 }
+    }
+
+    /// Codes a row, of which the first `known.given` bits are in `out`, and sets the others there. `truth` is the row and how far back its
+    /// reference is when writing, `None` when reading. Gives what is wrong with it.
+    pub fn code<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        models: &mut Models,
+        known: Known<'_>,
+        truth: Option<(&[u64], usize)>,
+        out: &mut [u64],
+    ) -> Result<(), String> {
+        if coder.is_beyond() {
+            return Err(format!("the bytes end before row {}", known.row));
+        }
+        let back = coder.number(&mut models.back, truth.map_or(0, |(_, back)| back as u32)) as usize;
+        let reference = match known.row.checked_sub(back) {
+            None => return Err(format!("a reference {back} rows back from row {}", known.row)),
+            Some(_) if back == 0 => None,
+            Some(row) => Some(known.above.row(row)),
+        };
+        let truth = truth.map(|(row, _)| row);
+        if let Some(reference) = reference
+            && coder.decide(&mut models.equal, truth == Some(reference))
+        {
+            out.copy_from_slice(reference);
+            return Ok(());
+        }
+        let (guide, left) = (self.guide, [false; 2]);
+        let mut row = Row { coder, models, known, reference, truth, out, walker: self, left };
+        match guide {
+            Guide::Plain => {
+                row.plain();
+                return Ok(());
+            }
+            Guide::Cells(beside) => row.flood(beside)?,
+            Guide::Objects(objects) => row.objects(objects)?,
+        }
+        row.listed()
+    }
+
+    fn visit(&mut self, count: usize) -> Result<(), String> {
+        self.visits += count as u64;
+        if self.visits > VISITS { Err(format!("more than {VISITS} visits")) } else { Ok(()) }
+    }
+
+    /// The same to see what it costs: it takes no visits.
+    #[cfg(feature = "bake")]
+    pub fn trial<C: Coder>(
+        &mut self,
+        coder: &mut C,
+        models: &mut Models,
+        known: Known<'_>,
+        truth: Option<(&[u64], usize)>,
+        out: &mut [u64],
+    ) {
+        let visits = self.visits;
+        // Where it takes too many, coding it does, too.
+        _ = self.code(coder, models, known, truth, out);
+        self.visits = visits;
+    }
 }
 
 /// A row on its way.
-struct Walk<'w, C> {
+struct Row<'w, 'g, C> {
     coder: &'w mut C,
     models: &'w mut Models,
     known: Known<'w>,
+    /// A row that is much like it.
+    reference: Option<&'w [u64]>,
     truth: Option<&'w [u64]>,
     out: &'w mut [u64],
-    scratch: &'w mut Scratch,
+    walker: &'w mut Walker<'g>,
     /// The bit coded last, and its reference's.
     left: [bool; 2],
-    steps: usize,
 }
 
-impl<C: Coder> Walk<'_, C> {
+impl<C: Coder> Row<'_, '_, C> {
     /// Codes a bit by its class, the bit to the left, and those of the reference above and to the left.
     #[inline]
     fn code(&mut self, class: usize, column: usize) -> bool {
-        let above = self.known.reference.map(|r| bit(r, column));
+        let above = self.reference.map(|r| bit(r, column));
         let left = usize::from(self.left[0]);
         let kind = above.map_or(left, |above| 2 + 4 * usize::from(above) + 2 * usize::from(self.left[1]) + left);
         let truth = self.truth.is_some_and(|row| bit(row, column));
@@ -236,92 +313,90 @@ impl<C: Coder> Walk<'_, C> {
             set(self.out, column);
         }
         self.left = [is_set, above.unwrap_or(false)];
-        self.steps += DECISION;
         is_set
     }
 
-    fn may_go_on(&self) -> Result<(), String> {
-        if self.steps > STEPS { Err(too_long(self.known.row)) } else { Ok(()) }
-    }
-
-    /// Every column.
-    fn plain(&mut self) -> Result<(), String> {
-        for column in 0..self.known.columns {
-            // The reference's next bit, where there is one.
-            let next = self.known.reference.is_some_and(|r| column + 1 < self.known.columns && bit(r, column + 1));
-            self.code(usize::from(next), column);
-            self.may_go_on()?;
+    /// Every column, word by word: a word is that of the reference, or coded bit by bit.
+    fn plain(&mut self) {
+        let mut was_same = true;
+        let Known { columns, given, .. } = self.known;
+        for word in given / 64..self.out.len() {
+            let open = if word == given / 64 { u64::MAX << (given % 64) } else { u64::MAX };
+            let above = self.reference.map_or(0, |r| r[word]) & open;
+            let has_reference = self.reference.is_some();
+            let context = 4 * usize::from(has_reference) + 2 * usize::from(above == 0) + usize::from(was_same);
+            let is_same = self.truth.is_some_and(|row| row[word] & open == above);
+            was_same = self.coder.decide(&mut self.models.same[context], is_same);
+            if was_same {
+                self.out[word] |= above;
+                continue;
+            }
+            self.left = [false; 2];
+            for column in (64 * word).max(given)..(64 * word + 64).min(columns) {
+                // The reference's next bit, where there is one.
+                let next = self.reference.is_some_and(|r| column + 1 < columns && bit(r, column + 1));
+                self.code(usize::from(next), column);
+            }
         }
-        Ok(())
     }
 
     /// Cells, the nearest first, as long as they are seen.
     fn flood(&mut self, beside: &Lists) -> Result<(), String> {
-        let Known { row, given: [first, last], .. } = self.known;
-        self.scratch.queue.clear();
-        set(&mut self.scratch.reached, row);
+        let Known { row, given, .. } = self.known;
+        clear(&mut self.walker.reached, self.out.len());
+        self.walker.queue.clear();
+        set(&mut self.walker.reached, row);
         if self.code(0, row) {
-            self.scratch.queue.push((row as u32, 1));
+            self.walker.queue.push((row as u32, 1));
         }
         let mut at = 0;
-        while let Some(&(cell, distance)) = self.scratch.queue.get(at) {
+        while let Some(&(cell, distance)) = self.walker.queue.get(at) {
             at += 1;
             for &next in beside.get(cell as usize) {
                 let next = next as usize;
-                self.steps += 1;
-                if bit(&self.scratch.reached, next) {
+                if bit(&self.walker.reached, next) {
                     continue;
                 }
-                set(&mut self.scratch.reached, next);
-                let is_seen = if (first..last).contains(&next) {
+                set(&mut self.walker.reached, next);
+                let is_seen = if next < given {
                     bit(self.out, next)
                 } else {
                     let around = beside.get(next);
-                    self.steps += around.len();
+                    self.walker.visit(around.len())?;
                     let seen = around.iter().filter(|&&cell| bit(self.out, cell as usize)).count();
                     // Neighbours come in any order, so that nothing is to the left: how many cells beside it are seen.
                     self.left = [seen > 1, seen > 2];
                     self.code(distance as usize, next)
                 };
                 if is_seen {
-                    self.scratch.queue.push((next as u32, (distance + 1).min(4)));
+                    self.walker.queue.push((next as u32, (distance + 1).min(4)));
                 }
-                self.may_go_on()?;
             }
+            self.walker.visit(beside.get(cell as usize).len())?;
         }
-        (first..last).for_each(|column| set(&mut self.scratch.reached, column));
+        (0..given).for_each(|column| set(&mut self.walker.reached, column));
         Ok(())
     }
 
     /// Objects in cells that are seen, and those in no cell.
     fn objects(&mut self, objects: &Objects) -> Result<(), String> {
-        let Objects { beside, placement, nowhere, seen } = objects;
+        let Objects { beside, placement, nowhere, seen, .. } = objects;
         let (row, words) = (self.known.row, self.out.len());
-        let Scratch { reached, near, close, twice, .. } = &mut *self.scratch;
-        clear(near, placement.rows().div_ceil(64));
-        clear(close, words);
-        clear(twice, words);
-        let mut visited = 3 * words;
-        beside.get(row).iter().for_each(|&cell| set(near, cell as usize));
-        reached.copy_from_slice(placement.row(row));
-        let mut join = |cell: usize| {
-            let mask = if bit(near, cell) { u64::MAX } else { 0 };
-            let words_of = reached.iter_mut().zip(twice.iter_mut().zip(close.iter_mut()));
-            for (&placed, (reached, (twice, close))) in placement.row(cell).iter().zip(words_of) {
-                *twice |= *reached & placed;
-                *reached |= placed;
-                *close |= placed & mask;
-            }
-            visited += words;
-            if visited > 4 * STEPS { Err(too_long(row)) } else { Ok(()) }
-        };
+        clear(&mut self.walker.near, placement.rows().div_ceil(64));
+        clear(&mut self.walker.close, words);
+        clear(&mut self.walker.twice, words);
+        beside.get(row).iter().for_each(|&cell| set(&mut self.walker.near, cell as usize));
+        clear(&mut self.walker.reached, words);
+        self.walker.reached.copy_from_slice(placement.row(row));
         match seen {
-            Some(seen) => seen.ones(row).filter(|&cell| cell != row).try_for_each(&mut join)?,
-            None => (0..placement.rows()).filter(|&cell| cell != row).try_for_each(&mut join)?,
+            Some(seen) => seen.ones(row).filter(|&cell| cell != row).try_for_each(|cell| self.walker.join(objects, cell))?,
+            None => {
+                (0..placement.rows()).filter(|&cell| cell != row).try_for_each(|cell| self.walker.join(objects, cell))?
+            }
         }
-        self.steps += visited / 4;
+        self.walker.visit(words)?;
         for i in 0..words {
-            let Scratch { reached, close, twice, .. } = &mut *self.scratch;
+            let Walker { reached, close, twice, .. } = &mut *self.walker;
             reached[i] |= nowhere[i];
             let (own, nowhere, close, twice) = (placement.row(row)[i], nowhere[i], close[i], twice[i]);
             let mut left = reached[i];
@@ -337,14 +412,13 @@ impl<C: Coder> Walk<'_, C> {
                 };
                 self.code(2 * class + usize::from(is(twice)), 64 * i + at as usize);
             }
-            self.may_go_on()?;
         }
         Ok(())
     }
 
     /// Columns that are set and that the walk didn't come to, one by one.
     fn listed(&mut self) -> Result<(), String> {
-        let missed = |truth: &[u64]| truth.iter().zip(&self.scratch.reached).map(|(t, r)| t & !r).collect::<Vec<u64>>();
+        let missed = |truth: &[u64]| truth.iter().zip(&self.walker.reached).map(|(t, r)| t & !r).collect::<Vec<u64>>();
         let missed = self.truth.map(missed).unwrap_or_default();
         let (mut list, mut next) = (bits::ones(&missed), 0);
         loop {
@@ -352,11 +426,9 @@ impl<C: Coder> Walk<'_, C> {
             if !self.coder.decide(&mut self.models.more, column.is_some()) {
                 return Ok(());
             }
-            self.steps += LISTED * DECISION;
-            self.may_go_on()?;
             let distance = column.map_or(0, |column| column - next) as u32;
             let column = next + self.coder.number(&mut self.models.distance, distance) as usize;
-            if column >= self.known.columns || bit(&self.scratch.reached, column) {
+            if column >= self.known.columns || bit(&self.walker.reached, column) {
                 return Err(format!("column {column} can't be listed for row {}", self.known.row));
             }
             set(self.out, column);
@@ -365,29 +437,27 @@ impl<C: Coder> Walk<'_, C> {
     }
 }
 
-impl Guide {
-    /// Codes a row, `truth` when writing and `None` when reading, and sets its bits in `out`. Gives the steps that it took, or
-    /// what is wrong with it.
-    pub(in crate::file) fn walk<C: Coder>(
-        &self,
-        coder: &mut C,
-        models: &mut Models,
-        known: Known<'_>,
-        truth: Option<&[u64]>,
-        out: &mut [u64],
-        scratch: &mut Scratch,
-    ) -> Result<usize, String> {
-        clear(&mut scratch.reached, out.len());
-        let mut walk = Walk { coder, models, known, truth, out, scratch, left: [false; 2], steps: ROW };
-        match self {
-            Self::Plain => {
-                walk.plain()?;
-                return Ok(walk.steps);
+impl Walker<'_> {
+    /// Objects of a cell that is seen.
+    fn join(&mut self, objects: &Objects, cell: usize) -> Result<(), String> {
+        let is_near = bit(&self.near, cell);
+        let placed = objects.placed.get(cell);
+        let words = self.reached.len();
+        if placed.len() < words {
+            for &object in placed {
+                let (word, at) = (object as usize / 64, 1 << (object % 64));
+                self.twice[word] |= self.reached[word] & at;
+                self.reached[word] |= at;
+                self.close[word] |= if is_near { at } else { 0 };
             }
-            Self::Cells(beside) => walk.flood(beside)?,
-            Self::Objects(objects) => walk.objects(objects)?,
+        } else {
+            let near = if is_near { u64::MAX } else { 0 };
+            for (word, &placed) in objects.placement.row(cell).iter().enumerate() {
+                self.twice[word] |= self.reached[word] & placed;
+                self.reached[word] |= placed;
+                self.close[word] |= placed & near;
+            }
         }
-        walk.listed()?;
-        Ok(walk.steps)
+        self.visit(placed.len().min(words) + 1)
     }
 }

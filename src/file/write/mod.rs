@@ -1,10 +1,8 @@
 //! Writes files: fields to sections.
 
 mod container;
-mod differences;
 mod encoder;
 mod from_bake;
-mod modelled;
 mod put;
 mod replace;
 mod rows;

@@ -1,9 +1,17 @@
-//! Visibility matrices, written in the shorter of two ways.
+//! Visibility matrices, written; [`crate::file::rows`] reads them and says whose ideas they are.
 
+use super::encoder::{Encoder, Meter};
 use super::put::Put;
-use super::{differences, modelled};
 use crate::BitMatrix;
-use crate::file::rows::{DIFFERENCES, Guide, ONES, ZEROS};
+use crate::bits::span;
+use crate::file::rows::guide::{Guide, Known, Models, Walker};
+use crate::file::rows::{CODED, ONES, SYMMETRIC, UNGUIDED, ZEROS};
+use std::ops::Range;
+
+/// Earlier rows that are tried as references.
+const WINDOW: usize = 64;
+/// How many of those with the fewest different bits are coded to see what they cost, besides no reference at all.
+const TRIED: usize = 3;
 
 /// Codes a matrix of fewer than 2^27 rows and columns.
 pub fn encode_rows(matrix: &BitMatrix) -> Vec<u8> {
@@ -20,12 +28,63 @@ pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide) -> Vec<u
         0 => out.u8(ZEROS as u8),
         n if n == rows as u64 * columns as u64 => out.u8(ONES as u8),
         _ => {
-            let mut other = Vec::new();
-            differences::encode(matrix, &mut other);
-            let modelled = modelled::encode(matrix, guide).filter(|m| m.len() < other.len());
-            out.u8(DIFFERENCES as u8 + u8::from(modelled.is_some()));
-            out.bytes(&modelled.unwrap_or(other));
+            out.u8(CODED as u8);
+            let is_symmetric = || rows == columns && *matrix == matrix.transposed();
+            let symmetric = if matches!(guide, Guide::Cells(_)) && is_symmetric() { SYMMETRIC } else { 0 };
+            let coded = |guide, flags| code(matrix, guide, flags & SYMMETRIC != 0).map(|bytes| (flags, bytes));
+            // The walk of an unguided row has no limit.
+            let coded = coded(guide, symmetric).or_else(|| coded(&Guide::Plain, symmetric | UNGUIDED));
+            let (flags, bytes) = coded.unwrap_or_default();
+            out.u8(flags as u8);
+            out.bytes(&bytes);
         }
     }
     out
+}
+
+/// The rows of a matrix; `None` where a reader would take too long.
+fn code(matrix: &BitMatrix, guide: &Guide, is_symmetric: bool) -> Option<Vec<u8>> {
+    let (mut encoder, mut models, mut walker) = (Encoder::new(), Models::new(guide), Walker::new(guide));
+    let spans: Vec<Range<usize>> = (0..matrix.rows()).map(|row| span(matrix.row(row))).collect();
+    let mut bits = vec![0; matrix.columns().div_ceil(64)];
+    for row in 0..matrix.rows() {
+        let given = if is_symmetric { row } else { 0 };
+        let known = Known { row, columns: matrix.columns(), given, above: matrix };
+        let start = |bits: &mut Vec<u64>| {
+            bits.fill(0);
+            (0..given).filter(|&c| matrix.get(row, c)).for_each(|c| bits[c / 64] |= 1 << (c % 64));
+        };
+        let references = references(matrix, &spans, row);
+        let mut best = (u64::MAX, 0);
+        match references.first() {
+            Some(&(0, back)) => best.1 = back,
+            _ => {
+                for back in [0].into_iter().chain(references.iter().map(|&(_, back)| back)) {
+                    start(&mut bits);
+                    let mut meter = Meter::default();
+                    let truth = Some((matrix.row(row), back));
+                    walker.trial(&mut meter, &mut models.clone(), known, truth, &mut bits);
+                    best = best.min((meter.cost, back));
+                }
+            }
+        }
+        start(&mut bits);
+        walker.code(&mut encoder, &mut models, known, Some((matrix.row(row), best.1)), &mut bits).ok()?;
+        debug_assert_eq!(bits, matrix.row(row));
+    }
+    Some(encoder.finish())
+}
+
+/// How many bits differ from the rows before that differ least, and how far back they are, the nearest of equals first.
+fn references(matrix: &BitMatrix, spans: &[Range<usize>], row: usize) -> Vec<(u32, usize)> {
+    let different = |other: usize| {
+        let [a, b] = [row, other].map(|r| &spans[r]);
+        let words = a.start.min(b.start)..a.end.max(b.end);
+        let pairs = matrix.row(row)[words.clone()].iter().zip(&matrix.row(other)[words]);
+        pairs.map(|(a, b)| (a ^ b).count_ones()).sum::<u32>()
+    };
+    let mut by: Vec<(u32, usize)> = (1..=row.min(WINDOW)).map(|back| (different(row - back), back)).collect();
+    by.sort_unstable();
+    by.truncate(TRIED);
+    by
 }

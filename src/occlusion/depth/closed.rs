@@ -4,7 +4,7 @@
 //! place counting as one. A ray that meets a closed surface from outside meets a front first, so nobody has to draw the backs. Where a model
 //! lies (a shell turned inside out), less is drawn and so less is hidden; nothing that shows gets lost.
 
-use crate::types::scene::{Object, Scene};
+use crate::occlusion::geometry::{Geometry, GeometryObject};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -19,13 +19,13 @@ pub(super) enum Outside {
 
 impl Outside {
     /// Of an object; `None` where it isn't closed.
-    pub fn of(scene: &Scene, object: &Object) -> Option<Self> {
+    pub fn of(model: &Geometry<'_>, object: &GeometryObject) -> Option<Self> {
         let mut places: HashMap<[u64; 3], u32> = HashMap::new();
         let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
         let origin = object.bounds.min;
         let mut volume = 0.0;
         for t in object.triangles.clone() {
-            let corners = scene.corners(t as usize);
+            let corners = model.corners(t as usize);
             let ids = corners.map(|p| {
                 let next = places.len() as u32;
                 // Both zeros are one place.
@@ -58,32 +58,37 @@ impl Outside {
 mod tests {
     use super::super::super::scenes::{crowd, row};
     use super::*;
+    use crate::types::scene::Scene;
+
+    fn of(scene: &Scene, object: usize) -> Option<Outside> {
+        let model = Geometry::from(scene);
+        Outside::of(&model, &model.objects[object])
+    }
 
     #[test]
     fn boxes_are_closed_and_a_box_without_a_triangle_is_not() {
         let mut scene = crowd(10, 1);
-        let first = Outside::of(&scene, &scene.objects[0]);
-        assert!(first.is_some() && scene.objects.iter().all(|o| Outside::of(&scene, o) == first));
+        let first = of(&scene, 0);
+        assert!(first.is_some() && (0..scene.objects.len()).all(|o| of(&scene, o) == first));
         for triangle in &mut scene.triangles[..12] {
             triangle.swap(0, 1);
         }
-        let turned = Outside::of(&scene, &scene.objects[0]);
+        let turned = of(&scene, 0);
         assert!(turned.is_some() && turned != first);
         // One triangle the other way round, one missing, and all of them twice.
         scene.triangles[3].swap(0, 1);
-        assert_eq!(Outside::of(&scene, &scene.objects[0]), None);
-        let mut open = scene.objects[1].clone();
-        open.triangles.end -= 1;
-        assert_eq!(Outside::of(&scene, &open), None);
+        assert_eq!(of(&scene, 0), None);
+        scene.objects[1].triangles.end -= 1;
+        assert_eq!(of(&scene, 1), None);
         let doubled = row(&[(0.0, 2)]);
-        assert_eq!(Outside::of(&doubled, &doubled.objects[0]), None);
+        assert_eq!(of(&doubled, 0), None);
     }
 
     /// A triangle of a closed box faces the eye where the eye is on the side of its plane that the box isn't.
     #[test]
     fn the_front_is_what_is_seen_from_outside() {
         let scene = row(&[(0.0, 1)]);
-        let outside = Outside::of(&scene, &scene.objects[0]).unwrap();
+        let outside = of(&scene, 0).unwrap();
         let eye = DVec3::new(3.0, 0.1, 0.2);
         let faces: Vec<bool> = (0..12)
             .map(|t| {

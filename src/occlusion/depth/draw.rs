@@ -30,7 +30,7 @@ impl Vectorize for Draw<'_, '_> {
     fn work(self) {
         let eye = self.buffer.rays.view.eye;
         for t in self.triangles {
-            let [a, b, c] = self.buffer.scene.corners(t as usize);
+            let [a, b, c] = self.buffer.model.corners(t as usize);
             triangle(self.buffer, [a - eye, b - eye, c - eye], self.front);
         }
     }

@@ -6,8 +6,8 @@
 use super::Hierarchy;
 use crate::geom::Aabb;
 use crate::occlusion::bounds::Bounds;
+use crate::occlusion::geometry::{Geometry, GeometryObject};
 use crate::parallel;
-use crate::types::scene::{Object, Scene};
 use glam::DVec3;
 
 /// Triangles below which a part isn't divided: drawing so many takes an oracle many times as long as asking about one box more. Higher: looser
@@ -31,9 +31,10 @@ impl Hierarchy {
     /// With boxes around parts of objects that have many triangles and much empty space around them, of the scene that the tree is over: leaves
     /// are asked about by these. Fewer objects are drawn in vain, for memory of up to sixteen boxes an object. Panics where the tree has other
     /// objects.
-    pub fn with_parts(mut self, scene: &Scene) -> Self {
-        assert_eq!(self.object_count(), scene.objects.len(), "a tree of the scene's objects");
-        let of_object: Vec<Vec<Aabb>> = parallel::map(&scene.objects, |object| parts(scene, object));
+    pub fn with_parts<'a>(mut self, model: impl Into<Geometry<'a>>) -> Self {
+        let model = model.into();
+        assert_eq!(self.object_count(), model.objects.len(), "a tree of the model's objects");
+        let of_object: Vec<Vec<Aabb>> = parallel::map(&model.objects, |object| parts(&model, object));
         let (mut starts, mut boxes) = (vec![0], Vec::new());
         for object in &self.objects {
             boxes.extend(of_object[object.index()].iter().map(|&part| Bounds::from(part)));
@@ -63,12 +64,12 @@ impl Hierarchy {
 }
 
 /// The boxes around an object's parts; one where more tell little.
-fn parts(scene: &Scene, object: &Object) -> Vec<Aabb> {
+fn parts(model: &Geometry<'_>, object: &GeometryObject) -> Vec<Aabb> {
     let mut triangles: Vec<(DVec3, Aabb)> = object
         .triangles
         .clone()
         .map(|t| {
-            let around = Aabb::of(scene.corners(t as usize));
+            let around = Aabb::of(model.corners(t as usize));
             (around.centre(), around)
         })
         .collect();
@@ -109,6 +110,7 @@ mod tests {
     use crate::occlusion::oracle::OcclusionOracle;
     use crate::occlusion::scenes::{add, row, turned};
     use crate::occlusion::view::{Frustum, View};
+    use crate::types::scene::Scene;
     use glam::DQuat;
 
     /// Two cubes of half a metre, 360 triangles each, as one object.

@@ -1,7 +1,7 @@
 //! Which triangle goes on beyond an edge: a surface covers the pixels along its inner edges, and a rasteriser may say that it is either
 //! of the two triangles there.
 
-use crate::types::scene::{Object, Scene};
+use crate::occlusion::geometry::{Geometry, GeometryObject};
 use glam::DVec3;
 
 /// No triangle goes on there.
@@ -11,12 +11,12 @@ const TRIED: usize = 16;
 
 /// For each edge of each triangle (from the first corner to the second, and on), the third corner of the triangle of the same object that
 /// goes on most evenly beyond it. Corners are the same where their coordinates are.
-pub(super) fn partners(scene: &Scene) -> Vec<[u32; 3]> {
-    let names = names(&scene.positions);
-    let mut partners = vec![[NOBODY; 3]; scene.triangles.len()];
+pub(super) fn partners(model: &Geometry<'_>) -> Vec<[u32; 3]> {
+    let names = names(model.positions);
+    let mut partners = vec![[NOBODY; 3]; model.triangles.len()];
     let mut edges = Vec::new();
-    for object in &scene.objects {
-        of_object(scene, object, &names, &mut edges, &mut partners);
+    for object in &model.objects {
+        of_object(model, object, &names, &mut edges, &mut partners);
     }
     partners
 }
@@ -24,20 +24,26 @@ pub(super) fn partners(scene: &Scene) -> Vec<[u32; 3]> {
 /// An edge of a triangle: its two corners' names, the lesser first, the triangle, and which of its edges.
 type Edge = ([u32; 2], u32, usize);
 
-fn of_object(scene: &Scene, object: &Object, names: &[u32], edges: &mut Vec<Edge>, partners: &mut [[u32; 3]]) {
+fn of_object(
+    model: &Geometry<'_>,
+    object: &GeometryObject,
+    names: &[u32],
+    edges: &mut Vec<Edge>,
+    partners: &mut [[u32; 3]],
+) {
     edges.clear();
     for t in object.triangles.clone() {
-        let corners = scene.triangles[t as usize];
+        let corners = model.triangles[t as usize];
         edges.extend((0..3).map(|k| {
             let [a, b] = [k, (k + 1) % 3].map(|i| names[corners[i] as usize]);
             ([a.min(b), a.max(b)], t, k)
         }));
     }
     edges.sort_unstable();
-    let apex = |&(_, t, k): &Edge| scene.triangles[t as usize][(k + 2) % 3];
+    let apex = |&(_, t, k): &Edge| model.triangles[t as usize][(k + 2) % 3];
     for same in edges.chunk_by(|a, b| a.0 == b.0) {
-        let [a, b] = same[0].0.map(|i| scene.positions[i as usize]);
-        let away = |edge: &Edge| away(a, b, scene.positions[apex(edge) as usize]);
+        let [a, b] = same[0].0.map(|i| model.positions[i as usize]);
+        let away = |edge: &Edge| away(a, b, model.positions[apex(edge) as usize]);
         for edge in same {
             // The one that is farthest from folded back.
             let others = same.iter().take(TRIED).filter(|other| other.1 != edge.1);
@@ -76,7 +82,7 @@ mod tests {
     #[test]
     fn a_box_goes_on_beyond_every_edge() {
         let scene = crowd(20, 3);
-        for (t, partners) in partners(&scene).into_iter().enumerate() {
+        for (t, partners) in partners(&Geometry::from(&scene)).into_iter().enumerate() {
             let own = scene.triangles[t];
             assert!(partners.iter().all(|p| *p != NOBODY && !own.contains(p)), "triangle {t}: {partners:?}");
             let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize();
@@ -99,7 +105,7 @@ mod tests {
         let corners: Vec<DVec3> = (0..scene.triangles.len()).flat_map(|t| scene.corners(t)).collect();
         scene.triangles = (0..corners.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         scene.positions = corners;
-        for (t, partners) in partners(&scene).into_iter().enumerate() {
+        for (t, partners) in partners(&Geometry::from(&scene)).into_iter().enumerate() {
             let own = scene.corners(t);
             assert!(partners.iter().all(|&p| p != NOBODY && !own.contains(&scene.positions[p as usize])), "triangle {t}");
         }
@@ -110,7 +116,7 @@ mod tests {
         let mut scene = row(&[(0.0, 1)]);
         scene.triangles.truncate(2);
         scene.objects[0].triangles = 0..2;
-        let beyond: usize = partners(&scene).iter().flatten().filter(|p| **p != NOBODY).count();
+        let beyond: usize = partners(&Geometry::from(&scene)).iter().flatten().filter(|p| **p != NOBODY).count();
         assert_eq!(beyond, 2, "the diagonal, from both sides");
     }
 }

@@ -2,7 +2,7 @@
 
 use super::partners::partners;
 use crate::gpu::{DepthPipeline, Gpu, GpuError, shader_module, words};
-use crate::types::scene::Scene;
+use crate::occlusion::geometry::Geometry;
 use wgpu::{BufferUsages, DownlevelFlags, ShaderStages};
 
 /// What the adapter must have.
@@ -28,16 +28,16 @@ pub(super) struct GpuScene {
 
 impl GpuScene {
     /// Opens the device that there is; `boxes` is how many bytes of them it has room for.
-    pub fn new(scene: &Scene, size: [usize; 2], boxes: u64) -> Result<Self, GpuError> {
+    pub fn new(model: &Geometry<'_>, size: [usize; 2], boxes: u64) -> Result<Self, GpuError> {
         let gpu = Gpu::open(&NEEDS)?;
-        fits(&gpu, scene, size, boxes)?;
-        let triangles: Vec<u32> = scene
+        fits(&gpu, model, size, boxes)?;
+        let triangles: Vec<u32> = model
             .triangles
             .iter()
-            .zip(partners(scene))
+            .zip(partners(model))
             .flat_map(|([a, b, c], [ab, bc, ca])| [*a, *b, *c, 0, ab, bc, ca, 0])
             .collect();
-        let positions = gpu.filled(&words(&scene.positions), BufferUsages::STORAGE);
+        let positions = gpu.filled(&words(model.positions), BufferUsages::STORAGE);
         let triangles = gpu.filled(&triangles, BufferUsages::STORAGE);
         let camera = gpu.buffer(CAMERA, BufferUsages::UNIFORM | BufferUsages::COPY_DST);
         let boxes = gpu.buffer(boxes, BufferUsages::STORAGE | BufferUsages::COPY_DST);
@@ -65,9 +65,9 @@ impl GpuScene {
 }
 
 /// An error where the scene, the picture or `boxes` bytes of boxes are too large.
-fn fits(gpu: &Gpu, scene: &Scene, size: [usize; 2], boxes: u64) -> Result<(), GpuError> {
-    gpu.fits("corners", scene.positions.len() as u64 * POSITION)?;
-    gpu.fits("triangles", scene.triangles.len() as u64 * TRIANGLE)?;
+fn fits(gpu: &Gpu, model: &Geometry<'_>, size: [usize; 2], boxes: u64) -> Result<(), GpuError> {
+    gpu.fits("corners", model.positions.len() as u64 * POSITION)?;
+    gpu.fits("triangles", model.triangles.len() as u64 * TRIANGLE)?;
     gpu.fits("boxes", boxes)?;
     let most = gpu.limits.max_texture_dimension_2d;
     let longest = size[0].max(size[1]);
