@@ -36,30 +36,30 @@ use xxhash_rust::xxh3::xxh3_128;
 pub struct BakeOptions {
     /// How to split the scene into cells.
     pub split: SplitOptions,
-    /// How to work out what can be seen.
+    /// How to compute visibility.
     pub pvs: PvsOptions,
-    /// Keep both sides and the witnesses in the file.
+    /// Whether the file keeps both bounds and the witnesses.
     pub keep_bounds: bool,
-    /// How the scene was imported: the file keeps it, so that its model can be imported again in the same way.
+    /// The options of the import: the file keeps them, so that the model can be imported again in the same way.
     pub import: ImportOptions,
-    /// Cells and portals that the user brings, or that were found before, instead of splitting.
+    /// Given cells and portals, from the user or a previous split, instead of splitting.
     pub given: Option<CellGraph>,
-    /// Portals narrower than this, metres, are closed: what shows only through them is culled. `None` closes none.
+    /// Portals narrower than this, metres, are closed: objects visible only through them are culled. `None` closes none.
     pub smallest_hole: Option<f64>,
-    /// Neighbouring cells share a row as long as the expected number of triangles in one grows by no more than this share; see
-    /// [`pvs::clusters`]. `None`: 0.05 where the cells are found to be a level's leaves, 0 elsewhere, which joins none.
+    /// Neighbouring cells share a row while the expected number of triangles in a row grows by at most this share; see [`pvs::clusters`].
+    /// `None`: 0.05 if the cells are found as a level's leaves; otherwise 0, which joins none.
     pub clusters: Option<f64>,
-    /// Regions to work out rows for on top of the cells.
+    /// View cells: additional regions with rows.
     pub view_cells: Vec<ViewCell>,
-    /// Where set, space is cut into view cells by cost, of about this many bytes in the file; see [`pvs::partition`].
+    /// If set, space is divided into view cells by cost, with about this many bytes in the file; see [`pvs::partition`].
     pub view_cell_bytes: Option<u64>,
-    /// What rows and proofs may take while they are worked out, bytes: where matrices over all cells would take more than half of it,
-    /// neighbouring cells become one; proofs beyond a quarter of it are left out, and their pairs are undecided. What a split may take is
-    /// in [`SplitOptions::memory`]; what the scene and its hierarchies take is in neither.
+    /// Memory limit for rows and proofs during the bake, bytes. If matrices over all cells would take more than half of it, neighbouring
+    /// cells are merged; proofs beyond a quarter of it are left out, and their pairs stay undecided. The split has its own limit,
+    /// [`SplitOptions::memory`]; neither includes the scene and its hierarchies.
     pub memory: u64,
 }
 
-/// [`BakeOptions::memory`] where nobody says: 8 GiB.
+/// Default of [`BakeOptions::memory`]: 8 GiB.
 pub const MEMORY: u64 = 8 << 30;
 
 impl Default for BakeOptions {
@@ -84,43 +84,43 @@ impl Default for BakeOptions {
 pub struct Seconds {
     /// Splitting into cells.
     pub cells: f64,
-    /// Working out what can be seen.
+    /// Computing visibility.
     pub pvs: f64,
 }
 
 /// A bake's result: the file's content and how long it took.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Baked {
-    /// What goes into the file.
+    /// The content of the file.
     pub file: PvsFile,
-    /// How the import and the bake went, for who asks; never part of the file, whose notes are for everybody.
+    /// Details of the import and the bake; not part of the file.
     pub details: Vec<String>,
-    /// What is wrong in what the model's author wrote, where the cells are the author's rooms; never part of the file.
+    /// The audit of the author's rooms, if the cells are these rooms; not part of the file.
     pub audit: Option<Audit>,
-    /// Both sides of what is seen from view cells, where there are any.
+    /// Both bounds of view cells, if there are any.
     pub views: Option<ViewRows>,
-    /// How view cells were chosen, where that was asked for.
+    /// The partition into view cells, if requested.
     pub partition: Option<Partition>,
-    /// Cells that were found, where they were joined to fewer: for lack of memory, or to [`BakeOptions::clusters`].
+    /// Original number of cells, if cells were joined: for lack of memory, or by [`BakeOptions::clusters`].
     pub cells_found: Option<usize>,
-    /// What ended sampling.
+    /// The reason for the end of sampling.
     pub sampling_end: SamplingEnd,
     /// The shares of its rays.
     pub budget: Budget,
-    /// Stages' times; never part of the file.
+    /// Times of the stages; not part of the file.
     pub seconds: Seconds,
 }
 
-/// Why there is no result.
+/// Errors of a bake.
 #[derive(Debug, thiserror::Error)]
 pub enum BakeError {
     /// The scene can't be split into cells.
     #[error(transparent)]
     Split(SplitError),
-    /// No cell was found, so that there is nothing to see from.
+    /// No cell was found.
     #[error("no closed space: no cell was found in it; close its walls, or take --cells bsp, which needs none")]
     NoCells,
-    /// The caller stopped it.
+    /// The caller stopped the job.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
@@ -134,35 +134,35 @@ impl From<SplitError> for BakeError {
     }
 }
 
-/// Segments that a debug build follows through a graph that it found.
+/// Segments for the soundness test of a graph in debug builds.
 const SEGMENTS: u64 = 4096;
 
-/// Digest of everything that the result depends on: what a [journal](crate::job::Journal) belongs to.
+/// Digest of everything that the result depends on: the key of a [journal](crate::job::Journal).
 pub fn digest(scene: &Scene, options: &BakeOptions) -> Digest {
-    // Numbers and text, which can be written.
+    // Numbers and text: serialization cannot fail.
     let input = postcard::to_stdvec(&(scene.hash(), &scene.name, &scene.hints)).expect("a scene's hints can be written");
     let options = postcard::to_stdvec(options).expect("options can be written");
     Digest { input: xxh3_128(&input), options: xxh3_128(&options), build: 0 }
 }
 
-/// Rows of a level's leaves may grow by this, so that neighbours share one, where nobody says otherwise.
+/// Default growth of rows for a level's leaves, for common rows of neighbours.
 const LEAVES_GROW: f64 = 0.05;
 
-/// View cells whose rows are proven to save less than this share of the triangles cost more, in bytes and in the bake, than they save.
+/// Least proven saving of view cells, as a share of the triangles; below it they cost more, in bytes and bake time, than they save.
 const VIEW_CELLS_PAY: f64 = 0.05;
 
-/// Portals that draw more of the frustum than this are not worth a graph: all is one open cell. So are walls that draw more than this share of
-/// what the plan draws.
+/// If portals draw more than this share of the frustum, a graph is useless and all is one open cell. The bsp graph is also rejected if it
+/// draws more than this share of the plan's triangles.
 const WORTH: f64 = 0.95;
 
-/// The cells that [`bake`] finds where none are given. Splits a scene; where nobody asked for a strategy and no wall would keep anything
-/// from being drawn, into one open cell. A tree of walls is quick to build, and tells before a plan is searched for rooms. It is also taken
-/// where the model names no opening and no storey, and the plan finds one room or none and draws more: in a hall, screens hide much. A model
-/// that may be a house gets a plan all the same where that draws less, or hardly more through few portals. What leans is split upright.
+/// Finds the cells for [`bake`] if none are given. With the default strategy, a scene whose walls hide nothing becomes one open cell; the
+/// bsp graph, which is fast to build, decides that before a plan is searched for rooms. The bsp graph is also used if the model names no
+/// opening and no storey, and the plan finds at most one room and draws more: in a hall, screens hide much. A model that may be a house
+/// still gets the plan if that draws less, or hardly more through few portals. Tilted models are split upright.
 ///
 /// # Errors
 ///
-/// Where the scene can't be split, or the work was stopped.
+/// If the scene cannot be split, or the work was stopped.
 pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
     find_cells_by(&RayScene::new(scene), options, work)
 }
@@ -226,8 +226,8 @@ fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|cell| !cell.open).count()
 }
 
-/// A plan of rooms that draws less than `walls`, which leave a `share` of what the frustum draws, or little more through few portals; sought
-/// where a model may be a house.
+/// A plan that draws less than `walls`, which draw `share` of the frustum, or little more through few portals; searched if the model may be
+/// a house.
 fn better_plan(
     rays: &RayScene<'_>,
     options: &SplitOptions,
@@ -248,7 +248,8 @@ fn better_plan(
     Ok((of_plan <= most.min(WORTH)).then_some(CellGraph { reason, ..plan }))
 }
 
-/// A plan of which walls have so many times the portals may draw so much more than they: each portal that is looked through takes time, too.
+/// If the bsp graph has this many times the plan's portals, the plan may draw more by `MAY_DRAW_MORE`, because each visited portal costs
+/// time.
 const FEW_PORTALS: usize = 10;
 const MAY_DRAW_MORE: f64 = 1.25;
 
@@ -256,7 +257,7 @@ fn compared(share: f64, others: f64, other: &str) -> String {
     format!("leave {:.0} % of the frustum to draw; {other} would leave {:.0} %", 100.0 * share, 100.0 * others)
 }
 
-/// One open cell instead of a graph that flow would take hours for; only rough walls make so many portals between few cells.
+/// Replaces a graph that would take flow hours by one open cell; only rough walls make so many portals between few cells.
 fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     if !pvs::flow::is_over_budget(&graph, scene.tolerance().coplanar) {
         return graph;
@@ -273,7 +274,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     }
 }
 
-/// Splits, works out visibility, and packs.
+/// Runs all stages: cells, visibility, file.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
 ///
@@ -294,7 +295,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let in_parts = |graph: &CellGraph| pvs::flow::parts_bytes(graph, scene.tolerance().coplanar);
     let mut cells_found = coarsen(&mut graph, scene.objects.len(), options.memory / 2, in_parts);
     let cells = start.elapsed().as_secs_f64();
-    // 2. Both sides of what can be seen.
+    // 2. Both bounds of visibility.
     let start = Instant::now();
     let room = (options.memory / 4 / pvs::WITNESS_BYTES) as usize;
     let mut pvs_options = PvsOptions { most_witnesses: options.pvs.most_witnesses.min(room), ..options.pvs };

@@ -1,4 +1,4 @@
-//! Whether portals are worth their graph: what they draw of the frustum, from eyes over floors.
+//! The benefit of portals: the share of the frustum that they draw, from eyes over floors.
 
 use crate::BitMatrix;
 use crate::cells::{CellGraph, place_objects};
@@ -13,14 +13,14 @@ use crate::scene::{ImportOptions, Scene};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Eyes, and directions that each looks in.
+/// Eyes, and directions per eye.
 const EYES: usize = 128;
 const DIRECTIONS: usize = 4;
 /// Opening angle and aspect of the cameras.
 const FOV_Y: f64 = 1.1;
 const ASPECT: f64 = 16.0 / 9.0;
 
-/// Cameras over the floors of a scene; none where it has no floor.
+/// Cameras over the floors of a scene; none without floors.
 pub(super) fn cameras(rays: &RayScene<'_>) -> Vec<Camera> {
     let mut random = SplitMix::new(0);
     let eyes = Floors::of(rays.scene()).eyes(rays, EYES, &mut random);
@@ -34,13 +34,13 @@ pub(super) fn cameras(rays: &RayScene<'_>) -> Vec<Camera> {
     eyes.into_iter().flat_map(around).collect()
 }
 
-/// Triangles that portals draw over those in the frustum, in the mean of some cameras over floors; 1 where there are none.
+/// Ratio of the triangles drawn with portals to those in the frustum, in the mean of cameras over floors; 1 without cameras.
 pub(super) fn drawn_share(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<f64, Stopped> {
     let [[frustum, _], [portals, _]] = drawn(rays.scene(), graph, &cameras(rays), [Mode::Frustum, Mode::Portals], work)?;
     Ok(if frustum > 0.0 { portals / frustum } else { 1.0 })
 }
 
-/// Triangles and objects that each mode draws, where every cell sees everything: sums over the cameras.
+/// Triangles and objects drawn by each mode, with full rows: sums over the cameras.
 pub(super) fn drawn<const N: usize>(
     scene: &Scene,
     graph: &CellGraph,
@@ -63,7 +63,7 @@ pub(super) fn drawn<const N: usize>(
     Ok(drawn)
 }
 
-/// The graph as a file in which every cell sees everything.
+/// The graph as a file with full rows.
 fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
     let (cells, objects) = (graph.cells.len(), scene.objects.len());
     let none = || BitMatrix::new(cells, objects);

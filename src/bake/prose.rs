@@ -1,4 +1,4 @@
-//! The result of a bake in a few lines, for the person whose model it is.
+//! The result of a bake in a few lines of prose.
 
 use super::report::BakeReport;
 
@@ -9,7 +9,7 @@ impl BakeReport {
     /// The lines that `bake` prints after it has written the file `output`: at most [`LINES`].
     pub fn prose(&self, output: &str) -> String {
         let mut lines = self.head();
-        // The last line is the file's.
+        // The last line is about the file.
         let room = LINES.saturating_sub(lines.len() + 1);
         lines.extend(self.most_important(output, room));
         lines.push(format!("{output}: {} bytes, in {:.1} s", self.file_bytes, self.seconds.total));
@@ -51,7 +51,7 @@ impl BakeReport {
         lines
     }
 
-    /// What to do where portals and rows save nothing.
+    /// Advice if portals and rows save nothing.
     fn advice(&self) -> String {
         let why = if self.cells == self.open_cells {
             format!("no cell is closed: {}", self.why_open.as_deref().unwrap_or_default())
@@ -62,7 +62,7 @@ impl BakeReport {
     }
 }
 
-/// One line, whatever a name in the model holds.
+/// One line, even if a name in the model has line breaks.
 fn one_line(what: &str, text: &str) -> String {
     format!("{what}: {}", text.split_whitespace().collect::<Vec<_>>().join(" "))
 }

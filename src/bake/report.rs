@@ -1,4 +1,4 @@
-//! What a bake found, in numbers: one typed answer, from which `prose` makes words, the command line JSON, and pages their figures.
+//! The report of a bake in numbers: one type for the prose, the JSON of the command line, and the figures of pages.
 
 use super::why_open::why_open;
 use super::{Baked, ObjectSizes};
@@ -16,9 +16,9 @@ use serde::Serialize;
 /// How the cells were found.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct StrategyReport {
-    /// By which strategy.
+    /// The strategy.
     pub cells: Strategy,
-    /// Why by that one.
+    /// The reason for it.
     pub reason: String,
 }
 
@@ -40,124 +40,125 @@ pub struct SecondsReport {
     pub import: f64,
     /// Splitting into cells.
     pub cells: f64,
-    /// Working out what can be seen.
+    /// Computing visibility.
     pub pvs: f64,
-    /// From the start of the command to its report.
+    /// The whole command up to its report.
     pub total: f64,
 }
 
-/// Both sides of what is seen from view cells.
+/// Both bounds of view cells.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct ViewCellsReport {
     /// View cells.
     pub count: usize,
-    /// Pairs with objects that have a witness.
+    /// Pairs of view cell and object with a witness.
     pub lower_pairs: u64,
-    /// Those not proven hidden.
+    /// Pairs not proven hidden.
     pub upper_pairs: u64,
-    /// Those between.
+    /// Undecided pairs.
     pub undecided_pairs: u64,
-    /// All.
+    /// All pairs.
     pub total_pairs: usize,
-    /// View cells that lie in no cell.
+    /// View cells in no cell.
     pub in_no_cell: usize,
     /// As [`crate::types::bounds::Unseen::cells`], for each view cell.
     pub unseen: Vec<f64>,
-    /// Of the mean over them.
+    /// Bound of the mean over view cells.
     pub unseen_mean: f64,
-    /// Where they were chosen by cost: after each split the bytes that they were expected to take, and the triangles of a row.
+    /// For a partition by cost: after each split, the expected bytes, and the triangles of a row.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub curve: Vec<(u64, f64)>,
     /// Rays cast.
     pub rays: u64,
     /// Searches of flow that ran out of steps.
     pub flow_over_budget: u64,
-    /// Pairs proven visible that flow took for hidden; they are kept.
+    /// Pairs proven visible that flow refuted; they are kept.
     pub contradictions: u64,
 }
 
 /// The author's rooms.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct AuthoredReport {
-    /// Rooms that the author drew.
+    /// Number of authored rooms.
     pub rooms: usize,
-    /// Those that can name space.
+    /// Number of sound rooms.
     pub sound_rooms: usize,
-    /// Of the free space indoors, the share in cells that are rooms.
+    /// Share of the indoor free space in cells that are rooms.
     pub claimed: f64,
 }
 
-/// Everything that `bake` says; docs/cli.md documents the keys.
+/// The report of `bake`; docs/cli.md documents the keys.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct BakeReport {
-    /// Of the scene.
+    /// Triangles of the scene.
     pub triangles: usize,
     /// Objects.
     pub objects: usize,
-    /// What their size was chosen by, where it was a choice.
+    /// The measurements for the size of objects, if it was chosen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object_sizes: Option<ObjectSizes>,
-    /// Where the scene has tubes: what is in [`Self::triangles`] of them is prisms.
+    /// Counts of tubes, if there are any: [`Self::triangles`] counts their prisms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tubes: Option<TubeCount>,
     /// Cells.
     pub cells: usize,
-    /// Of these, open ones.
+    /// Number of open cells.
     pub open_cells: usize,
     /// Portals.
     pub portals: usize,
     /// How the cells were found.
     pub strategy: StrategyReport,
-    /// What isn't in the file, and why.
+    /// What the file leaves out, and the reasons.
     pub left_out: Vec<String>,
-    /// The importer's and the split's notes, what matters most first.
+    /// Notes of the import and the split, most important first.
     pub notes: Vec<String>,
-    /// How the import and the bake went.
+    /// Details of the import and the bake.
     pub details: Vec<String>,
     /// The sets, and the bake's counters.
     pub pvs: PvsReport,
-    /// The shares of the rays that were asked for.
+    /// The shares of the ray budget.
     pub rays: Budget,
-    /// What ended sampling: `rays`, `unseen` or `memory`.
+    /// The reason for the end of sampling: `rays`, `unseen` or `memory`.
     pub sampling_ended_by: SamplingEnd,
-    /// The clearance that the guarantee holds for, metres.
+    /// The clearance of the guarantee, metres.
     pub clearance: f64,
-    /// Openings narrower than this, metres, may have been sealed.
+    /// Narrower openings may have been sealed, metres.
     pub smallest_hole: f64,
-    /// Holes that count as opaque: too small for the user, or walls of a level that are not drawn.
+    /// Number of holes that count as opaque: below the user's limit, or undrawn walls of a level.
     pub closed_holes: usize,
-    /// What opens the model, where no cell is closed.
+    /// Why the model is open, if no cell is closed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_open: Option<String>,
-    /// What culling is expected to save; `None` where there is nothing to draw.
+    /// The expected saving of culling; `None` without triangles.
     pub expected_draw: Option<ExpectedDraw>,
-    /// Holes in the cell graph that were found and mended.
+    /// Repaired holes in the cell graph.
     pub repairs: Vec<Repair>,
-    /// Cells before any were joined: for lack of memory, or to share rows.
+    /// Cells before joining, for lack of memory or for common rows.
     pub cells_found: usize,
     /// Times.
     pub seconds: SecondsReport,
-    /// Most memory held, MiB, where the system says so.
+    /// Peak memory, MiB, if the system reports it.
     pub peak_rss_mb: Option<f64>,
     /// Length of the file.
     pub file_bytes: usize,
-    /// With view cells only.
+    /// Only with view cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub view_cells: Option<ViewCellsReport>,
-    /// Where the cells are the author's rooms.
+    /// Only if the cells are the author's rooms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub authored: Option<AuthoredReport>,
-    /// Likewise: what is wrong in what the author wrote.
+    /// Likewise: the findings of the audit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub findings: Option<Vec<Finding>>,
 }
 
 impl BakeReport {
-    /// Of a bake and the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB; `expected_draw` is that of the file.
+    /// The report of a bake, with the bytes of its file. `import` and `total` are seconds, `peak_rss_mb` MiB; `expected_draw` is that of
+    /// the file.
     ///
     /// # Errors
     ///
-    /// Where the bytes are no container.
+    /// If the bytes are not a container.
     pub fn new(
         scene: &Scene,
         baked: &Baked,

@@ -1,6 +1,6 @@
-//! How large objects are: smaller ones draw fewer triangles, in more draw calls.
+//! The size of objects: smaller ones draw fewer triangles, in more draw calls.
 //!
-//! What a size costs is measured, as [`worth`] measures portals: what they draw from eyes over floors.
+//! The cost of a size is measured like the benefit of portals ([`portal_benefit`]): by the triangles drawn from eyes over floors.
 
 use super::{BakeError, BakeOptions, find_cells_by, portal_benefit};
 use crate::cells::CellGraph;
@@ -11,37 +11,37 @@ use crate::scene::{Scene, split_objects};
 use crate::types::note::Note;
 use serde::{Deserialize, Serialize};
 
-/// A draw call costs as much as so many triangles. Less: objects become crumbs that cost more to decide about than to draw. More: what one
-/// sees a corner of is drawn whole.
+/// Cost of a draw call, in triangles. Smaller: tiny objects that cost more to cull than to draw. Larger: large objects are drawn for a
+/// visible corner.
 pub const DRAW_CALL: f64 = 16.0;
-/// The search begins with objects of so many triangles at most, or with smaller ones where there are no more than so many of those.
+/// The search starts with objects of at most this many triangles, or with smaller ones while there are at most `FIRST_OBJECTS` of them.
 const FIRST: u32 = 256;
 const FIRST_OBJECTS: usize = 256;
-/// Neither are smaller objects tried than this,
+/// Smallest size in the search.
 const LEAST: u32 = 16;
-/// nor larger ones, but for whole ones.
+/// Largest size in the search, except whole objects.
 const MOST: u32 = 4096;
-/// No size is taken that makes more objects than this, unless all sizes do: rows have a bit for each.
+/// Most objects, unless all sizes give more: rows have a bit for each.
 const MOST_OBJECTS: usize = 1 << 16;
 
-/// Objects are split only where that leaves at most this share of the cost. More: objects that an author knows are cut for nothing.
+/// Objects are split only if the cost is at most this share of the original. Larger: the author's objects are split for little gain.
 const PAYS: f64 = 0.95;
 
-/// What is drawn with objects of a size.
+/// The cost with objects of one size.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ObjectSize {
-    /// Most triangles of an object; `None`: as their author made them.
+    /// Most triangles of an object; `None`: the author's objects.
     pub most_triangles: Option<u32>,
     /// Objects of the scene.
     pub objects: usize,
-    /// Triangles that portals draw, in the mean of some cameras over floors.
+    /// Triangles drawn with portals, in the mean of cameras over floors.
     pub triangles: f64,
-    /// Likewise draw calls, one an object.
+    /// Likewise draw calls, one per object.
     pub draw_calls: f64,
 }
 
 impl ObjectSize {
-    /// In triangles.
+    /// The cost in triangles.
     pub fn cost(&self) -> f64 {
         self.triangles + DRAW_CALL * self.draw_calls
     }
@@ -51,18 +51,18 @@ impl ObjectSize {
     }
 }
 
-/// The sizes that were tried.
+/// The compared sizes.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ObjectSizes {
-    /// As their author made them.
+    /// The author's objects.
     pub whole: ObjectSize,
-    /// The cheapest, where it is cheaper by a twentieth; else they again.
+    /// The cheapest, if it is cheaper by a twentieth; otherwise equal to `whole`.
     pub best: ObjectSize,
 }
 
-/// Finds the cells of a scene whose objects are as their author made them, unless `options` bring some, and splits its objects where that draws
-/// less. Cells and size are in `options` then, ready for [`bake`](super::bake()). With `keep_whole` objects stay, and a note says what
-/// splitting would save.
+/// Finds the cells of a scene with the author's objects, unless `options` give them, and splits its objects if that draws less. Cells and
+/// size are then in `options`, ready for [`bake`](super::bake()). With `keep_whole`, objects stay, and a note states the saving of
+/// splitting.
 ///
 /// # Errors
 ///
@@ -76,7 +76,7 @@ pub fn size_objects(
     work.tell("cells", 0.0);
     let given = options.given.take();
     let (mut graph, sizes) = work.once(|| {
-        // What walls hide shows only where objects are small.
+        // The benefit of walls is measurable only with small objects.
         let first = first(&scene);
         let usual = split_objects(scene.clone(), first);
         let rays = RayScene::new(&usual);
@@ -91,7 +91,7 @@ pub fn size_objects(
     Ok((split_objects(scene, limit), sizes))
 }
 
-/// Where the search begins: cells are cut finer where there are more objects, and take longer, so there are not many more than the author's.
+/// The first size: more objects give finer cells and take longer, so there should not be many more than the author's.
 fn first(scene: &Scene) -> u32 {
     let objects = |limit: u32| scene.objects.iter().map(|o| o.triangles.len().div_ceil(limit as usize)).sum::<usize>();
     let mut limit = FIRST;
@@ -101,8 +101,8 @@ fn first(scene: &Scene) -> u32 {
     limit
 }
 
-/// Measures the objects of `whole_scene`, and of others of powers of two from `first`, as `rays` has it, on, down or up, to where it gets no
-/// cheaper.
+/// Measures the objects of `whole_scene`, and other sizes in powers of two from `first` (that of `rays`), down or up, until the cost no
+/// longer falls.
 fn tried(
     whole_scene: &Scene,
     (rays, first): (&RayScene<'_>, u32),
@@ -146,7 +146,7 @@ fn tried(
     Ok(ObjectSizes { whole, best: if cost(&best) <= PAYS * cost(&whole) { best } else { whole } })
 }
 
-/// What the choice is, or what it would be.
+/// A note with the chosen size, or the one that would be chosen.
 fn note(sizes: &ObjectSizes, keep_whole: bool) -> Option<Note> {
     let ObjectSizes { whole, best } = sizes;
     let limit = best.most_triangles?;

@@ -1,4 +1,4 @@
-//! What opens a model none of whose cells is closed: told to whoever wonders why portals hide nothing there.
+//! Why a model has no closed cell, so that portals hide nothing.
 
 use crate::random::SplitMix;
 use crate::scene::Scene;
@@ -7,15 +7,15 @@ use crate::scene::rays::RayScene;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
-/// Eyes over floors, and level directions that each looks in.
+/// Eyes over floors, and horizontal directions per eye.
 const EYES: usize = 256;
 const DIRECTIONS: usize = 16;
-/// Under the sky: something is above fewer of the eyes. The roofs themselves have nothing above them, so a house has half or less.
+/// Without a roof: fewer of the eyes are covered. Roofs count as floors, so a house has half or less.
 const COVERED: f64 = 0.05;
-/// Without walls: so many of the level looks from under a roof leave the model. Rooms with wide windows have a tenth.
+/// Without walls: at least this share of horizontal rays from under a roof leaves the model. Rooms with wide windows have a tenth.
 const OPEN: f64 = 0.4;
 
-/// One clause: what is missing, as far as looks from over the floors tell.
+/// One clause: the missing part of the building, by rays from above the floors.
 pub(super) fn why_open(scene: &Scene) -> String {
     let (rays, mut random) = (RayScene::new(scene), SplitMix::new(0));
     let eyes = Floors::of(scene).eyes(&rays, EYES, &mut random);
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
-    /// A room of 6 x 3 x 4 m: which of its sides are there (x, y, z, the lower first), and whether one of them has a gap.
+    /// A room of 6 x 3 x 4 m with these sides (x, y, z, the lower first), optionally with a gap in one.
     fn room(sides: [bool; 6], gap: bool) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let size = DVec3::new(6.0, 3.0, 4.0);

@@ -1,4 +1,4 @@
-//! A scene of which nothing has been worked out yet, as a file: to show it at once.
+//! A scene before a bake, as a file, to display it immediately.
 
 use crate::BitMatrix;
 use crate::cells::{Placement, undivided_in_metres};
@@ -6,7 +6,7 @@ use crate::file::PvsFile;
 use crate::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use crate::scene::{ImportOptions, Scene};
 
-/// The file of a scene as one open cell that holds and sees every object. It casts no ray, and takes a moment where a bake takes minutes.
+/// The file of a scene as one open cell that contains and sees every object. It casts no ray, and is almost immediate.
 pub fn without_rows(scene: &Scene, import: &ImportOptions) -> PvsFile {
     let graph = undivided_in_metres(scene);
     let (none, mut all) = (BitMatrix::new(1, scene.objects.len()), BitMatrix::new(1, scene.objects.len()));
@@ -42,7 +42,7 @@ mod tests {
     use crate::scene::{Mesh, Role, SceneBuilder, Source};
     use glam::DVec3;
 
-    /// Two walls of a room in metres, the one behind the other.
+    /// Two walls of a room in metres, one behind the other.
     fn walls() -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         for x in [0.0, 5.0] {

@@ -1,8 +1,12 @@
-//! Which strategy a scene gets when nobody asks for one: decided by what is measured in it, said in one line.
+//! The default strategy of a scene: chosen by measurements, explained in one line.
 //!
-//! The author's rooms, where most of them are sound; a tree of walls, where little of what isn't level stands upright, as in caves, where
-//! walls show their backs from outside, as in levels, or where nothing has a ceiling; else the plan. The tree is tried too where the plan closes no cell, or comes out ragged: levels of slopes and
-//! rock give it many portals to a cell, buildings few. What closes a cell, or has fewer portals to a cell, is kept.
+//! 1. `authored`, if most of the author's rooms are sound.
+//! 2. `bsp`, if little of the non-horizontal area is vertical (caves), if walls show their backs to the outside (levels), or if nothing has
+//!    a ceiling.
+//! 3. `plan` otherwise.
+//!
+//! If the plan has no closed cell or many portals per cell (slopes and rock), `bsp` is tried, too. The graph with closed cells or with
+//! fewer portals per cell is kept.
 
 use super::bsp::facing::Facing;
 use super::bsp::planes::opaque_structure;
@@ -16,17 +20,17 @@ use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
 
-/// Rooms of an author are taken where at least this share of them is sound.
+/// The author's rooms are used if at least this share is sound.
 const SOUND_SHARE: f64 = 0.5;
-/// A plan is tried where this share of what isn't level stands upright: in houses with roofs 0.75 and more. The first where a model says
-/// nothing of a building, in which a search for rooms takes minutes and ends with few.
+/// The plan is tried if at least this share of the non-horizontal area is vertical (houses with roofs: 0.75 and more). The first value is
+/// for models without any hint of a building, where a search for rooms takes minutes and finds few.
 const UPRIGHT_SHARE: [f64; 2] = [0.75, 0.5];
-/// A plan with more portals than this to a cell is ragged: buildings have 1 to 16, a villa with a dome 8, a level of slopes 23.
+/// A plan with more portals per cell is poor: buildings have 1 to 16, a villa with a dome 8, a level of slopes 23.
 const RAGGED_PORTALS: f64 = 20.0;
-/// A scene has ceilings where something is above this share of what is level. More: a house on a large site has none. Less: cities are
-/// searched for rooms.
+/// A scene has ceilings if at least this share of the horizontal area is covered. Larger: a house on a large site has none. Smaller: cities
+/// are searched for rooms.
 const COVERED_SHARE: f64 = 0.05;
-/// The vertical part of a wall's unit normal is at most this; that of a floor's is at least `FLOOR_NORMAL`.
+/// Largest vertical component of a wall's unit normal; a floor's is at least `FLOOR_NORMAL`.
 const WALL_NORMAL: f64 = 0.05;
 const FLOOR_NORMAL: f64 = 0.98;
 
@@ -46,7 +50,7 @@ pub(super) fn choose(rays: &RayScene<'_>) -> (Strategy, String) {
     (strategy, format!("only {} of the {rooms} rooms that the model names can be used; {why}", audit.sound_rooms))
 }
 
-/// Of what isn't level in a scene, the share that stands upright; 1 where all is level.
+/// The vertical share of the non-horizontal area; 1 if all is horizontal.
 fn upright_share(scene: &Scene) -> f64 {
     let (mut upright, mut steep) = (0.0, 0.0);
     let part = bulk(scene);
@@ -62,7 +66,7 @@ fn upright_share(scene: &Scene) -> f64 {
     if steep > 0.0 { upright / steep } else { 1.0 }
 }
 
-/// Whether a plan may find rooms in a scene that says nothing of a building: houses whose walls are drawn on one side look like levels.
+/// Whether a plan may find rooms in a scene without hints: houses with one-sided walls look like levels.
 pub(crate) fn may_be_house(scene: &Scene) -> bool {
     upright_share(scene) >= UPRIGHT_SHARE[0]
 }
@@ -90,23 +94,23 @@ fn portals_a_cell(graph: &CellGraph) -> f64 {
     graph.portals.len() as f64 / graph.cells.len().max(1) as f64
 }
 
-/// Cells that portals can keep from being drawn.
+/// Number of closed cells.
 fn closed_cells(graph: &CellGraph) -> usize {
     graph.cells.iter().filter(|c| !c.open).count()
 }
 
-/// True where a model names no room, door, window or storey.
+/// True if the model names no room, opening or storey.
 fn says_nothing(scene: &Scene) -> bool {
     scene.hints.rooms.is_empty() && scene.hints.openings.is_empty() && scene.hints.storeys.is_empty()
 }
 
-/// Whether another graph should be tried beside this plan.
+/// Whether another graph should be tried, too.
 pub(super) fn is_poor(plan: &CellGraph) -> bool {
     closed_cells(plan) == 0 || portals_a_cell(plan) > RAGGED_PORTALS
 }
 
-/// A poor plan, or a tree of walls: whichever closes cells where the other doesn't, else has fewer portals to a cell; the tree only
-/// where it validates, to `tolerance` metres.
+/// A poor plan or a bsp graph: the one with closed cells, or else the one with fewer portals per cell. The bsp graph must validate to
+/// `tolerance` metres.
 pub(super) fn better(mut plan: CellGraph, tolerance: f64, mut walls: CellGraph) -> CellGraph {
     walls.link();
     let (is_better, says) = if closed_cells(&plan) == 0 {
@@ -196,7 +200,7 @@ mod tests {
         let covered =
             |scene: &Scene| Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(&RayScene::new(scene));
         assert_eq!(covered(&sheets(&[0.0])), Some(0.0));
-        // Of three sheets, two have something above them.
+        // Two of three sheets are covered.
         let share = covered(&sheets(&[0.0, 3.0, 6.0])).unwrap();
         assert!((share - 2.0 / 3.0).abs() < 0.06, "{share}");
     }

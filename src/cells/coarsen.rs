@@ -1,8 +1,8 @@
-//! Fewer, larger cells, where a bake over all of them would take more memory than it may.
+//! Fewer, larger cells, if a bake would exceed its memory limit.
 //!
-//! A cell is any union of convex pieces, so any two may become one: portals between them vanish, and what either saw the one cell
-//! sees. Rows get coarser, and nothing visible is lost. Cells that share a large portal are joined first, and none grows to twice the
-//! size of others before they have been joined, too. Open cells and closed ones stay apart.
+//! A cell is any union of convex pieces, so any two cells can be merged. Portals between them vanish, and the merged cell sees what either
+//! saw. Rows get coarser, and nothing visible is lost. Cells with a large common portal are merged first, and sizes stay balanced. Open
+//! cells do not merge with closed ones.
 
 use super::CellGraph;
 use super::merge::merge;
@@ -11,27 +11,26 @@ use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::area;
 use crate::types::note::Note;
 
-/// What matrices over a graph take at most while it is baked, bytes: both bounds over cells and over objects, and what flow knows of
-/// pairs of directed portals. What the scene itself takes comes on top.
+/// Upper bound of the memory for a bake's matrices, bytes: both bounds over cells and objects, and flow's matrices over directed portals.
+/// The scene itself is not included.
 pub fn matrix_bytes(cells: usize, objects: usize, portals: usize) -> u64 {
     row_bytes(cells, objects).saturating_add(flow_bytes(cells, portals))
 }
 
-/// What both bounds take of it.
+/// The share of both bounds.
 fn row_bytes(cells: usize, objects: usize) -> u64 {
     let [cells, objects] = [cells, objects].map(|n| n as u128);
     u64::try_from((5 * cells * cells + 7 * cells * objects) / 8).unwrap_or(u64::MAX)
 }
 
-/// What flow takes of it.
+/// The share of flow.
 pub fn flow_bytes(cells: usize, portals: usize) -> u64 {
     let [cells, directed] = [cells, 2 * portals].map(|n| n as u128);
     u64::try_from((4 * directed * directed + 2 * cells * directed) / 8).unwrap_or(u64::MAX)
 }
 
-/// Joins cells until matrices over them, and over this many objects, take at most `limit` bytes. Returns the number of cells that
-/// there were, where that changed, and says so in the graph's notes. `flow`: what flow takes where it has a way to take less than
-/// [`flow_bytes`]; it is asked once, before anything is joined.
+/// Merges cells until their matrices, with this many objects, take at most `limit` bytes. Returns the previous number of cells if it
+/// changed, and adds a note to the graph. `flow`: flow's memory if it needs less than [`flow_bytes`]; called once, before any merge.
 pub fn coarsen(
     graph: &mut CellGraph,
     objects: usize,
@@ -57,7 +56,7 @@ pub fn coarsen(
             let [a, b] = graph.portals[portal].cells.map(CellId::index);
             groups.join(a, b, most, graph);
         }
-        // Cells that no portal joins, too: rooms that nobody found a way into.
+        // Also cells without portals between them: rooms without a known entrance.
         for pair in groups.roots().chunks(2) {
             if let &[a, b] = pair {
                 groups.join(a, b, most / 2, graph);
@@ -73,7 +72,7 @@ pub fn coarsen(
     Some(before)
 }
 
-/// Sets of cells, and how many cells each has, by the cell that stands for it.
+/// Disjoint sets of cells, and the size of each at its representative.
 struct Groups {
     union: DisjointSets,
     size: Vec<usize>,
@@ -88,7 +87,7 @@ impl Groups {
         self.union.find(cell as u32) as usize
     }
 
-    /// Joins two cells' groups, unless they would be more than `most` cells, or one is open and the other closed.
+    /// Merges two groups, unless the result has more than `most` cells, or one is open and the other closed.
     fn join(&mut self, a: usize, b: usize, most: usize, graph: &CellGraph) {
         let (a, b) = (self.root(a), self.root(b));
         if a != b && self.size[a] + self.size[b] <= most && graph.cells[a].open == graph.cells[b].open {

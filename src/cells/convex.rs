@@ -1,21 +1,20 @@
-//! The inside of a closed surface as convex pieces.
+//! Convex decomposition of the inside of a closed surface.
 //!
-//! Based on: Thibault, Naylor, *Set operations on polyhedra using binary space partitioning trees*, 1987: space is cut along the
-//! surface's own planes until no polygon is left inside a part, so that each part is inside or outside as a whole. Deviations:
-//! which of the two is told by counting crossings and not by the way polygons face, because files turn theirs either way;
-//! and parts that make a convex piece together are joined again.
+//! Based on: Thibault, Naylor, *Set operations on polyhedra using binary space partitioning trees*, 1987: space is split along the
+//! surface's planes until no polygon is left inside a part, so that each part is entirely inside or outside. Deviations: crossings are
+//! counted, because the winding in files is unreliable; and parts with a convex union are merged.
 
 use crate::geom::{Aabb, Plane, area, clip};
 use crate::polygon::Polygon;
 use glam::DVec3;
 
-/// Most parts that one surface is cut into: real rooms take tens.
+/// Most parts of one surface: real rooms take tens.
 const MOST_PARTS: usize = 20_000;
 /// Planes tried at each cut.
 const CANDIDATES: usize = 48;
-/// Cutting a polygon costs as much as this many polygons of imbalance.
+/// Cost of a split polygon, in polygons of imbalance.
 const CUT_COST: usize = 8;
-/// Directions in which crossings are counted, off every axis and diagonal; the majority decides, because surfaces have cracks.
+/// Directions of the rays that count crossings, off every axis and diagonal. The majority decides, because surfaces have cracks.
 const DIRECTIONS: [DVec3; 5] = [
     DVec3::new(0.293, 0.911, 0.287),
     DVec3::new(-0.617, 0.571, 0.541),
@@ -32,7 +31,7 @@ pub struct Convex {
 }
 
 impl Convex {
-    /// What is inside all planes, of a box that holds it; `None` where less than `eps` metres of it is left in some direction.
+    /// The intersection of all half-spaces with a box; `None` if it is thinner than `eps` metres.
     pub fn inside(bounds: Aabb, planes: &[Plane], eps: f64) -> Option<Self> {
         let sides =
             DVec3::AXES.iter().flat_map(|&n| [Plane { n, d: n.dot(bounds.max) }, Plane { n: -n, d: -n.dot(bounds.min) }]);
@@ -41,7 +40,7 @@ impl Convex {
     }
 
     fn of_planes(planes: &[Plane], reach: f64, near: DVec3, eps: f64) -> Option<Self> {
-        // Of planes that face one way, the tighter one.
+        // Of parallel planes, only the tightest.
         let mut tight: Vec<Plane> = Vec::with_capacity(planes.len());
         for plane in planes {
             match tight.iter_mut().find(|p| p.n.dot(plane.n) > 1.0 - 1e-12) {
@@ -76,7 +75,7 @@ impl Convex {
         self.faces.iter().map(|(plane, _)| along(plane)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Corners, each as often as faces meet in it.
+    /// Corners, once for each adjacent face.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.faces.iter().flat_map(|(_, w)| w.iter().copied())
     }
@@ -102,7 +101,7 @@ impl Convex {
         self.faces.iter().map(|(plane, w)| -plane.distance(centre) * area(w) / 3.0).sum()
     }
 
-    /// Behind and before a plane.
+    /// The parts behind and in front of a plane.
     fn cut(&self, plane: &Plane, eps: f64) -> [Option<Self>; 2] {
         let (reach, near) = (self.bounds().diagonal(), self.centre());
         [*plane, plane.flipped()].map(|side| {
@@ -112,8 +111,7 @@ impl Convex {
         })
     }
 
-    /// What is left without what another holds too, in convex parts; `None` where they share less than `eps` metres in some
-    /// direction.
+    /// The difference to another, in convex parts; `None` if their intersection is thinner than `eps` metres.
     pub fn less(&self, other: &Self, eps: f64) -> Option<Vec<Self>> {
         let both: Vec<Plane> = self.faces.iter().chain(&other.faces).map(|f| f.0).collect();
         Self::of_planes(&both, self.bounds().diagonal(), self.centre(), eps)?;
@@ -129,8 +127,8 @@ impl Convex {
         Some(out)
     }
 
-    /// The union with a piece on the other side of a face, where it is convex: each lies inside all planes of the other but that
-    /// of the shared face.
+    /// The union with a piece across a common face, if it is convex: each lies inside all planes of the other except that of the common
+    /// face.
     fn join(&self, other: &Self, eps: f64) -> Option<Self> {
         let opposite = |a: &Plane, b: &Plane| a.n.dot(b.n) < -1.0 + 1e-9 && (a.d + b.d).abs() <= eps;
         let (i, j) = (0..self.faces.len()).find_map(|i| {
@@ -161,10 +159,10 @@ impl Convex {
     }
 }
 
-/// Splits the inside of a surface; polygons nearer than `eps` metres to a plane lie in it. Fails where that takes too many
-/// parts. Empty where nothing is inside.
+/// Splits the inside of a surface; polygons within `eps` metres of a plane lie in it. Fails if that takes too many parts. Empty if nothing
+/// is inside.
 pub fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, String> {
-    // Nothing closes a space with fewer faces than a tetrahedron has.
+    // A closed surface has at least four faces.
     if surface.len() < 4 {
         return Ok(Vec::new());
     }
@@ -174,7 +172,7 @@ pub fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, Strin
         return Ok(Vec::new());
     };
     let all = surface.iter().map(|p| (p.plane, p.rings[0].clone())).collect();
-    /// A part of space, and what of the surface lies in it.
+    /// A part of space, with its fragments of the surface.
     type Part = (Convex, Vec<(Plane, Vec<DVec3>)>);
     let mut parts: Vec<Part> = vec![(whole, all)];
     let (mut pieces, mut count) = (Vec::new(), 1);
@@ -204,7 +202,7 @@ pub fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, Strin
         if count > MOST_PARTS {
             return Err(format!("its surface is too intricate: more than {MOST_PARTS} convex parts; simplify it"));
         }
-        // The first half ends up on top, so that pieces come in one order.
+        // The first half goes on top of the stack, for a fixed order of pieces.
         let [back, front] = sides;
         let [behind, before] = halves;
         parts.extend(before.map(|half| (half, front)));
@@ -218,7 +216,7 @@ fn range(plane: &Plane, winding: &[DVec3]) -> (f64, f64) {
     distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)))
 }
 
-/// The plane of a polygon that cuts few others and parts the rest evenly.
+/// The best splitting plane: few cut polygons, and balanced sides.
 fn best_plane(polygons: &[(Plane, Vec<DVec3>)], eps: f64) -> Option<Plane> {
     let step = polygons.len().div_ceil(CANDIDATES).max(1);
     let cost = |plane: &Plane| {
@@ -250,7 +248,7 @@ pub(crate) fn is_inside(surface: &[Polygon], p: DVec3) -> bool {
     2 * DIRECTIONS.iter().filter(|&&d| odd(d)).count() > DIRECTIONS.len()
 }
 
-/// Joins pieces while two of them make one convex piece.
+/// Merges pieces while any two have a convex union.
 pub fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
     let mut i = 0;
     while i < pieces.len() {
@@ -263,7 +261,7 @@ pub fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
             Some((j, whole)) => {
                 pieces.remove(j);
                 pieces[i] = whole;
-                // What didn't fit before may fit now.
+                // Pieces that did not fit before may fit now.
                 i = 0;
             }
             None => i += 1,
@@ -276,7 +274,7 @@ pub fn joined(mut pieces: Vec<Convex>, eps: f64) -> Vec<Convex> {
 mod tests {
     use super::*;
 
-    /// A room of 3 m over a ring in plan, every second wall turned inside out.
+    /// A room of 3 m over a ring in plan, with every second wall reversed.
     fn prism(ring: &[(f64, f64)]) -> Vec<Polygon> {
         let at = |y: f64| ring.iter().map(|&(x, z)| DVec3::new(x, y, z)).collect::<Vec<_>>();
         let (low, high) = (at(0.0), at(3.0));
@@ -319,7 +317,7 @@ mod tests {
         let l = convex_pieces(&prism(&[(0., 0.), (4., 0.), (4., 2.), (2., 2.), (2., 4.), (0., 4.)]), 1e-6).unwrap();
         assert_eq!(l.len(), 2);
         assert!((volume(&l) - 36.0).abs() < 1e-6);
-        // 5 x 5 m around a shaft of 1 x 1 m, whose hole is a ring of the floor and ceiling.
+        // 5 x 5 m around a shaft of 1 x 1 m, which is a hole in floor and ceiling.
         let mut ring = prism(&[(0., 0.), (5., 0.), (5., 5.), (0., 5.)]);
         let shaft = prism(&[(2., 2.), (3., 2.), (3., 3.), (2., 3.)]);
         for k in [0, 1] {

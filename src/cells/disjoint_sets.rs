@@ -1,17 +1,17 @@
 //! Disjoint sets, by path halving (Tarjan, van Leeuwen, *Worst-case analysis of set union algorithms*, 1984).
 
-/// Disjoint sets; the lower number stands for a set.
+/// Disjoint sets; the lowest number represents a set.
 pub struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// Each by itself.
+    /// Each element in a set of its own.
     pub fn new(n: usize) -> Self {
         Self { parent: (0..n as u32).collect() }
     }
 
-    /// Who stands for the set of `i`.
+    /// The representative of the set of `i`.
     pub fn find(&mut self, mut i: u32) -> u32 {
         while self.parent[i as usize] != i {
             self.parent[i as usize] = self.parent[self.parent[i as usize] as usize];

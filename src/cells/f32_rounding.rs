@@ -1,5 +1,5 @@
-//! Cells and portals in the single precision of a file. A bake works on what the file will say, so what is proven holds for what is
-//! written, and cells that come back from a file are worked on with the same bits.
+//! Cells and portals in the single precision of a file. A bake works on rounded values, so its proofs hold for the written file, and cells
+//! read from a file have the same bits.
 
 use super::{CellGraph, Piece, Portal, polyhedron};
 use crate::cells::complex::polygon::convex_hull;
@@ -8,24 +8,24 @@ use crate::scene::Scene;
 use crate::tolerance::single_precision;
 use glam::{DVec2, DVec3};
 
-/// A unit vector that was rounded to `f32` is this near to length 1. Larger: normals that aren't unit vectors are taken for it, and lengths
-/// are off. Smaller: what comes from a file is scaled, and is off by its `d` times that.
+/// Largest error of the length of a unit vector rounded to `f32`. Larger: other vectors count as unit normals, and lengths are wrong.
+/// Smaller: normals from a file are scaled, and distances are wrong by `d` times that.
 pub(in crate::cells) const SINGLE_UNIT: f64 = f32::EPSILON as f64;
 
-/// A number of `f32` is rounded from one that is nearer to it than this share of the way to the next. Larger: what lies half way rounds to
-/// the next. Smaller: no vector of length 1 may be that near.
+/// An `f32` is the rounded value of any number within this share of the step to the next. Larger: numbers half way round to the next.
+/// Smaller: there may be no vector of length 1 that near.
 const HALF_WAY: f64 = 0.4999;
 
-/// A number is one of `f32` if it is this share of itself near to one, at most: what reading a decimal may lose.
+/// A number equals an `f32` within this relative error, the loss in reading a decimal.
 pub(in crate::cells) const DECIMAL: f64 = 4.0 * f64::EPSILON;
 
-/// Planes look away from each other where the cosine of their normals is below this (0.8 degrees). Larger: flat wedges count as slivers,
-/// and get a box. Smaller: slivers grow by metres.
+/// Planes are opposite if the cosine of their normals is below this (0.8 degrees). Larger: flat wedges count as slivers, and get a box.
+/// Smaller: slivers grow by metres.
 const OPPOSITE: f64 = -0.9999;
 
 impl CellGraph {
-    /// Rounds planes and corners as a file does, which is far below the scene's tolerances. What has no volume, or hardly any width,
-    /// stays as it is: such cells and portals may be given.
+    /// Rounds planes and corners as a file does, far below the scene's tolerances. Pieces without volume and degenerate portals, which
+    /// users may give, stay unchanged.
     pub(crate) fn round(&mut self, scene: &Scene) {
         let (tolerance, bounds) = (scene.tolerance(), scene.bounds());
         let coplanar = tolerance.coplanar;
@@ -33,7 +33,7 @@ impl CellGraph {
         for piece in self.cells.iter_mut().flat_map(|cell| &mut cell.pieces) {
             let planes: Vec<Plane> = piece.planes.iter().map(plane).collect();
             let Some(rounded) = held(planes.clone(), coplanar, rounding) else { continue };
-            // Planes of a sliver that are nearly parallel meet metres farther off when they are rounded, or nowhere.
+            // Rounded, the nearly parallel planes of a sliver may meet metres farther off, or nowhere.
             let most = piece.bounds.inflated(tolerance.clearance);
             let is_longer = is_sliver(piece, 2.0 * tolerance.clearance)
                 && !(most.contains(rounded.bounds.min) && most.contains(rounded.bounds.max));
@@ -53,8 +53,8 @@ impl CellGraph {
     }
 }
 
-/// A piece by planes that a file holds. A sliver that has no volume there is a piece still, for portals lead through it: its box is then
-/// that of planes which are off by `rounding`.
+/// A piece from planes in a file's precision. A sliver without volume stays a piece, because portals lead through it: its box is then that
+/// of the planes moved by `rounding`.
 pub(in crate::cells) fn held(planes: Vec<Plane>, coplanar: f64, rounding: f64) -> Option<Piece> {
     if planes.len() > polyhedron::MAX_PLANES {
         return None;
@@ -65,7 +65,7 @@ pub(in crate::cells) fn held(planes: Vec<Plane>, coplanar: f64, rounding: f64) -
     Some(Piece { planes, bounds })
 }
 
-/// True where two planes that look away from each other are no farther apart than `thick` in the middle of a piece.
+/// True if two opposite planes are at most `thick` apart at the centre of a piece.
 fn is_sliver(piece: &Piece, thick: f64) -> bool {
     let middle = piece.bounds.centre();
     let room = |p: &Plane| -p.distance(middle);
@@ -73,7 +73,7 @@ fn is_sliver(piece: &Piece, thick: f64) -> bool {
     piece.planes.iter().enumerate().any(|(i, a)| piece.planes[i + 1..].iter().any(|b| is_thin(a, b)))
 }
 
-/// The planes of a box where it is finite, as a file holds them.
+/// The planes of the finite sides of a box, in a file's precision.
 fn box_planes(bounds: Aabb) -> impl Iterator<Item = Plane> {
     let sides = DVec3::AXES.into_iter().flat_map(move |n| [Plane::through(bounds.max, n), Plane::through(bounds.min, -n)]);
     sides.filter(|side| side.d.is_finite()).map(|side| plane(&side))
@@ -83,8 +83,9 @@ fn winding(corners: &[DVec3]) -> Vec<DVec3> {
     corners.iter().map(|p| p.as_vec3().as_dvec3()).collect()
 }
 
-/// A winding about `n`. Rounding turns an edge of a tenth of a millimetre so far that it would cut off corners metres away. Where a corner is
-/// farther beyond an edge than `rounding`, the convex hull is taken: a portal may be larger than its opening, and never smaller.
+/// A convex winding about `n`. Rounding may turn an edge of a tenth of a millimetre so far that it cuts off corners metres away. If a
+/// corner is farther than `rounding` beyond an edge, the convex hull replaces the winding: a portal may be larger than its opening, and
+/// never smaller.
 fn convex(corners: Vec<DVec3>, n: DVec3, rounding: f64) -> Vec<DVec3> {
     let local: Vec<DVec3> = corners.iter().map(|p| p - corners[0]).collect();
     let is_beyond = |(a, b): (&DVec3, &DVec3)| {
@@ -109,8 +110,8 @@ fn plane(plane: &Plane) -> Plane {
     Plane { n: unit(plane.n.as_vec3().as_dvec3()), d: f64::from(plane.d as f32) }
 }
 
-/// A vector of length 1 that `f32` rounds to `held`, which is rounded from one: flow takes a plane whose normal is longer or shorter for
-/// bent, and what is baked must come back with the same bits. Scaled, but no component by more than `f32` rounds it.
+/// A unit vector that `f32` rounds to `held`. Flow rejects planes whose normals are not unit vectors, and a baked file must be read back
+/// with the same bits. It is scaled, but no component by more than `f32` rounds it.
 pub(in crate::cells) fn unit(held: DVec3) -> DVec3 {
     if held.length_squared() == 1.0 {
         return held;
@@ -126,7 +127,7 @@ pub(in crate::cells) fn unit(held: DVec3) -> DVec3 {
     scaled(long)
 }
 
-/// A number of `f32` that was moved by `by` and is now `x`; any other is `x - by`. `size`: the largest number that was added.
+/// The `f32` that became `x` when it was moved by `by`; `x - by` if there is none. `size`: the largest summand.
 pub(in crate::cells) fn moved_back(x: f64, by: f64, size: f64) -> f64 {
     let local = x - by;
     let held = f64::from(local as f32);
@@ -139,7 +140,7 @@ mod tests {
     use crate::CellId;
     use crate::cells::{Cell, Portal, PortalKind, PortalState};
 
-    /// Two boxes with a portal in a plane that leans.
+    /// Two boxes with a portal in an inclined plane.
     fn graph() -> CellGraph {
         let n = DVec3::new(0.6, 0.48, 0.64);
         let plane = Plane { n, d: 0.1 };
@@ -175,7 +176,7 @@ mod tests {
         assert_eq!(twice, once);
     }
 
-    /// A wedge 12 m long and 10 micrometres thick: rounded, its sides meet elsewhere.
+    /// A wedge 12 m long and 10 micrometres thick: after rounding, its sides meet elsewhere.
     #[test]
     fn a_sliver_reaches_no_farther_when_it_is_rounded() {
         let corner = |x: f64, z: f64| DVec3::new(100.0 + x, 0.0, 300.0 + z);
@@ -261,7 +262,7 @@ mod tests {
                 assert_eq!(moved_back(held + by, by, (held + by).abs().max(by.abs())), held);
             }
         }
-        // Written to the millimetre: no number of f32.
+        // Written to the millimetre: not an f32.
         assert_eq!(moved_back(1000.1, 1000.0, 1000.1), 1000.1 - 1000.0);
     }
 

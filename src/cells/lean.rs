@@ -1,4 +1,4 @@
-//! Models that lean: scans, and models cut out of a georeferenced one, stand off the vertical by a degree or so. They are split upright.
+//! Tilted models: scans, and parts of georeferenced models, are off the vertical by about a degree. They are split upright.
 
 use super::bsp::planes::opaque_structure;
 use super::{Cell, CellGraph, Piece, Portal};
@@ -8,29 +8,28 @@ use crate::types::note::Note;
 use glam::{DMat3, DQuat, DVec3};
 use std::collections::HashMap;
 
-/// A floor leans by at most this, radians (10 degrees). More: ramps and roofs are floors. Less: scans that nobody has levelled stay as they are.
+/// Largest tilt, radians (10 degrees). Larger: ramps and roofs count as floors. Smaller: unlevelled scans stay tilted.
 const MOST: f64 = 0.175;
-/// And by at least this, radians: a centimetre in 30 m. More: plans of large scans close nothing. Less: what is rounded leans.
+/// Smallest tilt, radians: a centimetre in 30 m. Larger: plans of large scans have no closed cell. Smaller: rounding counts as tilt.
 const LEAST: f64 = 3e-4;
-/// Normals within this of each other, radians, are of one floor. More: gentle ramps are. Less: floors of noisy scans fall apart.
+/// Largest angle between normals of one floor, radians. Larger: gentle ramps belong to it. Smaller: floors of noisy scans fall apart.
 const SAME: f64 = 2e-3;
-/// Of what is nearly level, this share is of that floor; less: ground, roofs.
+/// Smallest share of the nearly horizontal area with the floor's normal; less is ground or roofs.
 const FLOORS: f64 = 0.5;
-/// A model with floors of this accuracy, radians, stands: 0.1 mm in a metre. More: leans of a tenth of a degree stay. Less: exporters that round
-/// to a millimetre lean.
+/// A model with floors of this accuracy is upright, radians: 0.1 mm in a metre. Larger: tilts of a tenth of a degree stay. Smaller: models
+/// rounded to a millimetre count as tilted.
 const STANDS: f64 = 1e-4;
-/// Planes meet a floor's normal at a right angle up to this, radians.
+/// A wall is perpendicular to the floor within this angle, radians.
 const SQUARE: f64 = 2e-3;
-/// Walls that are square to the leaning floor and don't stand upright have so many times the area of those that stand and aren't. Less: a ramp in
-/// a house that stands tilts it.
+/// Walls perpendicular to the tilted floor must have this many times the area of vertical walls that are not. Smaller: a ramp tilts an
+/// upright house.
 const MORE_WALLS: f64 = 2.0;
 
-/// What turns a model upright, about its origin.
+/// The rotation that turns a model upright, about its origin.
 pub(crate) struct Lean(DMat3);
 
 impl Lean {
-    /// That of a scene; `None` where it stands upright, to what `coplanar` metres over its width are as an angle, or where floors and walls
-    /// don't agree on a lean.
+    /// The tilt of a scene; `None` if it is upright, within the angle of `coplanar` metres over its width, or if floors and walls disagree.
     pub fn of(scene: &Scene, coplanar: f64) -> Option<Self> {
         let normals: Vec<DVec3> = opaque_structure(scene).map(|c| newell(&c.map(|p| p - c[0]))).collect();
         let up = floor_normal(&normals)?;
@@ -39,7 +38,7 @@ impl Lean {
         if angle <= LEAST || angle * size.x.max(size.z) <= coplanar {
             return None;
         }
-        // Walls along the lean are square to both, and so are all where it is small.
+        // Walls along the tilt are perpendicular to both floors, and so are all walls if the tilt is small.
         let is_square = |n: &DVec3, up: DVec3| n.dot(up).abs() <= SQUARE * n.length();
         let walls = |is: DVec3, is_not: DVec3| {
             let told = normals.iter().filter(|n| is_square(n, is) && !is_square(n, is_not));
@@ -77,11 +76,11 @@ impl Lean {
         Scene { positions, objects, hints, ..scene.clone() }
     }
 
-    /// What was found in the upright model, in the leaning one. `eps`: see [`Piece::new`].
+    /// A graph of the upright model, turned back into the tilted one. `eps`: see [`Piece::new`].
     pub fn back(&self, graph: CellGraph, eps: f64) -> CellGraph {
         let back = self.0.transpose();
         let degrees = self.0.y_axis.angle_between(DVec3::Y).to_degrees();
-        // A turn about the origin leaves distances from it.
+        // A rotation about the origin keeps distances from it.
         let plane = |plane: &Plane| Plane { n: back * plane.n, d: plane.d };
         let winding = |points: &[DVec3]| points.iter().map(|p| back * *p).collect::<Vec<_>>();
         let piece = |piece: &Piece| Piece::new(piece.planes.iter().map(plane).collect(), eps);
@@ -99,7 +98,8 @@ impl Lean {
     }
 }
 
-/// The direction that most of what is nearly level faces, up; `None` where that is not much of it, or much of it is level.
+/// The upward normal of most of the nearly horizontal area; `None` if it has too small a share, or if much of the area is exactly
+/// horizontal.
 fn floor_normal(normals: &[DVec3]) -> Option<DVec3> {
     let level: Vec<(DVec3, f64)> = normals
         .iter()
@@ -119,7 +119,7 @@ fn floor_normal(normals: &[DVec3]) -> Option<DVec3> {
     let heaviest = bins.iter().max_by(|a, b| a.1.total_cmp(b.1).then(b.0.cmp(a.0)))?.0.map(|i| i as f64 * SAME);
     let mut up = DVec3::new(heaviest[0], (1.0 - heaviest[0].powi(2) - heaviest[1].powi(2)).sqrt(), heaviest[1]);
     let mut share = 0.0;
-    // The mean of what is near the heaviest, and of what is near that.
+    // The mean of the normals near the heaviest, and of those near that mean.
     for _ in 0..2 {
         let near = level.iter().filter(|(n, _)| n.distance(up) <= SAME);
         let (sum, area) = near.fold((DVec3::ZERO, 0.0), |(sum, area), (n, a)| (sum + *n * *a, area + a));

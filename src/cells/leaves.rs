@@ -1,4 +1,4 @@
-//! The leaves of a level's own tree as cells: convex and exact, nothing is split.
+//! The leaves of a level's own BSP tree as cells: convex and exact, without a split.
 
 use super::complex::coverage::open_pieces;
 use super::opaque::Opaque;
@@ -13,31 +13,31 @@ use crate::types::level::LevelPortal;
 use crate::types::note::Note;
 use glam::{DVec2, DVec3};
 
-/// Space around the level, metres, in which leaves are looked at: one that reaches its end goes on without end.
+/// Margin around the level, metres: a leaf that reaches its end is unbounded.
 const MARGIN: f64 = 1.0;
 
-/// Space around that in which leaves without end are kept apart, metres, with the level's diagonal. Less: eyes beside a level are in two
-/// pieces at once. More: planes that part nothing but air.
+/// Further margin, metres, plus the level's diagonal, in which unbounded leaves stay disjoint. Smaller: eyes beside a level are in two
+/// pieces at once. Larger: planes that separate nothing but air.
 const FAR: f64 = 10.0;
 
-/// A graph of leaves. Those that go on without end are one open cell: the outside of a level that leaks.
+/// A graph of leaves. Unbounded leaves are one open cell: the outside of a level that leaks.
 pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph {
-    // Where nothing is drawn on the walls, they reach beyond what is drawn.
+    // Walls without triangles may reach beyond the drawn geometry.
     let walls = Aabb::of(found.walls.iter().flatten().copied());
     let within = scene.bounds().union(walls).inflated(MARGIN);
     let beyond = within.inflated(FAR + within.diagonal());
     let eps = scene.tolerance().coplanar;
-    // 1. The planes that bound each leaf, and whether they bound it on all sides.
+    // 1. The bounding planes of each leaf, and whether it is bounded.
     let bounded = parallel::map(&found.leaves, |planes| {
-        // A plane that only touches the leaf has a face without area.
+        // The face of a plane that only touches the leaf has no area.
         let bounds = |face: &Vec<DVec3>| !face.is_empty() && area(face) > eps * eps;
         let near = faces(planes, &within);
-        // What does not come near the level is outside, too. Planes of two leaves without end may part them only there.
+        // Leaves far from the level are outside, too. Two unbounded leaves may be separated only there.
         let is_endless = near[planes.len()..].iter().any(bounds) || !near.iter().any(bounds);
         let faces = if is_endless { faces(planes, &beyond) } else { near };
         let mut bounding: Vec<Plane> = Vec::new();
         for (plane, face) in planes.iter().zip(&faces) {
-            // Trees cut along one plane more than once.
+            // A tree may split along one plane more than once.
             if bounds(face) && !bounding.contains(plane) {
                 bounding.push(*plane);
             }
@@ -71,7 +71,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     let portal = |(i, p)| portal(i, p, &cell_of, found, eps);
     let portals = found.portals.iter().enumerate().filter_map(portal).collect();
 
-    // 4. Walls behind which the tree has nothing open, and before which nothing is drawn.
+    // 4. Undrawn walls: solid in the tree, but without triangles.
     let (opaque, tolerance) = (Opaque::new(scene), scene.tolerance());
     let bare = parallel::map(&found.walls, |wall| bare_parts(wall, &opaque, &tolerance));
     let bare_walls = bare.iter().filter(|parts| !parts.is_empty()).count();
@@ -82,8 +82,8 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     CellGraph { strategy: Strategy::Leaves, reason, cells, portals, smallest_hole, closed_holes, notes }
 }
 
-/// A winding without corners that are within `eps` metres of the one before: in the `f32` of a file, the edge between them would lead
-/// anywhere.
+/// A winding without corners within `eps` metres of the previous one: in the `f32` of a file, the edge between them would have a random
+/// direction.
 fn apart(winding: &[DVec3], eps: f64) -> Vec<DVec3> {
     let mut kept: Vec<DVec3> = Vec::with_capacity(winding.len());
     for &p in winding {
@@ -95,7 +95,7 @@ fn apart(winding: &[DVec3], eps: f64) -> Vec<DVec3> {
     kept
 }
 
-/// The parts of a wall that no opaque triangle lies on, as convex polygons.
+/// The parts of a wall without opaque triangles, as convex polygons.
 fn bare_parts(wall: &[DVec3], opaque: &Opaque, tolerance: &Tolerance) -> Vec<Vec<DVec3>> {
     let n = newell(wall).normalize();
     let plane = Plane::through(wall[0], n);

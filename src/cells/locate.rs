@@ -1,11 +1,11 @@
-//! Which cell is a point in, which pieces does a box or a segment meet.
+//! Point location: the cell of a point, the pieces that a box or a segment meets.
 
 use super::CellGraph;
 use crate::CellId;
 use crate::geom::Aabb;
 use glam::DVec3;
 
-/// What the inverse of a direction's component is capped at: finite, so that no product with 0 is NaN.
+/// Cap of a direction component's inverse: finite, so that no product with 0 is NaN.
 const INFINITE: f64 = 1e300;
 
 /// A small tree over every bounded piece, and a list of the unbounded ones.
@@ -18,10 +18,10 @@ pub struct Locator<'g> {
     slack: f64,
 }
 
-/// A part of a segment that lies in one piece.
+/// The part of a segment in one piece.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Stretch {
-    /// Where it enters and leaves, as fractions of the segment.
+    /// Entry and exit, as fractions of the segment.
     pub span: [f64; 2],
     /// The cell.
     pub cell: CellId,
@@ -30,10 +30,10 @@ pub struct Stretch {
 }
 
 impl<'g> Locator<'g> {
-    /// A point this far outside a piece, in parts of [`CellGraph::smallest_hole`], may still be said to be in it: a twelfth of it is
-    /// what planes of one wall may differ by.
+    /// A point this far outside a piece, in parts of [`CellGraph::smallest_hole`], may still count as inside: planes of one wall may differ
+    /// by a twelfth.
     pub const SLACK: f64 = 0.125;
-    /// Most neighbours, and most pieces of each, that are looked at before the tree is asked.
+    /// Most neighbours, and most pieces of each, that are searched before the tree.
     const WALK: usize = 16;
 
     /// Builds the tree.
@@ -51,16 +51,16 @@ impl<'g> Locator<'g> {
         Self { graph, pieces, tree: BoxTree::new(&boxes, bounded), unbounded, slack }
     }
 
-    /// The cell and piece that hold `p`. A point on a boundary is in every piece that it touches and goes to the first of them
-    /// (least cell, then least piece). Two pieces that meet may have planes that are a rounding apart; a point that falls between
-    /// them, within [`Locator::SLACK`] of one, goes to the nearest. `None`: in no cell, or not a number.
+    /// The cell and piece that contain `p`. A point on a boundary belongs to the first piece that it touches (least cell, then least
+    /// piece). Rounding may separate two adjacent pieces; a point between them, within [`Locator::SLACK`] of one, belongs to the nearest.
+    /// `None`: in no cell, or not a number.
     pub fn locate(&self, p: DVec3) -> Option<(CellId, usize)> {
         let (cell, piece) = self.pieces[self.nearest(p, self.slack)?.1 as usize];
         Some((cell, piece as usize))
     }
 
-    /// The piece within `slack` metres of `p` that is nearest to it, and how far off it is: 0 for all that hold it, of which the
-    /// first is taken.
+    /// The nearest piece within `slack` metres of `p`, and its distance; the distance is 0 if it contains `p`, and the first such piece
+    /// wins.
     fn nearest(&self, p: DVec3, slack: f64) -> Option<(f64, u32)> {
         if !p.is_finite() {
             return None;
@@ -82,8 +82,8 @@ impl<'g> Locator<'g> {
         best
     }
 
-    /// As [`Locator::locate`], but looks first where `p` was last, then in that cell, then through its portals: fast along a path.
-    /// On a boundary the answer stays with the hint, so it may differ from `locate`'s there.
+    /// As [`Locator::locate`], but searches first the hint's piece, then its cell, then its neighbours: fast along a path. On a boundary
+    /// the hint wins, so the result may differ from `locate`.
     pub fn locate_from(&self, hint: Option<(CellId, usize)>, p: DVec3) -> Option<(CellId, usize)> {
         let Some((cell, piece)) = hint else { return self.locate(p) };
         let Some(home) = self.graph.cells.get(cell.index()) else { return self.locate(p) };
@@ -95,7 +95,7 @@ impl<'g> Locator<'g> {
             return hint;
         }
         let neighbours = home.portals.iter().map(|&portal| self.graph.target(portal));
-        // Cells of many pieces, the outside above all, are the tree's.
+        // Cells with many pieces, such as the outside, are left to the tree.
         let near = [cell].into_iter().chain(neighbours).filter(|c| self.graph.cells[c.index()].pieces.len() <= Self::WALK);
         let within = |c: CellId| {
             let mut pieces = self.graph.cells[c.index()].pieces.iter();
@@ -120,8 +120,8 @@ impl<'g> Locator<'g> {
         self.tree.in_box(bounds, &mut visit);
     }
 
-    /// The pieces that the segment from `a` to `b` passes through, in the order in which it enters them. Pieces are cut with
-    /// every plane moved out by `eps` metres, so stretches of touching pieces overlap a little.
+    /// The pieces along the segment from `a` to `b`, in the order of entry. Planes are moved out by `eps` metres, so stretches of touching
+    /// pieces overlap a little.
     pub fn along(&self, a: DVec3, b: DVec3, eps: f64) -> Vec<Stretch> {
         let mut out = Vec::new();
         let mut clip = |i: u32| {
@@ -150,12 +150,12 @@ impl<'g> Locator<'g> {
     }
 }
 
-/// How far outside a plane a point on it may be found, metres: a few roundings of its coordinates.
+/// Tolerance of a point on a plane, metres: a few roundings of its coordinates.
 fn boundary(p: DVec3) -> f64 {
     1e-13 * (1.0 + p.abs().max_element())
 }
 
-/// A tree over boxes, halved by the median of the longest axis.
+/// A bounding volume hierarchy, split at the median of the longest axis.
 pub(crate) struct BoxTree {
     nodes: Vec<Node>,
     items: Vec<u32>,
@@ -212,9 +212,9 @@ impl BoxTree {
         self.visit(&|b: &Aabb| b.touches(bounds), visit);
     }
 
-    /// Visits the items whose box, grown by `eps` metres, the ray meets for `0 <= t <= limit`.
+    /// Visits the items whose box, grown by `eps` metres, intersects the ray for `0 <= t <= limit`.
     pub(crate) fn on_ray(&self, origin: DVec3, direction: DVec3, limit: f64, eps: f64, visit: &mut impl FnMut(u32)) {
-        // A component of nothing is taken for next to nothing: its slab is then met everywhere or nowhere.
+        // A zero component becomes tiny: the ray is then inside its slab everywhere or nowhere.
         let inverse =
             DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1.0 / INFINITE { INFINITE } else { 1.0 / d }));
         let (low, high) = (origin + eps, origin - eps);
@@ -226,10 +226,10 @@ impl BoxTree {
         self.visit(&meets, visit);
     }
 
-    /// The least that `of_item` gives, or `limit` where all give more; `of_box` gives no more for a box than `of_item` for what is in it.
+    /// The minimum of `of_item`, at most `limit`; `of_box` is a lower bound for the items in a box.
     pub(crate) fn least(&self, limit: f64, of_box: &impl Fn(&Aabb) -> f64, of_item: &impl Fn(u32) -> f64) -> f64 {
         let mut best = limit;
-        // As in `visit`; the nearer half is looked into first.
+        // As in `visit`; the nearer child comes first.
         let mut stack = [(0.0, 0u32); 40];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
@@ -257,7 +257,7 @@ impl BoxTree {
     }
 
     fn visit(&self, meets: &impl Fn(&Aabb) -> bool, visit: &mut impl FnMut(u32)) {
-        // Halving keeps the tree shallower than the bits of an index, and a visit holds one node a level.
+        // The tree is balanced, so it has fewer levels than an index has bits, and the stack holds one node a level.
         let mut stack = [0u32; 40];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
@@ -353,7 +353,7 @@ mod tests {
             tree.in_box(&query, &mut |i| found.push(i));
             found.sort_unstable();
             assert_eq!(found, (0..500).filter(|&i| boxes[i as usize].touches(&query)).collect::<Vec<_>>());
-            // Along the segment: every box that holds one of its points.
+            // Along the segment: every box that contains one of its points.
             let mut found = Vec::new();
             tree.on_ray(p, q - p, 1.0, 1e-9, &mut |i| found.push(i));
             for step in 0..=100 {

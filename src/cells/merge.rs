@@ -1,10 +1,10 @@
-//! Several cells as one: a cell is any union of convex pieces.
+//! Merges cells: a cell is any union of convex pieces.
 
 use super::disjoint_sets::DisjointSets;
 use super::{Cell, CellGraph};
 use crate::CellId;
 
-/// Makes each group a cell, in the order of their first cells. Portals within a group vanish. Returns the new cell of each old one.
+/// Makes one cell of each group, in the order of their first cells. Portals within a group vanish. Returns the new cell of each old one.
 pub fn merge(graph: &mut CellGraph, groups: &mut DisjointSets) -> Vec<CellId> {
     let mut ids: Vec<CellId> = Vec::with_capacity(graph.cells.len());
     let mut cells: Vec<(Cell, usize)> = Vec::new();

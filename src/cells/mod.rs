@@ -1,7 +1,7 @@
 //! Free space as cells joined by portals.
 //!
-//! A [`CellGraph`] is what every strategy makes and what everything after it reads. What makes it sound is stated once, in
-//! [`CellGraph`], and tested by [`validate`](mod@validate).
+//! Every strategy makes a [`CellGraph`], and all later steps read it. [`CellGraph`] defines *sound*, and [`validate`](mod@validate) tests
+//! it.
 
 mod authored;
 pub(crate) mod auto;
@@ -45,7 +45,7 @@ use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-/// With this a note begins that says where a split met a bound.
+/// Prefix of a note that a split reached a limit.
 pub(crate) const BOUND: &str = "bound: ";
 
 /// A convex piece of a cell: the points inside every plane.
@@ -58,8 +58,8 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// The points inside all of `planes`; `None` where they have no volume. Corners within `eps` metres of a plane count as inside
-    /// it. A piece of more planes than any split makes is taken to reach everywhere: its box is infinite.
+    /// The intersection of all half-spaces; `None` if it has no volume. Corners within `eps` metres of a plane count as inside. A piece
+    /// with more planes than any split makes gets an infinite box.
     pub fn new(planes: Vec<Plane>, eps: f64) -> Option<Self> {
         let everywhere = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
         let is_many = planes.len() > polyhedron::MAX_PLANES;
@@ -67,7 +67,7 @@ impl Piece {
         Some(Self { planes, bounds })
     }
 
-    /// True where `p` is inside, or within `eps` metres of being so.
+    /// True if `p` is inside, or at most `eps` metres outside of each plane.
     pub fn contains(&self, p: DVec3, eps: f64) -> bool {
         self.planes.iter().all(|plane| plane.distance(p) <= eps)
     }
@@ -76,11 +76,11 @@ impl Piece {
 /// A region of free space.
 #[derive(Clone, PartialEq, Debug, Default, Serialize, Deserialize)]
 pub struct Cell {
-    /// The author's name, or one that says where it is (`storey 2, cell 17`).
+    /// The author's name, or one that states its place (`storey 2, cell 17`).
     pub name: String,
-    /// The id that the author gave it (GlobalId, node name), where there is one.
+    /// The author's id (GlobalId, node name), if there is one.
     pub source: Option<String>,
-    /// The outside, an atrium: portals don't help here, culling is done online.
+    /// True for the outside or an atrium: portals do not help here, so culling is online.
     pub open: bool,
     /// Disjoint convex pieces.
     pub pieces: Vec<Piece>,
@@ -97,16 +97,16 @@ pub struct Portal {
     pub plane: Plane,
     /// Corners, counter-clockwise seen from the tip of the normal; 3 or more.
     pub winding: Vec<DVec3>,
-    /// What it is.
+    /// Door, window or opening.
     pub kind: PortalKind,
-    /// What stands in it.
+    /// Whether it is shut, see-through, closable or ajar.
     pub state: PortalState,
-    /// The author's id of the door or window, where there is one.
+    /// The author's id of the door or window, if there is one.
     pub source: Option<String>,
 }
 
 impl Portal {
-    /// With its plane and its winding turned round, between the same cells.
+    /// The portal with its plane and winding reversed, between the same cells.
     pub(crate) fn turned(mut self) -> Self {
         self.plane = self.plane.flipped();
         self.winding.reverse();
@@ -121,19 +121,19 @@ impl Portal {
 /// cross one cell several times (cells need not be convex), and one portal at most once.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct CellGraph {
-    /// What made it.
+    /// The strategy that made it.
     pub strategy: Strategy,
-    /// Why this strategy, in one line.
+    /// The reason for this strategy, in one line.
     pub reason: String,
-    /// Cells; where there is an outside, it is one of them.
+    /// Cells, including the outside if there is one.
     pub cells: Vec<Cell>,
     /// Portals.
     pub portals: Vec<Portal>,
     /// Openings narrower than this, metres, may have been sealed on purpose.
     pub smallest_hole: f64,
-    /// Holes that count as opaque, convex polygons: too small for the user, or walls of a level that are not drawn.
+    /// Convex polygons of holes that count as opaque: below the user's limit, or undrawn walls of a level.
     pub closed_holes: Vec<Vec<DVec3>>,
-    /// What the split left out or simplified.
+    /// Notes about simplifications of the split.
     pub notes: Vec<Note>,
 }
 

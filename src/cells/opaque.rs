@@ -1,11 +1,11 @@
-//! The opaque triangles of a scene, by where they are; those of tubes are prisms around them, which are left out.
+//! Spatial index of a scene's opaque triangles. Tubes are left out, because their triangles are only bounding prisms.
 
 use super::locate::BoxTree;
 use crate::geom::Aabb;
 use crate::scene::Scene;
 use glam::DVec3;
 
-/// Opaque triangles, and a tree over them.
+/// Opaque triangles, with a bounding volume hierarchy.
 pub(super) struct Opaque {
     triangles: Vec<[DVec3; 3]>,
     tree: BoxTree,
@@ -19,7 +19,7 @@ impl Opaque {
         Self { tree: BoxTree::new(&boxes, (0..boxes.len() as u32).collect()), triangles }
     }
 
-    /// Those whose box meets another, in no order.
+    /// Triangles whose box intersects another, in no order.
     pub(super) fn in_box(&self, bounds: &Aabb) -> Vec<[DVec3; 3]> {
         let mut found = Vec::new();
         self.tree.in_box(bounds, &mut |i| found.push(self.triangles[i as usize]));

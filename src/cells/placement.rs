@@ -1,7 +1,7 @@
-//! Which cells does an object touch, and with which part of it.
+//! The cells that each object touches, and its part in each of them.
 //!
-//! Based on: Sutherland, Hodgman, *Reentrant polygon clipping*, 1974: a triangle touches a piece where something of it is left
-//! after clipping to every plane of the piece. Planes are moved out by the margin first, so nothing near is missed.
+//! Based on: Sutherland, Hodgman, *Reentrant polygon clipping*, 1974: a triangle touches a piece if clipping to all planes of the piece
+//! leaves something. Planes are first moved out by the margin.
 
 use super::{CellGraph, Locator, Piece};
 use crate::BitMatrix;
@@ -11,22 +11,22 @@ use crate::scene::Scene;
 use crate::types::placed::PlacedBox;
 use glam::DVec3;
 
-/// Which objects are in which cell.
+/// The objects in each cell.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Placement {
     /// Cells x objects.
     pub matrix: BitMatrix,
-    /// The part of each object in each of its cells, by cell, then object; `None` where that is hardly less than the objects' boxes
-    /// cut by the cells'.
+    /// Box of each object's part in each of its cells, by cell, then object; `None` if these boxes hardly differ from the intersections of
+    /// objects' boxes and cells' boxes.
     pub boxes: Option<Vec<PlacedBox>>,
 }
 
-/// Boxes of parts are kept where their surfaces add up to less than this share of those of boxes cut by boxes. Larger: six bytes a pair for
-/// nothing. Smaller: what would narrow a frame is thrown away.
+/// Boxes of parts are kept if their total surface is below this share of that of the box intersections. Larger: six bytes per pair without
+/// a benefit. Smaller: useful boxes are discarded.
 const WORTH: f64 = 0.9;
 
-/// Places each object in the cells of which a piece comes within `margin` metres of one of its triangles.
-/// Never misses one; triangles are clipped to the pieces, so boxes that only nearly touch don't count.
+/// Places each object in the cells with a piece within `margin` metres of one of its triangles. Conservative: it never misses a cell.
+/// Triangles are clipped to the pieces, so overlapping boxes alone do not count.
 pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement {
     let locator = Locator::new(graph);
     let rows: Vec<Vec<(u32, Aabb)>> = parallel::map_init(scene.objects.len(), Clipper::default, |clipper, object| {
@@ -37,7 +37,7 @@ pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement
         let mut cells: Vec<(u32, Aabb)> = Vec::new();
         let mut candidates = Vec::new();
         locator.pieces_in_box(&object.bounds.inflated(margin), |cell, piece| candidates.push((cell.0, piece as u32)));
-        // Where an object is all over the place, each triangle asks the tree; else all share the object's candidates.
+        // Triangles share the object's candidate pieces, unless there are many: then each triangle queries the tree.
         let share = candidates.len() <= 64;
         for triangle in object.triangles.clone() {
             let corners = scene.corners(triangle as usize);
@@ -78,7 +78,7 @@ pub fn place_objects(scene: &Scene, graph: &CellGraph, margin: f64) -> Placement
     Placement { matrix, boxes: (kept < WORTH * all).then(|| of_cell.concat()) }
 }
 
-/// The cells that a box comes within `margin` of, each with the part of the box that may be there.
+/// The cells within `margin` of a box, each with the part of the box that may be there.
 fn reached(locator: &Locator<'_>, graph: &CellGraph, reach: Aabb, margin: f64) -> Vec<(u32, Aabb)> {
     let mut cells: Vec<(u32, Aabb)> = Vec::new();
     let (middle, half) = (reach.centre(), reach.size() * 0.5);
@@ -105,7 +105,7 @@ fn half_surface(b: Aabb) -> f64 {
     size.x * size.y + size.y * size.z + size.z * size.x
 }
 
-/// Two buffers that a polygon is clipped back and forth between.
+/// Two buffers for alternating clipping.
 #[derive(Default)]
 struct Clipper {
     polygon: Vec<DVec3>,
@@ -113,9 +113,9 @@ struct Clipper {
 }
 
 impl Clipper {
-    /// The box of what of a triangle is within `margin` of a piece; touching counts. `None` where nothing is.
+    /// Box of a triangle's part within `margin` of a piece; touching counts. `None` if there is none.
     fn part(&mut self, corners: &[DVec3; 3], piece: &Piece, margin: f64) -> Option<Aabb> {
-        // The cheap answers first: all outside of one plane; all inside of every plane.
+        // Cheap cases first: all corners outside one plane, or inside all planes.
         let outside = |p: DVec3| piece.planes.iter().any(|plane| plane.distance(p) > margin);
         if piece.planes.iter().any(|plane| corners.iter().all(|&p| plane.distance(p) > margin)) {
             return None;
@@ -139,7 +139,7 @@ impl Clipper {
             }
             std::mem::swap(&mut self.polygon, &mut self.rest);
             if self.polygon.is_empty() {
-                // A corner that is inside of every plane touches whatever rounding makes of the rest.
+                // A corner inside all planes touches, whatever rounding does to the rest.
                 return corners.iter().any(|&p| !outside(p)).then(|| Aabb::of(*corners));
             }
         }

@@ -1,25 +1,25 @@
-//! The box around a convex polyhedron that is given as half-spaces and may be unbounded, and its faces within a box.
+//! The bounding box of a convex polyhedron given by half-spaces, which may be unbounded, and its faces within a box.
 //!
-//! The box is based on the theorem of Minkowski and Weyl (a polyhedron is the hull of its vertices plus the cone of its rays): vertices are
-//! where three planes meet inside all others, rays are where two planes meet in a direction that leaves none. Cubic times the
-//! number of planes, which for the pieces of cells is small ([`MAX_PLANES`]).
+//! The box is based on the theorem of Minkowski and Weyl (a polyhedron is the hull of its vertices plus the cone of its rays): a vertex is
+//! the intersection of three planes inside all others; a ray is a direction along two planes that leaves no half-space. Cubic time in the
+//! number of planes, which is small for pieces ([`MAX_PLANES`]).
 
 use crate::geom::{Aabb, Plane, clip, middle};
 use glam::DVec3;
 
-/// Most planes of a piece that anyone may give.
+/// Most planes of a piece that a user may give.
 pub(super) const MAX_PLANES: usize = 128;
 
-/// How far off clipping may put a corner, a metre of what is clipped.
+/// Largest relative error of a corner after clipping.
 const ROUNDING: f64 = 1e-12;
 
 /// Directions whose angle has a smaller sine than this are parallel.
 const LEAST_SINE: f64 = 1e-9;
 
-/// The box around the points inside every plane, infinite where they go on without end; `None` where they have no volume.
-/// Corners within `eps` metres of a plane count as inside it.
+/// The box of the intersection of all half-spaces, infinite where it is unbounded; `None` if it has no volume. Corners within `eps` metres
+/// of a plane count as inside.
 pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
-    // Directions that no plane bounds on either side are cut across, so that there are corners.
+    // Directions unbounded on both sides get an extra plane, so that there are corners.
     let free = free_directions(planes);
     let cuts = free.iter().flat_map(|&n| [Plane { n, d: 0.0 }, Plane { n: -n, d: 0.0 }]);
     let all: Vec<Plane> = planes.iter().copied().chain(cuts).collect();
@@ -72,8 +72,8 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     Some(corners)
 }
 
-/// As [`bounds`] for planes that leave nothing outside of `most`, the box of all corners to within `eps`. Corners of slivers that only
-/// count as such, being within `eps` of every plane, may lie far from any that is one, and their mean in none of them: so the faces tell.
+/// As [`bounds`] for planes with all corners within `most`, to within `eps`. In slivers, points within `eps` of every plane may be far from
+/// any true corner, so the faces decide.
 fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
     let around = most.inflated(eps);
     let corners: Vec<DVec3> = faces(planes, &around).into_iter().flatten().collect();
@@ -85,8 +85,8 @@ fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
     Some(Aabb { min: tight.min.max(most.min), max: tight.max.min(most.max) })
 }
 
-/// The faces that the planes bound within a box: a polygon for each plane, then for each side of the box; empty where there is
-/// none. Half-spaces that share no point have none at all.
+/// The faces of the polyhedron within a box: a polygon for each plane, then for each side of the box; empty without a face. An empty
+/// intersection has no faces.
 pub(super) fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
     let sides = DVec3::AXES.map(|n| [Plane { n, d: n.dot(within.max) }, Plane { n: -n, d: -n.dot(within.min) }]);
     let all: Vec<Plane> = planes.iter().copied().chain(sides.into_iter().flatten()).collect();
@@ -149,7 +149,7 @@ mod tests {
         };
         let b = bounds(&wedge(2.0 * s), 1e-4).unwrap();
         assert!(close(b.min, [0.; 3]) && close(b.max, [2., 1., 2.0 * s / c]), "{b:?}");
-        // As far beyond its edge as within 1e-4 m of all planes, and yet without a point.
+        // Within 1e-4 m of all planes beyond its edge, but empty.
         assert_eq!(bounds(&wedge(-1e-7), 1e-4), None);
     }
 

@@ -1,9 +1,9 @@
-//! What a person's metre is in a model: thresholds that describe how people build are multiples of it.
+//! Human scale: the length of a metre in a model. Thresholds about buildings are multiples of it.
 //!
-//! It is read from how high the model's rooms are, so that a building gives the same rooms in whatever unit it comes. Lines go
-//! straight up from the middles of the largest level triangles; half of the space that they cross is no higher than a ceiling. Lines
-//! from a front to a front cross rooms and those from a back to a back slabs, or the other way round in solids turned inside out:
-//! the ones that cross more and higher space count. Of a ground that goes on far beyond all walls only what is near them counts.
+//! It follows from the height of the model's rooms, so that a building gives the same rooms in any unit. Vertical rays start at the centres
+//! of the largest horizontal triangles; the ceiling height is the median over the crossed volume. Rays from front to front cross rooms, and
+//! rays from back to back cross slabs, or the reverse if the model is inside out: the set with more and higher space counts. A large ground
+//! counts only near walls.
 
 use crate::geom::{Aabb, newell};
 use crate::random::Prng;
@@ -15,55 +15,55 @@ use crate::types::note::Note;
 use crate::types::person::{CEILING_HEIGHT, LEAST_ACROSS, PLAUSIBLE, by_extent, hall, metric};
 use glam::DVec3;
 
-/// A triangle is level if its normal's cosine with the vertical is above this (8 degrees).
+/// A triangle is horizontal if its normal's cosine with the vertical is above this (8 degrees).
 const LEVEL: f64 = 0.99;
 
-/// Lengths that describe how people build, in metres, scaled where a model is plainly not in metres. They only steer which
-/// planes are worth a cut and which regions are rooms; soundness doesn't depend on them.
+/// Typical lengths of buildings, scaled if a model is evidently not in metres. They choose splitting planes and rooms; soundness does not
+/// depend on them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct HumanScale {
-    /// What a metre is in this model.
+    /// Length of a metre in the model's units.
     pub metre: f64,
-    /// How high the model's rooms are, in its units, the median of their volume; where its format leaves the unit to whoever writes it.
+    /// Ceiling height in the model's units, the median by volume; only for formats without a unit.
     ceiling: Option<f64>,
-    /// Whether it may lie on its side, so that nothing is told of its rooms.
+    /// Whether the model may lie on its side, so that room heights mean nothing.
     is_doubted: bool,
 }
 
-/// Units that models come in: how many make a metre, what they are called, and in metres.
+/// Units of models: number in a metre, name, flag.
 const UNITS: [(f64, &str, &str); 4] =
     [(1e3, "millimetres", "mm"), (100.0, "centimetres", "cm"), (1.0 / 0.0254, "inches", "inch"), (1e-3, "kilometres", "km")];
-/// Rooms that a unit is told by, metres.
+/// Ceiling heights that identify a unit, metres.
 const ROOMS: std::ops::RangeInclusive<f64> = 2.0..=4.6;
-/// What may be high over a floor in a model in metres, metres: rooms, halls, blocks of a city without storeys.
+/// Plausible heights in a model in metres, metres: rooms, halls, city blocks without storeys.
 const IN_METRES: std::ops::RangeInclusive<f64> = 0.7..=40.0;
-/// Without rooms, a guess at a metre is called by the unit that it is off from by this factor at most. Units of games, 32 to a metre, pass for inches.
+/// Without rooms, an estimated metre gets the name of a unit within this factor. Game units, 32 to a metre, pass for inches.
 const NEAR: f64 = 1.35;
-/// Rooms of 2.3 to 3.5 m, in feet. Few buildings in metres are like that: halls and churches.
+/// Rooms of 2.3 to 3.5 m, in feet. Few buildings in metres have such heights: halls and churches.
 const IN_FEET: std::ops::RangeInclusive<f64> = 7.5..=11.5;
 
-/// A person can't pass where it is narrower, metres of a person.
+/// Narrowest passage for a person, human metres.
 pub(super) const LEAST_WIDTH: f64 = 0.6;
-/// What is too low for rooms in metres lies under tables or within slabs where it is less than this share of the model's box: there is no ceiling.
-/// More: small copies of sparse buildings pass for rooms in metres. Less: furnished rooms without a ceiling pass for small copies.
+/// If spaces too low for rooms in metres fill less than this share of the model's box, they are under tables or in slabs, and there is no
+/// ceiling. Larger: small copies of sparse buildings pass for rooms in metres. Smaller: furnished rooms without a ceiling pass for small
+/// copies.
 const LEAST_FULL: f64 = 0.05;
-/// Less of a wall or a sheet than this makes no cut, square metres of a person.
+/// Smallest area of a wall or a sheet that cuts, human square metres.
 const LEAST_CUT: f64 = 0.1;
-/// Around the model lies so much more space, as a share of its diagonal, and at most so many metres of a person. More: cells outside that
-/// nobody walks in. None: the outside has no pieces.
+/// Margin around the model, as a share of its diagonal, and its maximum in human metres. Larger: useless cells outside. None: the outside
+/// has no pieces.
 const MARGIN_SHARE: f64 = 0.05;
 const MOST_MARGIN: f64 = 3.0;
-/// Lines that are cast at most.
+/// Most rays.
 const LINES: usize = 4096;
 
 impl HumanScale {
-    /// That of a model in metres.
+    /// The scale of a model in metres.
     pub const METRES: Self = Self { metre: 1.0, ceiling: None, is_doubted: false };
 
-    /// Metres, where rooms are as high as people build them in metres; else kilometres or millimetres, where that fits and leaves the
-    /// model as large as a room; else what makes them as high as the halls of games. A model without anything over a floor but furniture
-    /// is taken to be in metres if it is 3 to 400 of them across, and else to be 100 m across. IFC says what its
-    /// unit is, so that halls of games are not looked for there.
+    /// Metres, if ceiling heights are plausible in metres; else kilometres or millimetres, if heights fit and the model is at least as
+    /// large as a room; else the unit that gives ceilings the height of game halls. A model without ceilings is in metres if it is 3 to 400
+    /// m across, and otherwise counts as 100 m across. IFC states its unit, so game halls are not considered there.
     pub fn of(rays: &RayScene<'_>) -> Self {
         let scene = rays.scene();
         let is_doubted = scene.source.up == "+Y" && up::is_on_its_side(scene);
@@ -79,32 +79,32 @@ impl HumanScale {
         };
         let hall = if scene.source.format.starts_with("IFC") { 1.0 } else { hall(height) };
         let metre = metric(height, across).unwrap_or(hall);
-        // Formats that don't make everybody say the unit.
+        // Formats without a mandatory unit.
         let is_silent = ["glTF", "OBJ", "PLY", "STL"].contains(&scene.source.format.as_str());
         Self { metre, ceiling: is_silent.then_some(height), is_doubted }
     }
 
-    /// What a person's metres are in the model.
+    /// Human metres in model units.
     pub fn metres(&self, metres: f64) -> f64 {
         metres * self.metre
     }
 
-    /// What a person's square metres are in the model.
+    /// Human square metres in model units.
     pub fn square_metres(&self, square_metres: f64) -> f64 {
         square_metres * self.metre * self.metre
     }
 
-    /// What a person's cubic metres are in the model.
+    /// Human cubic metres in model units.
     pub fn cubic_metres(&self, cubic_metres: f64) -> f64 {
         cubic_metres * self.metre.powi(3)
     }
 
-    /// The space that is split: the model and some of what lies around it.
+    /// The domain of the split: the model with a margin.
     pub fn domain(&self, model: Aabb) -> Aabb {
         model.inflated((MARGIN_SHARE * model.diagonal()).min(self.metres(MOST_MARGIN)))
     }
 
-    /// A line for the report where the model is not in metres, or may be in feet; none where it is unclear what is up.
+    /// A note if the model is not in metres or may be in feet; none if the up direction is in doubt.
     pub fn note(&self) -> Option<Note> {
         self.doubt().map(Note::fault)
     }
@@ -126,7 +126,7 @@ impl HumanScale {
                 Some(height) => ROOMS.contains(&(height / units)),
                 None => (1.0 / NEAR..=NEAR).contains(&(metre / units)),
             };
-            // Blocks of a city and halls of games are higher than rooms, whatever their unit is.
+            // City blocks and game halls are higher than rooms in any unit.
             let is_odd = !IN_METRES.contains(&height);
             return match (fits, self.ceiling) {
                 (true, Some(_)) => Some(format!(
@@ -146,7 +146,7 @@ impl HumanScale {
         IN_FEET.contains(&height).then(feet)
     }
 
-    /// A length for people: in units of the model where those aren't metres.
+    /// A length as text: in model units if those are not metres.
     pub fn told(&self, length: f64) -> String {
         match self.metre == 1.0 {
             true => format!("{length:.3} m"),
@@ -154,20 +154,19 @@ impl HumanScale {
         }
     }
 
-    /// Less wall than this on one line makes no cut, square metres: the jambs of a window are more, the facets of a column or
-    /// a moulding less.
+    /// Smallest wall area on one line that cuts, square metres: jambs of a window have more, facets of a column or a moulding less.
     pub fn least_wall(&self) -> f64 {
         self.square_metres(LEAST_CUT)
     }
 
-    /// Less floor, ceiling or roof than this in one plane makes no cut, square metres.
+    /// Smallest floor, ceiling or roof area in one plane that cuts, square metres.
     pub fn least_sheet(&self) -> f64 {
         self.square_metres(LEAST_CUT)
     }
 }
 
-/// The height of the median cubic metre over level triangles, of what lies between them and whatever is next above, in rooms; and how many
-/// there are, both in units of the model; `part` is the [bulk] of the scene.
+/// The median height, by volume, of the spaces above horizontal triangles, and their total volume, both in model units; `part` is the
+/// [bulk] of the scene.
 fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
     let scene = rays.scene();
     let normal = |t: u32| {
@@ -186,7 +185,7 @@ fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
     }
     let level = few(level);
     let above = 4.0 * scene.tolerance().clearance;
-    // Between fronts, between backs, and, as of sheets without a thickness, neither.
+    // Between fronts, between backs, and, for sheets without thickness, mixed.
     let mut crossed: [Vec<(f64, f64)>; 3] = Default::default();
     for (area, p, up) in level {
         if let Some(hit) = rays.first_opaque(p + DVec3::Y * above, DVec3::Y, f64::INFINITY) {
@@ -195,7 +194,7 @@ fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
         }
     }
     let volume = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.1).sum::<f64>();
-    // High spaces count for more: a ground with a thickness may hold more than all rooms.
+    // High spaces weigh more: a ground slab may have more volume than all rooms.
     let weight = |heights: &[(f64, f64)]| heights.iter().map(|h| h.0 * h.0 * h.1).sum::<f64>();
     let [fronts, backs, mut heights] = crossed;
     heights.extend(if weight(&backs) > weight(&fronts) { backs } else { fronts });
@@ -207,15 +206,15 @@ fn ceiling(rays: &RayScene<'_>, part: Option<Aabb>) -> Option<(f64, f64)> {
         sum += h.0 * h.1;
         sum >= half
     });
-    // Areas are doubled.
+    // The areas are doubled.
     middle.map(|h| (h.0, 0.5 * whole))
 }
 
-/// A level triangle: an area, its middle, and whether it faces up.
+/// A horizontal triangle: its area, its centre, and whether it faces up.
 type Level = (f64, DVec3, bool);
 
-/// At most [`LINES`] of some triangles: the largest, and of all others as many, anyhow, which share the area that they stand for. (The largest
-/// alone may all be the tiles of a roof.) Which they are doesn't depend on the order in the file.
+/// At most [`LINES`] triangles: half are the largest, half a sample of the others, weighted by area. (The largest alone may all be roof
+/// tiles.) The choice does not depend on the order in the file.
 fn few(mut level: Vec<Level>) -> Vec<Level> {
     if level.len() <= LINES {
         return level;
@@ -223,7 +222,7 @@ fn few(mut level: Vec<Level>) -> Vec<Level> {
     level.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| order(a.1, b.1)).then(a.2.cmp(&b.2)));
     let small = level.split_off(LINES / 2);
     let share = small.iter().map(|l| l.0).sum::<f64>() / (LINES / 2) as f64;
-    // One of each share of the area.
+    // One triangle from each equal share of the area.
     let mut random = Prng::new(0, 0);
     let mut at = random.unit() * share;
     let mut sum = 0.0;
@@ -246,7 +245,7 @@ mod tests {
     use super::*;
     use crate::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 
-    /// Level sheets from 0 to `size` along x, to 0.6 of it along z, at these heights.
+    /// Horizontal sheets of `size` x 0.6 `size` at these heights.
     fn scene(size: f64, heights: &[f64]) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         for (i, &y) in heights.iter().enumerate() {
@@ -262,12 +261,12 @@ mod tests {
         HumanScale::of(&RayScene::new(scene))
     }
 
-    /// What a metre is taken for in a storey of this clear height, in slabs of 0.3 m, drawn in so many units to a metre.
+    /// The estimated metre of a storey with this clear height and slabs of 0.3 m, drawn with `units` to a metre.
     fn metre(height: f64, units: f64) -> f64 {
         of(&scene(20.0 * units, &[-0.3, 0.0, height, height + 0.3].map(|y| y * units))).metre
     }
 
-    /// 3,600 tiles of a roof are larger than those of ceilings and floors: all lines but a few would begin on the roof, and meet nothing.
+    /// 3,600 roof tiles are larger than those of ceilings and floors: almost all rays would start on the roof and hit nothing.
     #[test]
     fn storeys_of_many_tiles_are_as_high_as_their_rooms() {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
@@ -318,7 +317,7 @@ mod tests {
         // 2,048 units wide, halls of 700: 2 m by 0.7 m in millimetres.
         let found = of(&scene(2048.0, &[-16.0, 0.0, 700.0, 716.0])).metre;
         assert!((30.0..=200.0).contains(&found), "{found}");
-        // A room of 6 x 3.6 x 2.4 m in millimetres is still one.
+        // A room of 6 x 3.6 x 2.4 m in millimetres is still recognized.
         assert_eq!(of(&scene(6000.0, &[-300.0, 0.0, 2400.0, 2700.0])).metre, 1e3);
     }
 
@@ -330,7 +329,7 @@ mod tests {
         assert_eq!(of(&crawl).metre, 1.0);
     }
 
-    /// A floor of 12 slabs of 1.5 x 0.04 x 1.5 m, walls of 3 m around it, and a table 0.5 m above one of the slabs; all so many times as large.
+    /// A floor of 12 slabs of 1.5 x 0.04 x 1.5 m, walls of 3 m around it, and a table 0.5 m above one of the slabs; all scaled.
     fn room_without_a_ceiling(scale: f64) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut quad = |corners: [DVec3; 4]| {
@@ -357,14 +356,14 @@ mod tests {
     fn slabs_and_tables_of_a_room_without_a_ceiling_are_no_rooms() {
         let room = of(&room_without_a_ceiling(1.0));
         assert_eq!((room.metre, room.note()), (1.0, None));
-        // All of a model under ceilings of 0.3 m is a copy of a building.
+        // A model full of ceilings at 0.3 m is a small copy of a building.
         assert!(metre(0.3, 1.0) < 0.2);
     }
 
     #[test]
     fn a_ground_with_a_thickness_is_no_room() {
-        // Slabs of 0.3 m around a room of 20 x 12 x 2.7 m, on a ground of 0.2 m that reaches so far: 1,600 m2 have half of the room's
-        // volume, 640,000 m2 two hundred times as much.
+        // Slabs of 0.3 m around a room of 20 x 12 x 2.7 m, on a ground slab of 0.2 m: 1,600 m2 have half of the room's volume, 640,000 m2
+        // two hundred times as much.
         for reach in [20.0, 400.0] {
             let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
             let mut quad = |corners: [DVec3; 4]| {

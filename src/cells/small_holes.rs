@@ -1,9 +1,9 @@
-//! Portals that are narrower than the smallest hole that the user cares for.
+//! Closes portals that are narrower than the user's smallest hole.
 //!
-//! Level editors have the same number ("smallest hole"): cracks between blocks, gaps under doors and grilles cost portals, and what shows
-//! through them is not missed. How wide a hole is, is told in the plane of its portal: a point of it is wide where a disc of that diameter
-//! holds it and meets no opaque triangle. So a strip along the floor of a doorway is as wide as the doorway. A portal is narrow where most of
-//! its area is. Door leaves are not opaque: a door is as wide as its frame.
+//! Level editors have the same parameter ("smallest hole"): cracks between blocks, gaps under doors and grilles cost portals, and nobody
+//! misses the view through them. Width is measured in the plane of the portal: a point is wide if a disc of that diameter contains it and
+//! meets no opaque triangle. So a strip along the floor of a doorway is as wide as the doorway. A portal is narrow if most of its area is.
+//! Door leaves are not opaque: a door is as wide as its frame.
 
 use super::opaque::Opaque;
 use super::{CellGraph, Portal, PortalKind};
@@ -15,23 +15,23 @@ use glam::{DVec2, DVec3};
 use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
-/// A part of a portal with corners this near to its middle, in smallest holes, is as wide as its middle. Larger: what is wide is told in
-/// steps that may be half of a portal. Smaller: cracks cost more.
+/// A part of a portal with corners this near to its centre, in smallest holes, is not subdivided. Larger: coarse steps, up to half of a
+/// portal. Smaller: cracks cost more.
 const FINEST: f64 = 0.125;
 
-/// A disc may be smaller by this part. Larger: holes that are narrower by it stay open. Smaller: discs that just fit aren't found.
+/// Relative tolerance of the disc's diameter. Larger: holes narrower by that much stay open. Smaller: tightly fitting discs are not found.
 const SLACK: f64 = 0.01;
 
-/// Parts of one portal that are looked at. More: long rims of large portals cost more. Fewer: some of their cracks stay open.
+/// Most parts of one portal. More: long rims of large portals cost more. Fewer: some of their cracks stay open.
 const MOST_PARTS: usize = 1 << 14;
 
-/// A disc is looked for at so many middles on each of so many rings, then in so many ever smaller steps from the best. More: slower.
-/// Fewer: discs that just fit aren't found.
+/// Search for a disc: centres per ring, rings, then refinement steps from the best. More: slower. Fewer: tightly fitting discs are not
+/// found.
 const MIDDLES: (usize, usize, usize) = (16, 4, 12);
 
-/// Takes narrow portals out of a graph; their windings become [`CellGraph::closed_holes`].
+/// Removes narrow portals from a graph; their windings become [`CellGraph::closed_holes`].
 ///
-/// `smallest_hole` is in metres, and told to 2 %. What shows only through a closed hole is culled.
+/// `smallest_hole` is in metres, and applied to within 2 %. Objects visible only through a closed hole are culled.
 pub fn close(scene: &Scene, graph: &mut CellGraph, smallest_hole: f64) {
     let (opaque, near) = (Opaque::new(scene), scene.tolerance().clearance);
     let narrow = parallel::map(&graph.portals, |portal| is_narrow(portal, &opaque, near, smallest_hole));
@@ -57,7 +57,7 @@ pub fn close(scene: &Scene, graph: &mut CellGraph, smallest_hole: f64) {
     graph.closed_holes.append(&mut closed);
 }
 
-/// Whether most of a portal is narrower than `hole` metres. A triangle within `near` metres of its plane meets it.
+/// Whether most of a portal is narrower than `hole` metres. Triangles within `near` metres of its plane count as obstacles.
 fn is_narrow(portal: &Portal, opaque: &Opaque, near: f64, hole: f64) -> bool {
     let (plane, corners) = (portal.plane, &portal.winding);
     let (u, v) = plane.n.any_orthonormal_pair();
@@ -74,10 +74,10 @@ fn is_narrow(portal: &Portal, opaque: &Opaque, near: f64, hole: f64) -> bool {
     is_mostly_narrow(fan.collect(), &around, hole)
 }
 
-/// A convex polygon of a plane that discs must not meet.
+/// A convex polygon in the plane that discs must avoid.
 struct Obstacle {
     corners: Vec<DVec2>,
-    /// A disc around it.
+    /// Its bounding circle.
     middle: DVec2,
     reach: f64,
 }
@@ -104,14 +104,14 @@ impl Obstacle {
     }
 }
 
-/// Whether the narrow area of some triangles is at least half of all of it.
+/// Whether at least half of the triangles' area is narrow.
 fn is_mostly_narrow(triangles: Vec<[DVec2; 3]>, around: &[Obstacle], hole: f64) -> bool {
     let area = |[a, b, c]: &[DVec2; 3]| 0.5 * (*b - *a).perp_dot(*c - *a).abs();
     let half = 0.5 * triangles.iter().map(area).sum::<f64>();
     let all: Vec<u32> = (0..around.len() as u32).collect();
     let mut parts: VecDeque<_> = triangles.into_iter().map(|t| (t, all.clone())).collect();
     let (mut wide, mut narrow) = (0.0, 0.0);
-    // Large parts first, so that a wide portal is told by few.
+    // Large parts first, so that a wide portal is decided quickly.
     for _ in 0..MOST_PARTS {
         let Some((part @ [a, b, c], near)) = parts.pop_front() else { break };
         let middle = (a + b + c) / 3.0;
@@ -142,7 +142,7 @@ fn is_mostly_narrow(triangles: Vec<[DVec2; 3]>, around: &[Obstacle], hole: f64) 
     false
 }
 
-/// Whether some disc of a radius holds `p` and keeps from everything, of which `distance` tells how far it is.
+/// Whether some disc of a radius contains `p` and avoids all obstacles; `distance` is the distance to the nearest one.
 fn is_held(p: DVec2, radius: f64, distance: impl Fn(DVec2) -> f64) -> bool {
     let (turns, rings, steps) = MIDDLES;
     let on_ring = |ring: usize| {

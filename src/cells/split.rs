@@ -1,4 +1,4 @@
-//! A scene into cells: the column complex, a labelling, and the graph.
+//! Splits a scene into cells: column complex, labelling, graph.
 
 use super::{BOUND, Cell, CellGraph, Strategy, authored};
 use crate::cells::authored::audit::unsound;
@@ -29,21 +29,21 @@ use crate::scene::{Role, Scene};
 use crate::types::note::Note;
 use glam::DVec3;
 
-/// How to split.
+/// Options of a split.
 #[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
 pub struct SplitOptions {
-    /// `None` lets the scene decide.
+    /// `None`: chosen for the scene.
     pub strategy: Option<Strategy>,
-    /// Surfaces smaller than this, metres, make no cells, for [`Strategy::Bsp`]; `None` takes what fits a person.
+    /// For [`Strategy::Bsp`]: smaller surfaces make no cells, metres; `None`: chosen for the scene.
     pub smallest_occluder: Option<f64>,
-    /// Whether the scene is in metres for certain: thresholds for rooms and doors then don't follow how high its rooms are.
+    /// Whether the scene is certainly in metres: thresholds for rooms and doors then do not depend on its ceiling heights.
     pub in_metres: bool,
-    /// What the split may take, bytes: it makes no more of the scene than fits. Beyond that the smallest surfaces part nothing, cells are
-    /// coarser, and [`CellGraph::notes`] says so. What the scene takes isn't in it.
+    /// Memory limit of the split, bytes, without the scene itself. Beyond it, the smallest surfaces do not split space, cells are coarser,
+    /// and [`CellGraph::notes`] reports it.
     pub memory: u64,
 }
 
-/// [`SplitOptions::memory`] where nobody says: 4 GiB, half of what a bake may take.
+/// Default of [`SplitOptions::memory`]: 4 GiB, half of a bake's.
 const MEMORY: u64 = 4 << 30;
 
 impl Default for SplitOptions {
@@ -52,7 +52,7 @@ impl Default for SplitOptions {
     }
 }
 
-/// Why a scene can't be split as asked.
+/// Errors of a split.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum SplitError {
     /// `authored` was asked for and the model names no rooms.
@@ -61,10 +61,10 @@ pub enum SplitError {
     /// `leaves` was asked for and the model has none.
     #[error("the model has no leaves, as a .bsp or a closed .map has; leave --cells out, or use --cells bsp")]
     NoLeaves,
-    /// Cells that the user gives aren't found by splitting.
+    /// The user's cells are not made by a split.
     #[error("given cells come from a cells file")]
     Given,
-    /// The caller stopped it.
+    /// The caller stopped the job.
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
@@ -74,7 +74,7 @@ pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitEr
     split_beside(&RayScene::new(scene), options, None, &Job::quiet())
 }
 
-/// As [`split`]; `walls` is what [`Strategy::Bsp`] makes of the scene, where that is there already.
+/// As [`split`]; `walls` is the graph of [`Strategy::Bsp`], if it exists already.
 pub(crate) fn split_beside(
     rays: &RayScene<'_>,
     options: &SplitOptions,
@@ -114,7 +114,7 @@ pub(crate) fn split_beside(
     Ok(finished(rays, human, graph))
 }
 
-/// With kinds and states of its portals.
+/// Adds kinds and states of portals.
 fn finished(rays: &RayScene<'_>, human: HumanScale, mut graph: CellGraph) -> CellGraph {
     name_openings(rays.scene(), &mut graph.portals, human);
     find_states(rays, &mut graph.portals, human.metre, graph.strategy == Strategy::Leaves);
@@ -128,7 +128,7 @@ pub fn undivided(scene: &Scene) -> CellGraph {
     one_cell(scene, HumanScale::of(&RayScene::new(scene)))
 }
 
-/// As [`undivided`] of a scene in metres; nothing asks its triangles whether it is.
+/// As [`undivided`], for a scene that is certainly in metres.
 pub(crate) fn undivided_in_metres(scene: &Scene) -> CellGraph {
     one_cell(scene, HumanScale::METRES)
 }
@@ -146,7 +146,7 @@ fn one_cell(scene: &Scene, human: HumanScale) -> CellGraph {
     }
 }
 
-/// By labels on the column complex.
+/// A graph from labels on the column complex.
 fn from_columns(
     scene: &Scene,
     human: HumanScale,
@@ -163,7 +163,7 @@ fn from_columns(
     let domain = human.domain(scene.bounds());
     let limits = Limits::new(scene.triangles.len(), options.memory, work);
     let Cuts { found, levels, bands, plan, columns, scale } = cuts(scene, human, with_rooms, domain, &limits)?;
-    // 2. What is open between them.
+    // 2. Open faces between them.
     let faces = faces(&plan, &bands, &columns, &found, &tolerance, work)?;
     // 3. Labels.
     let complex = Complex { plan: &plan, columns: &columns, facets: &found, faces: &faces, levels: &levels, domain };
@@ -195,18 +195,18 @@ fn from_columns(
     })
 }
 
-/// What the scene is cut into.
+/// The column complex and its planes.
 struct Cuts {
     found: Facets,
     levels: Vec<f64>,
     bands: Vec<Band>,
     plan: Plan,
     columns: Columns,
-    /// What makes a cut is so many times as large as people build at least.
+    /// Factor on the smallest area that cuts.
     scale: f64,
 }
 
-/// The plan and the pieces over it: where there would be more than there may be, of larger walls and sheets.
+/// The plan and its pieces. If they exceed the limits, only larger walls and sheets cut.
 fn cuts(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb, limits: &Limits<'_>) -> Result<Cuts, Stopped> {
     let coplanar = scene.tolerance().coplanar;
     let mut scale = 1.0;
@@ -214,7 +214,7 @@ fn cuts(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb, limits
         let (found, levels, bands, fitting) = storeys(scene, human, with_rooms, domain, scale);
         limits.work.go_on()?;
         let is_bare = found.walls.is_empty() && found.sheets.is_empty();
-        // What is left without a wall or a sheet is the storeys that the author names.
+        // Without walls and sheets, only the author's storeys remain.
         let limits = Limits { most: if is_bare { usize::MAX } else { limits.most }, ..*limits };
         if let Some(plan) = arrange(&bands, domain, coplanar, human.metres(MEETING), &limits) {
             let heights = Levels { heights: &levels, near: human.metres(LEVEL_AWAY), coplanar };
@@ -226,7 +226,7 @@ fn cuts(scene: &Scene, human: HumanScale, with_rooms: bool, domain: Aabb, limits
     }
 }
 
-/// What users should know where walls and sheets that people build make no cuts.
+/// A note if walls and sheets of normal size do not cut.
 fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
     let [wall, sheet] = [human.least_wall(), human.least_sheet()].map(|area| area * scale);
     let says = || {
@@ -238,7 +238,7 @@ fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
     (scale > 1.0).then(says)
 }
 
-/// What users should know where rooms were joined for being too many.
+/// A note if rooms were joined because there were too many.
 fn joined(human: HumanScale, volume: f64) -> Note {
     let volume = volume / human.metre.powi(3);
     Note::cost(format!(
@@ -246,7 +246,7 @@ fn joined(human: HumanScale, volume: f64) -> Note {
     ))
 }
 
-/// What users should know where regions were too many to be joined in pairs.
+/// A note if there were too many regions to join in pairs.
 const JOINED_AT_ONCE: &str = "too many spaces are open to each other to join them two at a time; large ones took in all that open to them; cells are larger for it, and more is drawn";
 
 /// The middle of each piece.
@@ -260,32 +260,32 @@ fn middles(Complex { plan, columns, .. }: &Complex<'_>) -> Vec<DVec3> {
     (0..columns.pieces() as u32).map(middle).collect()
 }
 
-/// Most lines in the plan of a band: so many, or so many for each square metre of it, whichever is more, but never more than the last;
-/// beyond it the least wall and the least sheet are doubled until it fits. Offices have 2 to 3 a square metre; where walls are as dense as
-/// rubble, what they cut of each other grows with the square of their number.
+/// Most lines in the plan of a band: the larger of a count and a density per square metre, up to an absolute limit. Beyond it, the least
+/// wall and the least sheet are doubled until it fits. Offices have 2 to 3 lines a square metre; in rubble, crossings grow with the square
+/// of the number of walls.
 const MOST_LINES: usize = 24_000;
 const MOST_LINES_A_SQUARE_METRE: f64 = 5.0;
 const MOST_LINES_EVER: usize = 400_000;
 
-/// A line of the plan that stops this short of another meets it, metres of a person. Larger: real gaps close in plan, which only cuts
-/// more. Smaller: slits beside walls.
+/// A line of the plan is extended to another within this distance, human metres. Larger: real gaps close in plan, which only adds cuts.
+/// Smaller: slits beside walls.
 const MEETING: f64 = 0.03;
-/// A level cuts where no sheet is this near, metres of a person. Larger: storeys whose slab is at another height flow into one another.
-/// Smaller: chinks between slab and level.
+/// A level cuts where no sheet is within this distance, human metres. Larger: storeys with a slab at another height are joined. Smaller:
+/// gaps between slab and level.
 const LEVEL_AWAY: f64 = 0.45;
-/// A floor faces up by at least this, the upward part of its normal.
+/// Smallest vertical component of a floor's unit normal.
 const LEVEL_NORMAL: f64 = 0.999;
-/// Levels are this far apart, metres of a person: no storey is lower.
+/// Smallest distance of two levels, human metres: no storey is lower.
 const LEVELS_APART: f64 = 2.2;
-/// A level has this share of the largest floor, and so many square metres of a person. Less: landings and tables are levels. More: split
-/// levels aren't.
+/// Smallest floor of a level: share of the largest floor, and human square metres. Smaller: landings and tables are levels. Larger: split
+/// levels are missed.
 const LEVEL_SHARE: f64 = 0.15;
 const LEAST_LEVEL: f64 = 8.0;
-/// The model's own rim is a level where none is this near, metres of a person.
+/// The model's top and bottom are levels if no other is within this distance, human metres.
 const RIM_AWAY: f64 = 0.5;
 
-/// The planes worth a cut, the levels, and the bands between them; of walls and sheets that are `scale` times as large as people build at
-/// least, or more: by how much, is last.
+/// The splitting planes, the levels, and the bands between them, for walls and sheets at least `scale` times the usual minimum. The last
+/// value is the scale in use, which may be larger.
 fn storeys(
     scene: &Scene,
     human: HumanScale,
@@ -308,7 +308,7 @@ fn storeys(
     }
 }
 
-/// Heights that part storeys even where no slab does: the author's, or those with much floor; and the model's own rims.
+/// Heights that separate storeys even without a slab: the author's, or those with much floor; and the model's top and bottom.
 fn levels(scene: &Scene, found: &Facets, human: HumanScale) -> Vec<f64> {
     let structure = scene.objects.iter().filter(|o| matches!(o.role, Role::Structure | Role::Unknown));
     let bounds = structure.fold(Aabb::EMPTY, |b, o| b.union(o.bounds));
@@ -387,13 +387,13 @@ mod tests {
     use super::*;
     use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
 
-    /// A wall, a slab or a panel: all that lies between two corners.
+    /// A box (wall, slab or panel) between two corners.
     fn add_box(builder: &mut SceneBuilder, [x, y, z]: [f64; 3], [to_x, to_y, to_z]: [f64; 3]) {
         let corner = |i: usize| {
             let pick = |bit: usize, low: f64, high: f64| if i >> bit & 1 == 0 { low } else { high };
             DVec3::new(pick(0, x, to_x), pick(1, y, to_y), pick(2, z, to_z))
         };
-        // Sides seen from outside, counter-clockwise.
+        // Sides, counter-clockwise from outside.
         let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let positions = (0..8).map(corner).collect();

@@ -1,4 +1,4 @@
-//! Is a cell graph what it says it is: ids, windings, pieces, and sealed.
+//! Validation of a cell graph: ids, windings, pieces, and soundness.
 
 use super::{CellGraph, Locator, Piece, Portal, Stretch, polyhedron};
 use crate::cells::complex::polygon::convex_hull;
@@ -12,7 +12,7 @@ use crate::{CellId, PortalId};
 use glam::{DVec2, DVec3};
 use std::fmt;
 
-/// What is wrong with a graph.
+/// A fault of a graph.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Fault {
     /// A portal names a cell that isn't there, or the same cell twice.
@@ -27,9 +27,9 @@ pub enum Fault {
     NotBetween(PortalId),
     /// A cell doesn't list its portals.
     NotLinked(CellId),
-    /// Two pieces hold one point.
+    /// Two pieces overlap at a point.
     Overlap([CellId; 2], DVec3),
-    /// A segment that touches nothing leaves a cell, but not through a portal of the cell that it comes to (`None`: no cell).
+    /// An unobstructed segment leaves a cell without a portal to the next cell (`None`: no cell).
     Leak {
         /// From which cell to which.
         cells: [Option<CellId>; 2],
@@ -56,7 +56,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// Everything that can be told without triangles; `tolerance` in metres.
+/// All faults that need no triangles; `tolerance` in metres.
 pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut linked = graph.clone();
@@ -99,8 +99,8 @@ pub fn structure(graph: &CellGraph, tolerance: f64) -> Vec<Fault> {
     faults
 }
 
-/// Stops a debug build at the first stage that leaves a graph faulty, naming up to ten faults; `segments` are followed, too.
-/// Release builds do nothing.
+/// In debug builds, panics at the first stage with a faulty graph and names up to ten faults; it also follows `segments` segments. Release
+/// builds do nothing.
 pub(crate) fn stage(name: &str, graph: &CellGraph, scene: &Scene, segments: u64) {
     if cfg!(debug_assertions) {
         let mut faults = structure(graph, scene.tolerance().coplanar.max(1e-9));
@@ -115,7 +115,7 @@ pub(crate) fn stage(name: &str, graph: &CellGraph, scene: &Scene, segments: u64)
 /// Every piece of a graph, by cell.
 struct Pieces<'g> {
     of: Vec<(CellId, &'g Piece)>,
-    /// A box that holds every finite corner; and each piece's, cut off at it.
+    /// A box around all finite corners, and each piece's box clipped to it.
     region: Aabb,
     boxes: Vec<Aabb>,
     tree: BoxTree,
@@ -135,7 +135,7 @@ impl<'g> Pieces<'g> {
         Self { of, region, boxes, tree }
     }
 
-    /// Those whose box meets `bounds`, ascending.
+    /// Pieces whose box intersects `bounds`, ascending.
     fn near(&self, bounds: &Aabb) -> Vec<usize> {
         let mut near = Vec::new();
         self.tree.in_box(bounds, &mut |i| near.push(i as usize));
@@ -144,13 +144,13 @@ impl<'g> Pieces<'g> {
     }
 }
 
-/// Pairs of pieces that share a point deeper in both than twice the tolerance; one fault a pair, at most [`MOST_LEAKS`].
+/// Pairs of pieces with a common point deeper in both than twice the tolerance; one fault a pair, at most [`MOST_LEAKS`].
 fn overlaps(all: &Pieces<'_>, tolerance: f64) -> Vec<Fault> {
     let depth = 2.0 * tolerance;
     let (pieces, region) = (&all.of, &all.region);
     let corners: Vec<Vec<DVec3>> =
         parallel::map(pieces, |(_, p)| polyhedron::faces(&p.planes, region).into_iter().flatten().collect());
-    // Most neighbours lie on either side of a face of one of them.
+    // Most neighbours are separated by a face of one of them.
     let apart =
         |a: usize, b: usize| pieces[a].1.planes.iter().any(|plane| corners[b].iter().all(|&p| plane.distance(p) >= -depth));
     let shared = |a: usize, b: usize| {
@@ -170,12 +170,12 @@ fn overlaps(all: &Pieces<'_>, tolerance: f64) -> Vec<Fault> {
     found
 }
 
-/// True where a portal has a piece of the one cell behind it and of the other in front, at one place or within the tolerance of one.
-/// A portal may be larger than the opening, and is where the opening is a sliver: coverage makes good there what it took. So it isn't
-/// asked how much of it has both; whoever follows segments takes portals to be larger by the tolerance, too.
+/// True if at some place, to within the tolerance, a portal has a piece of one cell behind it and a piece of the other in front. A portal
+/// may be larger than the opening, as in slivers, where coverage is compensated. So the common area does not matter; the segment tests also
+/// enlarge portals by the tolerance.
 ///
-/// Each piece is cut to what lies over the winding, no farther from its plane than the tolerance. A piece is on the side that
-/// more of that lies on, however thin it is, and what it covers of the winding is the shadow of that.
+/// Each piece is clipped to the prism over the winding, within the tolerance of its plane. The piece is on the side with more of that part,
+/// however thin, and covers the projection of that part.
 fn between(portal: &Portal, pieces: &Pieces<'_>, tolerance: f64) -> bool {
     let (w, plane) = (&portal.winding, portal.plane);
     let (u, v) = plane.n.any_orthonormal_pair();
@@ -184,7 +184,7 @@ fn between(portal: &Portal, pieces: &Pieces<'_>, tolerance: f64) -> bool {
     let around = rim.chain([plane, plane.flipped()]).map(|p| Plane { d: p.d + tolerance, ..p });
     let around: Vec<Plane> = around.collect();
     let bounds = Aabb::of(w.iter().copied()).inflated(2.0 * tolerance);
-    // So that two that are no farther apart than the tolerance meet.
+    // So that two shadows within the tolerance of each other meet.
     let half = 0.5 * tolerance;
     let grown = [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, y)| DVec2::new(x, y));
     let mut shadows: [Vec<Vec<DVec2>>; 2] = Default::default();
@@ -196,7 +196,7 @@ fn between(portal: &Portal, pieces: &Pieces<'_>, tolerance: f64) -> bool {
             (b.max(-d), f.max(d))
         });
         let side = usize::from(cell == portal.cells[1]);
-        // As much on both: the portal cuts it in two.
+        // Equal parts on both sides: the portal cuts the piece in two.
         let [here, there] = if side == 0 { [behind, before] } else { [before, behind] };
         if !corners.is_empty() && here >= (1.0 - 1e-6) * there {
             let flat = corners.iter().map(|&p| DVec2::new(u.dot(p - w[0]), v.dot(p - w[0])));
@@ -207,8 +207,7 @@ fn between(portal: &Portal, pieces: &Pieces<'_>, tolerance: f64) -> bool {
     a.iter().any(|a| b.iter().any(|b| shared_area(a, b) > 0.0))
 }
 
-/// Whether each portal lies between its two cells as it is turned, and whether it would the other way round; `tolerance` in metres,
-/// for each.
+/// For each portal, whether it lies between its two cells as given, and whether it would if reversed; `tolerance` in metres, for each.
 pub(super) fn lie_between(graph: &CellGraph, tolerance: impl Fn(&Portal) -> f64 + Sync) -> Vec<[bool; 2]> {
     let pieces = Pieces::new(graph);
     parallel::map(&graph.portals, |portal| {
@@ -217,7 +216,7 @@ pub(super) fn lie_between(graph: &CellGraph, tolerance: impl Fn(&Portal) -> f64 
     })
 }
 
-/// The area that two convex polygons share, both counter-clockwise.
+/// Area of the intersection of two convex polygons, both counter-clockwise.
 fn shared_area(a: &[DVec2], b: &[DVec2]) -> f64 {
     let mut left: Vec<DVec3> = a.iter().map(|p| p.extend(0.0)).collect();
     for (i, &from) in b.iter().enumerate() {
@@ -227,20 +226,20 @@ fn shared_area(a: &[DVec2], b: &[DVec2]) -> f64 {
     area(&left)
 }
 
-/// The answer of [`sealing`].
+/// The result of [`sealing`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Sealing {
-    /// Unobstructed segments followed.
+    /// Number of unobstructed segments.
     pub segments: u64,
-    /// Segments that left a cell other than through a portal, ordered by number; at most [`MOST_LEAKS`].
+    /// Segments that left a cell without a portal, ordered by number; at most [`MOST_LEAKS`].
     pub leaks: Vec<Fault>,
 }
 
-/// Leaks listed at most.
+/// Most leaks in a list.
 pub const MOST_LEAKS: usize = 100;
 
-/// Follows random unobstructed segments from random points of cells: none may get from cell to cell, or out of all cells, but
-/// through portals. A leak counts only where the segment keeps the scene's clearance there. Same seed, same answer.
+/// Follows random unobstructed segments from random points of cells: they may leave a cell through portals only. A leak counts only if the
+/// segment keeps the scene's clearance there. The same seed gives the same result.
 pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64) -> Sealing {
     let locator = Locator::new(graph);
     let tolerance = rays.tolerance();
@@ -263,8 +262,8 @@ pub fn sealing(graph: &CellGraph, rays: &RayScene<'_>, segments: u64, seed: u64)
         let mut random = SplitMix::new(seed ^ chunk.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let mut out = Sealing::default();
         for _ in 0..CHUNK.min(segments - chunk * CHUNK) {
-            // Half of them by piece, so that small ones get their share, half by volume: points of small ones are mostly too near a
-            // wall.
+            // Half are uniform over pieces, so that small ones get their share, and half are uniform over volume, because points of small
+            // pieces are mostly too near a wall.
             let chosen = if random.bits().is_multiple_of(2) {
                 (random.bits() % boxes.len() as u64) as usize
             } else {
@@ -321,7 +320,7 @@ fn portal_pairs(graph: &CellGraph) -> Pairs {
     pairs
 }
 
-/// The first place where the segment changes cell other than through a portal.
+/// The first place where the segment changes cell without a portal.
 fn leak(
     graph: &CellGraph,
     locator: &Locator<'_>,
@@ -336,7 +335,7 @@ fn leak(
     let stretches = locator.along(from, to, 0.0);
     let mut here: Stretch = *stretches.first()?;
     let really = |at: f64| {
-        // The clearance of the part around the crossing decides, not that of the whole way.
+        // Only the clearance near the crossing matters.
         let (a, b) = (from.lerp(to, (at - 20.0 * slack).max(0.0)), from.lerp(to, (at + 20.0 * slack).min(1.0)));
         rays.is_clear(a, b, tolerance.clearance, None)
     };
@@ -369,7 +368,7 @@ fn leak(
     None
 }
 
-/// True where `p` is on the winding, within `tolerance` metres.
+/// True if `p` is on the winding, within `tolerance` metres.
 fn passes(winding: &[DVec3], plane: Plane, p: DVec3, tolerance: f64) -> bool {
     plane.distance(p).abs() <= tolerance
         && (0..winding.len()).all(|i| {
@@ -415,7 +414,7 @@ mod tests {
         Portal { cells, plane, winding: corners.to_vec(), kind, state, source: None }
     }
 
-    /// Between two rooms of 4 x 3 x 4 m that touch at `x = 0` there is a door of 1 x 2 m, moved by `by`.
+    /// A door of 1 x 2 m, moved by `by`, between two rooms of 4 x 3 x 4 m that touch at `x = 0`.
     fn door(by: DVec3) -> Vec<Fault> {
         let room = |x: f64| block(DVec3::new(x, 0.0, 0.0), DVec3::new(x + 4.0, 3.0, 4.0));
         let corners = [(1.0, 1.0), (3.0, 1.0), (3.0, 2.0), (1.0, 2.0)].map(|(y, z)| DVec3::new(0.0, y - 1.0, z) + by);
@@ -431,7 +430,7 @@ mod tests {
         for by in [1.1 * TOLERANCE, 10.0 * TOLERANCE, 0.3, 5.0] {
             assert_eq!((&door(DVec3::X * by)[..], &door(DVec3::X * -by)[..]), (&blamed[..], &blamed[..]), "{by} m");
         }
-        // Beside the wall that the rooms share; over its end by half, by a sliver, and no farther from it than the tolerance.
+        // Beside the common wall of the rooms; then half over its end, by a sliver, and within the tolerance of it.
         let end = DVec3::Y * 3.0;
         assert_eq!((door(end + DVec3::Y * 2.5 * TOLERANCE), door(DVec3::Z * 4.0)), (blamed.to_vec(), blamed.to_vec()));
         for by in [DVec3::Z * 2.5, end - DVec3::Y * 0.01 * TOLERANCE, end + DVec3::Y * 0.9 * TOLERANCE] {
@@ -443,7 +442,7 @@ mod tests {
         assert_eq!(structure(&graph(rooms.to_vec(), vec![portal(&corners)]), TOLERANCE), blamed);
     }
 
-    /// Pieces and portals far thinner than the tolerance, as where planes meet at a shallow angle.
+    /// Pieces and portals far thinner than the tolerance, as at planes with a shallow angle.
     #[test]
     fn slivers_are_not_blamed() {
         for thin in [0.3, 0.02].map(|t| t * TOLERANCE) {
@@ -480,14 +479,14 @@ mod tests {
             faults(vec![vec![unit(0.0, 0.0), unit(1.0, 0.0)], vec![unit(0.0, 1.0), unit(1.0, 1.0)], vec![half()]]),
             []
         );
-        // A corner of the one in the other; the one within the other; one that goes on without end.
+        // A corner of one in the other; one within the other; an unbounded one.
         for (piece, cell) in [(unit(0.9, 0.9), 0), (block(DVec3::splat(0.2), DVec3::splat(0.4)), 0), (unit(1.5, 5.0), 1)] {
             let found = faults(vec![vec![unit(0.0, 0.0)], vec![half()], vec![piece.clone()]]);
             let [Fault::Overlap(cells, at)] = found.as_slice() else { panic!("{found:?}") };
             assert_eq!(*cells, [CellId(cell), CellId(2)]);
             assert!(piece.contains(*at, 0.0), "{at}");
         }
-        // Wedges whose boxes overlap and that only touch along a slanted face.
+        // Wedges with overlapping boxes that only touch along a slanted face.
         let mut wedges = [unit(0.0, 0.0), unit(0.0, 0.0)];
         let slant = Plane { n: DVec3::new(1.0, 1.0, 0.0).normalize(), d: 0.5f64.sqrt() };
         wedges[0].planes.push(slant);

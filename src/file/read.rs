@@ -191,7 +191,7 @@ impl<'a> SectionReader<'_, 'a> {
         &self,
         id: SectionId,
         [rows, columns]: [usize; 2],
-        guide: &Guide,
+        guide: &Guide<'_>,
         budget: &mut Budget,
     ) -> Result<Option<BitMatrix>, FileError> {
         let Some(bytes) = self.container.matrix(id)? else { return Ok(None) };
@@ -244,7 +244,7 @@ impl<'a> SectionReader<'_, 'a> {
         if self.container.section(id).is_none() {
             return Ok(None);
         }
-        budget.take(id, Guide::objects_bytes(portals.len(), placement, seen))?;
+        budget.take(id, Guide::objects_bytes(portals.len(), placement))?;
         let guide = Guide::objects(portals.iter().copied(), placement, seen);
         self.guided(id, [placement.rows(), placement.columns()], &guide, budget)
     }

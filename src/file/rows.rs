@@ -60,7 +60,7 @@ pub(super) fn decode_guided(
     bytes: &[u8],
     rows: usize,
     columns: usize,
-    guide: &Guide,
+    guide: &Guide<'_>,
 ) -> Result<BitMatrix, FileError> {
     let mut c = Cursor::new(section, bytes);
     for (name, expected) in [("rows", rows), ("columns", columns)] {
@@ -85,7 +85,7 @@ pub(super) fn decode_guided(
     Ok(out)
 }
 
-fn coded(c: &mut Cursor<'_>, rows: usize, columns: usize, guide: &Guide) -> Result<BitMatrix, FileError> {
+fn coded(c: &mut Cursor<'_>, rows: usize, columns: usize, guide: &Guide<'_>) -> Result<BitMatrix, FileError> {
     let flags = c.code(4, "flags")?;
     let is_symmetric = flags & SYMMETRIC != 0;
     if is_symmetric && !matches!(guide, Guide::Cells(_)) {
@@ -96,8 +96,8 @@ fn coded(c: &mut Cursor<'_>, rows: usize, columns: usize, guide: &Guide) -> Resu
     let mut out = BitMatrix::new(rows, columns);
     let mut bits = vec![0; columns.div_ceil(64)];
     for row in 0..rows {
-        bits.copy_from_slice(out.row(row));
         let given = if is_symmetric { row } else { 0 };
+        bits.copy_from_slice(out.row(row));
         let known = Known { row, columns, given, above: &out };
         walker.code(&mut decoder, &mut models, known, None, &mut bits).map_err(|what| c.error(what))?;
         out.assign_row(row, &bits);

@@ -1,30 +1,30 @@
-//! Boxes, turned any way.
+//! Oriented bounding boxes.
 
 use crate::geom::Aabb;
 use glam::{DMat3, DVec3};
 
-/// Of the size of a box's coordinates, how much it is grown on every side. Larger: flat things get boxes that show. Smaller: the
-/// roundings of a rotation, some 2^-50, leave points outside.
+/// Growth of a box on every side, relative to its coordinates. Larger: boxes of flat objects show. Smaller: rounding of a rotation, some
+/// 2^-50, leaves points outside.
 const ROUNDING: f64 = 1e-14;
 
-/// A box that need not be aligned with anything.
+/// An oriented box.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Bounds {
-    /// The middle, metres.
+    /// The centre, metres.
     pub centre: DVec3,
-    /// Unit vectors at right angles.
+    /// Orthonormal axes.
     pub axes: [DVec3; 3],
     /// Half its length along each axis, metres, 0 or more.
     pub half: DVec3,
 }
 
 impl Bounds {
-    /// The least box around one point or more with the given axes (unit vectors at right angles).
+    /// The least box around at least one point with the given orthonormal axes.
     pub fn along(points: &[DVec3], axes: [DVec3; 3]) -> Self {
         let to_axes = DMat3::from_cols(axes[0], axes[1], axes[2]).transpose();
         let range = Aabb::of(points.iter().map(|&p| to_axes * p));
         let centre = to_axes.transpose() * range.centre();
-        // Measured from the middle as it came out: axes are at right angles up to rounding only.
+        // Measured from the rounded centre: axes are orthonormal only up to rounding.
         let reach = points.iter().fold(DVec3::ZERO, |reach, &p| reach.max((to_axes * (p - centre)).abs()));
         let grown = ROUNDING * range.min.abs().max(range.max.abs()).max_element();
         Self { centre, axes, half: reach + grown }
@@ -41,13 +41,13 @@ impl Bounds {
         8.0 * (h.x * h.y + h.y * h.z + h.z * h.x)
     }
 
-    /// The axis that it is longest along; the first of equals.
+    /// Its longest axis; the first of equals.
     pub fn longest(&self) -> DVec3 {
         let h = self.half;
         self.axes[if h.x >= h.y && h.x >= h.z { 0 } else { usize::from(h.z > h.y) + 1 }]
     }
 
-    /// A point as distances along the axes from the middle.
+    /// A point in the box's coordinates, relative to its centre.
     pub fn local(&self, p: DVec3) -> DVec3 {
         let p = p - self.centre;
         DVec3::from_array(self.axes.map(|axis| axis.dot(p)))
@@ -59,7 +59,7 @@ impl Bounds {
         (self.local(p).abs() - self.half).max(DVec3::ZERO).length()
     }
 
-    /// Half the length of its projection onto a line along `n`: how far it reaches from its middle.
+    /// Half the length of its projection onto a line along `n`.
     #[inline]
     pub fn reach(&self, n: DVec3) -> f64 {
         (0..3).map(|k| self.axes[k].dot(n).abs() * self.half[k]).sum()
@@ -74,7 +74,7 @@ impl Bounds {
 
 impl From<Aabb> for Bounds {
     fn from(aabb: Aabb) -> Self {
-        // Not the half of the difference: the middle rounds, too.
+        // Not half of the difference, because the centre is rounded, too.
         let centre = aabb.centre();
         Self {
             centre,
@@ -136,7 +136,7 @@ mod tests {
             let points: Vec<DVec3> = (0..count).map(|_| {
                 let mut p = point(&mut rng);
                 if flat { p.z = 0.0; }
-                // Many points alike, and in planes of many.
+                // Many equal and coplanar points.
                 if grid { p = (p * 2.0).round(); }
                 (turn * p + at) * 10f64.powi(scale)
             }).collect();

@@ -1,11 +1,11 @@
-//! Coherent hierarchical culling: what showed in the last frame is drawn at once, what was hidden is asked about while that goes on.
+//! Coherent hierarchical culling: nodes visible in the last frame are drawn at once, and hidden ones are queried meanwhile.
 //!
-//! Based on: Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware occlusion queries made useful*, 2004. Deviation:
-//! of a leaf that showed, the box is asked about and not its triangles, since an oracle knows boxes only.
+//! Based on: Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware occlusion queries made useful*, 2004.
+//! Deviation: the query for a visible leaf uses its box and not its triangles, because an oracle knows boxes only.
 //!
-//! An oracle that answers at once is asked about a leaf that showed before the leaf is drawn: so it isn't drawn once more in vain.
+//! If the oracle answers immediately, a visible leaf is queried before it is drawn, which saves a useless draw.
 //!
-//! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
+//! Nothing appears late: a leaf is skipped only if an answer of this frame says that it, or a node above it, is hidden.
 
 use super::hierarchy::Hierarchy;
 use super::mask::Scope;
@@ -15,47 +15,47 @@ use super::view::Frustum;
 use super::walk::{AskingWalk, Open, Policy};
 use crate::ObjectId;
 
-/// What is known of a node.
+/// The state of a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
-    /// Whether it, or a leaf below it, showed when it was last visited.
+    /// Whether it, or a leaf below it, was visible at its last visit.
     visible: bool,
-    /// The last frame that came to it.
+    /// The frame of its last visit.
     visited: u64,
 }
 
-/// Culls a tree; keeps what one camera needs from frame to frame.
+/// Culls a tree; keeps the state of one camera between frames.
 #[derive(Clone, Debug, Default)]
 pub struct Chc {
     memory: Memory,
     walk: AskingWalk,
 }
 
-/// By node.
+/// State by node.
 #[derive(Clone, Debug, Default)]
 struct Memory {
     states: Vec<State>,
 }
 
 impl Chc {
-    /// Draws a frame with an oracle that has just begun one. Returns what was drawn: every object of the tree that has a pixel. Allocates
-    /// nothing after the first frame of a tree; to be used for one tree only.
+    /// Draws a frame with an oracle that has just begun it. Returns the drawn objects: all objects of the tree that have a pixel. Allocates
+    /// nothing after the first frame of a tree; use it for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.cull_of(&Scope { tree, frustum, mask: None }, oracle)
     }
 
-    /// The same, of a part of a tree.
+    /// The same for a part of a tree.
     pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.memory.states.resize(scope.tree.nodes().len(), State::default());
         self.walk.run(scope, &mut self.memory, oracle)
     }
 
-    /// What the last frame drew.
+    /// The objects drawn in the last frame.
     pub fn objects(&self) -> &[ObjectId] {
         self.walk.objects()
     }
 
-    /// Of the last frame.
+    /// Counters of the last frame.
     pub fn stats(&self) -> OnlineStats {
         self.walk.stats()
     }
@@ -72,10 +72,10 @@ impl Policy for Memory {
             self.pull_up(tree, open.node);
             walk.go_on(scope, open, oracle);
         } else if !was_visible {
-            // It ended the walk before: hidden, or out of the frustum.
+            // The walk ended here in the last frame: hidden, or outside the frustum.
             walk.ask(tree, open, false, oracle);
         } else {
-            // Leaves are asked whether they show; other nodes are opened.
+            // Leaves are queried; inner nodes are opened.
             let is_drawn_first = !node.is_leaf() || !oracle.answers_at_once();
             if node.is_leaf() {
                 walk.ask(tree, open, is_drawn_first, oracle);
@@ -94,7 +94,7 @@ impl Policy for Memory {
 }
 
 impl Memory {
-    /// A node shows, and so do all above it.
+    /// Marks a node and all its ancestors as visible.
     fn pull_up(&mut self, tree: &Hierarchy, node: u32) {
         let mut next = Some(node);
         while let Some(n) = next.filter(|&n| !self.states[n as usize].visible) {

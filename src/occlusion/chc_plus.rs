@@ -1,18 +1,17 @@
-//! CHC++: coherent hierarchical culling with fewer questions, asked together.
+//! CHC++: coherent hierarchical culling with fewer queries, in batches.
 //!
-//! Based on: Mattausch, Bittner, Wimmer, *CHC++: coherent hierarchical culling revisited*, 2008. Nodes that were hidden wait until a batch of
-//! them is asked about (i-queue); those that have been hidden for long share a question (multiquery), and are asked one by one only where
-//! it says that something shows. Leaves that showed are asked about at intervals, at first after a random part of one, so that they
-//! don't come in waves; and their questions wait until there is nothing better to do (v-queue). An inner node is asked about by the boxes
-//! of nodes below it where those are tighter.
+//! Based on: Mattausch, Bittner, Wimmer, *CHC++: coherent hierarchical culling revisited*, 2008. Previously hidden nodes wait for a batch
+//! of queries (i-queue). Nodes hidden for a long time share a query (multiquery), and are queried one by one only if it finds a visible
+//! pixel. Visible leaves are queried at intervals, first after a random part of one, so that queries do not come in waves; these queries
+//! wait until there is no other work (v-queue). The query of an inner node uses the boxes of nodes below it if those are tighter.
 //!
-//! Deviations: a question about one node costs one query, whatever the answer (the paper's cost has it asked twice), so nodes of unknown
-//! behaviour are asked alone; an oracle that answers at once is asked at once, since what waits for a batch is drawn later, behind what it would
-//! hide: about a node that was hidden when its turn comes, and about a leaf that showed before that is drawn, where it has many triangles in every
-//! frame; while answers are due, the walk goes on where it can; the answers about leaves that showed are awaited at the
-//! end of the frame and not in the next.
+//! Deviations: a query of one node costs one query, whatever the answer (the paper's cost counts two), so nodes of unknown behaviour are
+//! queried alone. An oracle that answers immediately is queried immediately, because a node that waits for a batch is drawn after the
+//! objects that it would hide: a hidden node when its turn comes; a visible leaf before it is drawn, in every frame if it has many
+//! triangles. While answers are pending, the walk continues where possible. The answers for visible leaves are awaited at the end of the
+//! frame and not in the next.
 //!
-//! Nothing shows late: a leaf isn't drawn only where an answer of this very frame says that it, or a node above it, is hidden.
+//! Nothing appears late: a leaf is skipped only if an answer of this frame says that it, or a node above it, is hidden.
 
 use super::bounds::Bounds;
 use super::hierarchy::Hierarchy;
@@ -25,40 +24,40 @@ use crate::ObjectId;
 use crate::random::Prng;
 use std::collections::VecDeque;
 
-/// Boxes below a node that its question may be about: three levels of a binary tree, as in the paper. More: the boxes cost more than what
-/// they tell. Fewer: boxes of large nodes are mostly empty.
+/// Most boxes of one node's query: three levels of a binary tree, as in the paper. More: the boxes cost more than they gain. Fewer: boxes
+/// of large nodes are mostly empty.
 const MOST_BOXES: usize = 8;
 
-/// Triangles of a leaf from which on an oracle that answers at once is asked about it in every frame, before it is drawn: of so many, one leaf
-/// that isn't drawn pays for some fifty questions. Higher: more is drawn in vain. Lower: questions cost more than they save.
+/// Least triangles of a visible leaf for a query before drawing in every frame, with an oracle that answers immediately: one such leaf not
+/// drawn pays for some fifty queries. Higher: more useless draws. Lower: queries cost more than they save.
 const WORTH_ASKING: u64 = 256;
 
-/// How to ask.
+/// Options of the queries.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ChcPlusOptions {
-    /// Nodes that were hidden are asked about once there are so many; 1 or more. Higher: fewer changes of state on a graphics processor,
-    /// and more nodes to share a question among; but answers, and what they open, come later.
+    /// Size of a batch of hidden nodes; 1 or more. Higher: fewer state changes on a graphics processor, and more nodes per multiquery; but
+    /// answers, and the nodes below, come later.
     pub batch: usize,
-    /// A leaf that showed counts as in sight for so long. Longer: fewer questions, more is drawn for nothing.
+    /// How long a visible leaf is assumed visible. Longer: fewer queries, more useless draws.
     pub assumed: Interval,
-    /// Boxes below a node are asked about instead of its own while the sum of their areas is at most this times its own's; 0 never does.
+    /// A query uses boxes below a node while the sum of their areas is at most this times the area of its own box; 0: never.
     pub tighter: f64,
-    /// Decides the random choices.
+    /// Seed of the random choices.
     pub seed: u64,
 }
 
-/// Between two questions about a leaf that shows.
+/// The interval between two queries of a visible leaf.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Interval {
-    /// Frames; 0 and 1 ask in every one.
+    /// Frames; 0 and 1: every frame.
     Frames(u32),
-    /// Seconds of the clock that [`ChcPlus::set_time`] tells: as many questions a second at any rate of frames. Ten frames of 60 a second are
-    /// 0.167 s.
+    /// Seconds of the clock set by [`ChcPlus::set_time`]: the same number of queries per second at any frame rate. Ten frames at 60 per
+    /// second are 0.167 s.
     Seconds(f64),
 }
 
 impl Interval {
-    /// How long to wait after an answer: all of it, or a random part.
+    /// The wait after an answer: the whole interval, or a random part.
     fn wait(self, whole: bool, random: &mut Prng) -> f64 {
         match self {
             Self::Frames(frames) if whole => f64::from(frames.max(1)),
@@ -69,26 +68,26 @@ impl Interval {
 }
 
 impl Default for ChcPlusOptions {
-    /// The paper's.
+    /// The paper's values.
     fn default() -> Self {
         Self { batch: 20, assumed: Interval::Frames(8), tighter: 1.4, seed: 0 }
     }
 }
 
-/// What is known of a node.
+/// The state of a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
-    /// Whether it, or a leaf below it, showed when it was last visited.
+    /// Whether it, or a leaf below it, was visible at its last visit.
     visible: bool,
-    /// The last frame that came to it.
+    /// The frame of its last visit.
     visited: u64,
-    /// For how many visits it has been hidden.
+    /// Number of visits in a row in which it was hidden.
     hidden: u32,
-    /// A leaf that shows isn't asked about before the clock says this.
+    /// Time of the next query of a visible leaf.
     next: f64,
 }
 
-/// A question without an answer.
+/// A query without an answer.
 #[derive(Clone, Copy, Debug)]
 struct Query {
     id: QueryId,
@@ -98,39 +97,39 @@ struct Query {
     of: Of,
 }
 
-/// Whom a question is about.
+/// The nodes of a query.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Of {
-    /// Nodes that were hidden.
+    /// Previously hidden nodes.
     Hidden,
-    /// A leaf that showed, which isn't drawn before the answer.
+    /// A visible leaf that is drawn after the answer.
     Shown,
-    /// A leaf that showed and is drawn already.
+    /// A visible leaf that is drawn already.
     Drawn,
 }
 
-/// Culls a tree; keeps what one camera needs from frame to frame.
+/// Culls a tree; keeps the state of one camera between frames.
 #[derive(Clone, Debug)]
 pub struct ChcPlus {
     options: ChcPlusOptions,
-    /// In what intervals are in.
+    /// In the unit of intervals.
     clock: f64,
     random: Prng,
     states: Vec<State>,
     walk: Walk,
     /// The oldest first.
     queries: VecDeque<Query>,
-    /// Nodes of all questions of the frame, one after the other.
+    /// Nodes of all queries of the frame, concatenated.
     asked: Vec<Open>,
-    /// Nodes that were hidden.
+    /// Previously hidden nodes.
     hidden: Vec<Open>,
-    /// Leaves that showed, drawn already.
+    /// Visible leaves, drawn already.
     shown: VecDeque<Open>,
     boxes: Vec<Bounds>,
 }
 
 impl ChcPlus {
-    /// With empty memory: the first frame asks about everything.
+    /// A culler without state: the first frame queries everything.
     pub fn new(options: ChcPlusOptions) -> Self {
         Self {
             options,
@@ -146,20 +145,20 @@ impl ChcPlus {
         }
     }
 
-    /// Tells the time of the frames from now on, seconds from any beginning. Without it, or where it isn't a number, intervals in seconds
-    /// don't end; it means nothing to others.
+    /// Sets the time of the next frames, seconds from any origin. Without it, or if it is not finite, intervals in seconds never end; it
+    /// does not affect intervals in frames.
     pub fn set_time(&mut self, seconds: f64) {
         if matches!(self.options.assumed, Interval::Seconds(_)) && seconds.is_finite() {
             self.clock = seconds;
         }
     }
 
-    /// Draws a frame, as [`Chc::cull`](super::chc::Chc::cull) does; all questions have their answer when it returns.
+    /// Draws a frame, as [`Chc::cull`](super::chc::Chc::cull) does; all queries are answered when it returns.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.cull_of(&Scope { tree, frustum, mask: None }, oracle)
     }
 
-    /// The same, of a part of a tree.
+    /// The same for a part of a tree.
     pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         let tree = scope.tree;
         self.begin(tree);
@@ -168,7 +167,7 @@ impl ChcPlus {
             self.clock = self.walk.frame as f64;
         }
         loop {
-            // 1. Answers; while the oldest isn't there, questions that can wait for theirs.
+            // 1. Answers; while the oldest is pending, low-priority queries.
             while let Some(&query) = self.queries.front() {
                 match oracle.poll(query.id) {
                     Some(shows) => {
@@ -186,11 +185,11 @@ impl ChcPlus {
             if let Some(open) = self.walk.next() {
                 self.visit(scope, open, oracle);
             }
-            // 3. A batch, or what there is of it when nothing else can go on.
+            // 3. A batch, or a partial one if there is no other work.
             if self.hidden.len() >= self.options.batch || self.walk.is_done() {
                 self.ask_hidden(tree, oracle);
             }
-            // 4. The rest of the questions that could wait.
+            // 4. The remaining low-priority queries.
             if self.walk.is_done() && self.queries.is_empty() {
                 if self.shown.is_empty() {
                     return &self.walk.objects;
@@ -202,7 +201,7 @@ impl ChcPlus {
         }
     }
 
-    /// Takes all the memory that frames of this tree need: a node is asked about with others once, and alone once more.
+    /// Allocates all memory for frames of this tree: a node is queried at most once with others and once alone.
     fn begin(&mut self, tree: &Hierarchy) {
         let nodes = tree.nodes().len();
         self.states.resize(nodes, State::default());
@@ -249,7 +248,7 @@ impl ChcPlus {
         }
     }
 
-    /// Asks about the nodes that were hidden: those that have been for long first, and together.
+    /// Queries the previously hidden nodes: those hidden longest first, in multiqueries.
     fn ask_hidden(&mut self, tree: &Hierarchy, oracle: &mut impl OcclusionOracle) {
         let mut hidden = std::mem::take(&mut self.hidden);
         hidden.sort_unstable_by_key(|open| (std::cmp::Reverse(self.states[open.node as usize].hidden), open.node));
@@ -264,7 +263,7 @@ impl ChcPlus {
         self.hidden = hidden;
     }
 
-    /// Asks one question about some nodes.
+    /// Issues one query for some nodes.
     fn ask(&mut self, tree: &Hierarchy, nodes: &[Open], of: Of, oracle: &mut impl OcclusionOracle) {
         self.boxes.clear();
         for open in nodes {
@@ -296,7 +295,7 @@ impl ChcPlus {
         }
     }
 
-    /// A node shows, and so do all above it.
+    /// Marks a node and all its ancestors as visible.
     fn pull_up(&mut self, tree: &Hierarchy, node: u32) {
         let mut next = Some(node);
         while let Some(n) = next.filter(|&n| !self.states[n as usize].visible) {
@@ -307,29 +306,29 @@ impl ChcPlus {
         }
     }
 
-    /// What the last frame drew.
+    /// The objects drawn in the last frame.
     pub fn objects(&self) -> &[ObjectId] {
         &self.walk.objects
     }
 
-    /// Of the last frame.
+    /// Counters of the last frame.
     pub fn stats(&self) -> OnlineStats {
         self.walk.stats
     }
 }
 
-/// How probable it is that a node that was hidden for so many visits stays so: the paper's fit to what was measured.
+/// Probability that a node stays hidden after this many hidden visits: the paper's fit to measurements.
 fn stays(hidden: u32) -> f64 {
     0.99 - 0.7 * (-f64::from(hidden)).exp()
 }
 
-/// Of nodes, those hidden for the longest first, how many had best share a question: the most nodes a query. 1 or more.
+/// The best size of a multiquery for nodes sorted by hidden visits: the most nodes per query. 1 or more.
 fn share(hidden: impl Iterator<Item = u32>) -> usize {
     let (mut all_stay, mut best, mut best_value) = (1.0, 1, 1.0);
     for (i, hidden) in hidden.enumerate() {
         all_stay *= stays(hidden);
         let count = (i + 1) as f64;
-        // Where one shows, all are asked about again.
+        // If one is visible, all are queried again.
         let value = count / (1.0 + (1.0 - all_stay) * count);
         if i > 0 && value <= best_value {
             break;
@@ -341,7 +340,7 @@ fn share(hidden: impl Iterator<Item = u32>) -> usize {
     best
 }
 
-/// Adds the box of a node, or those of nodes below it that together hold as much, where they are tighter.
+/// Adds the box of a node, or tighter boxes of nodes below it that contain the same objects.
 fn tighter(tree: &Hierarchy, node: u32, most: f64, boxes: &mut Vec<Bounds>) {
     let of = |n: u32| &tree.nodes()[n as usize];
     let (mut nodes, mut count) = ([node; MOST_BOXES], 1);
@@ -386,7 +385,7 @@ mod tests {
         assert_eq!(share([100, 100, 100, 0, 0].into_iter()), 3);
     }
 
-    /// A cube in plain sight for a second, at several rates of frames, with an oracle that answers late.
+    /// A visible cube for a second, at several frame rates, with an oracle that answers late.
     #[test]
     fn intervals_in_seconds_ask_as_often_at_any_rate() {
         let scene = row(&[(0.0, 1)]);
@@ -404,7 +403,7 @@ mod tests {
             }
             queries
         };
-        // Once at first, once within the first interval, then one each 0.1 s: by frames of 60 and 240 a second.
+        // Once at first, once within the first interval, then once each 0.1 s, at 60 and 240 frames per second.
         for rate in [60, 240] {
             let queries = asked(Interval::Seconds(0.1), rate);
             assert!((10..=12).contains(&queries), "{rate} frames: {queries}");

@@ -1,16 +1,16 @@
-//! Occlusion queries without a graphics processor: a depth buffer in tiles, and boxes held against it to the pixel.
+//! Occlusion queries without a graphics processor: a tiled depth buffer, and exact box tests per pixel.
 //!
-//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993 (here with three levels: pixels, tiles of 8 by 8, blocks of
-//! 8 by 8 tiles); Hasselgren, Andersson, Akenine-Möller, *Masked software occlusion culling*, 2016 (tiles as lanes; here with a depth for
-//! every pixel, or one plane for all of a tile that one triangle covers, so that nothing has to be merged); Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997 (edge
-//! functions and 1/w are linear over the picture even behind the eye, so nothing is clipped).
+//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993 (here with three levels: pixels, tiles of 8 by 8, blocks of 8
+//! by 8 tiles); Hasselgren, Andersson, Akenine-Möller, *Masked software occlusion culling*, 2016 (tiles as lanes; here with a depth for
+//! every pixel, or one plane for a tile covered by one triangle, so that no merging is necessary); Olano, Greer, *Triangle scan conversion
+//! using 2D homogeneous coordinates*, 1997 (edge functions and 1/w are linear over the image even behind the eye, so nothing is clipped).
 //!
 //! # What is hidden
 //!
-//! A box is hidden where at the middle of every pixel that shows it, something drawn is nearer than the box there. What is drawn covers
-//! the pixels whose middles it covers, as a graphics processor's samples do, decided in `f64`; its depth, an `f32`, is rounded to the far
-//! side, and boxes are rounded outwards. So nothing is hidden that a depth buffer of this size and of unlimited precision would show. A
-//! larger picture may show more: ask at the size that is drawn.
+//! A box is hidden if, at the centre of every pixel that it covers, a drawn surface is nearer than the box. A triangle covers the pixels
+//! whose centres are inside it, as with a graphics processor's samples, decided in `f64`. Its depth, an `f32`, is rounded towards far, and
+//! boxes are rounded outwards. So no box is hidden that a depth buffer of this size and unlimited precision would show. A larger picture
+//! may show more: use the size of the picture that is drawn.
 
 #![expect(
     clippy::needless_range_loop,
@@ -40,11 +40,10 @@ use lanes::{COUNT, F32x8, Lanes, SIDE};
 
 /// Pixels along the side of a block.
 const BLOCK: usize = SIDE * SIDE;
-/// Depth is 1/w, so nothing, infinitely far away, is at 0; a tile that nothing was drawn into has this farthest depth, and its pixels are
-/// of an earlier frame.
+/// Depth is 1/w, so infinity is 0. A tile without any drawn triangle has this farthest depth, and its pixels are from an earlier frame.
 const UNTOUCHED: f32 = -1.0;
-/// Questions a frame by object that there is room for from the start: a binary tree has two nodes an object, and CHC++ may ask about each
-/// twice. More take memory when they come.
+/// Initial capacity for queries per frame and object: a binary tree has two nodes per object, and CHC++ may query each twice. More queries
+/// allocate.
 const QUESTIONS: usize = 4;
 
 /// Pixels of a tile, row by row.
@@ -57,8 +56,8 @@ struct Tile([Lanes; SIDE]);
 #[repr(align(32))]
 struct Eight(Lanes);
 
-/// The depths of a tile that one triangle covers, a linear function of the pixel that is not below `floor`; not a number where the
-/// tile's pixels have depths of their own.
+/// The depth plane of a tile covered by one triangle, a linear function of the pixel, not below `floor`; NaN if the tile has a depth per
+/// pixel.
 #[derive(Clone, Copy)]
 struct Plane {
     at: f32,
@@ -74,7 +73,7 @@ impl Plane {
     }
 }
 
-/// The planes of eight tiles in a row of a block, number by number.
+/// The planes of eight tiles in a row of a block, as a structure of arrays.
 #[derive(Clone, Copy)]
 #[repr(align(32))]
 struct Planes {
@@ -93,18 +92,18 @@ impl Planes {
     }
 }
 
-/// Where a tile is in memory: block by block, and row by row in a block.
+/// Position of a tile in memory: by block, and by row in a block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Index {
     block: usize,
-    /// Counted through all blocks.
+    /// Row number over all blocks.
     row: usize,
-    /// In its row.
+    /// Column in the row.
     column: usize,
 }
 
 impl Index {
-    /// Counted through all tiles.
+    /// Tile number over all blocks.
     #[inline(always)]
     fn tile(self) -> usize {
         self.row * SIDE + self.column
@@ -119,18 +118,17 @@ pub struct DepthBuffer<'s> {
     across: usize,
     tiles: Vec<Tile>,
     planes: Vec<Planes>,
-    /// The farthest depth of each tile; infinitely near beyond the picture.
+    /// The farthest depth of each tile; infinitely near outside the picture.
     farthest: Vec<Eight>,
     /// The same before anything is drawn.
     empty: Vec<Eight>,
-    /// By column of blocks, above 0 where a tile is in the picture with all its columns.
+    /// By column of blocks, above 0 if all columns of a tile are in the picture.
     complete: Vec<Eight>,
-    /// By object: which side of its triangles is outside, if it is closed.
+    /// By object: the outside of its triangles, if it is closed.
     outsides: Vec<Option<Outside>>,
-    /// The farthest depth of each block, not a number where a tile of it was drawn into since; some more than there are, to
-    /// fill registers.
+    /// The farthest depth of each block, NaN if one of its tiles has changed since; padded to fill registers.
     blocks: Vec<f32>,
-    /// Whether there is such a block.
+    /// Whether there is a block with NaN.
     is_stale: bool,
     /// 1 or more.
     min_pixels: u32,
@@ -138,7 +136,7 @@ pub struct DepthBuffer<'s> {
 }
 
 impl<'s> DepthBuffer<'s> {
-    /// For pictures of `width` by `height` pixels, both above 0. Opaque objects hide what is behind them.
+    /// A buffer of `width` by `height` pixels, both above 0. Opaque objects are occluders.
     pub fn new(model: impl Into<Geometry<'s>>, width: usize, height: usize) -> Self {
         Self::over(model.into(), width, height)
     }
@@ -174,7 +172,7 @@ impl<'s> DepthBuffer<'s> {
         buffer
     }
 
-    /// Starts a frame: nothing is drawn yet.
+    /// Starts an empty frame.
     pub fn begin(&mut self, view: &View) {
         self.rays = Rays::new(view, self.rays.size);
         self.farthest.copy_from_slice(&self.empty);
@@ -183,17 +181,17 @@ impl<'s> DepthBuffer<'s> {
         self.answers.clear();
     }
 
-    /// Boxes with fewer pixels than this count as hidden from now on; 0 and 1 are any pixel, as at first.
+    /// Sets the number of pixels below which a box counts as hidden; 0 and 1 (default): any pixel counts.
     pub fn set_min_pixels(&mut self, pixels: u32) {
         self.min_pixels = pixels.max(1);
     }
 
-    /// Whether as many pixels of a box could show before what has been drawn so far as [`Self::set_min_pixels`] says.
+    /// Whether a box would show at least as many pixels as [`Self::set_min_pixels`] sets, over the drawn objects.
     pub fn shows(&mut self, bounds: &Bounds) -> bool {
         self.show(std::slice::from_ref(bounds))
     }
 
-    /// The same of several boxes together. A pixel that shows two of them counts twice.
+    /// The same for several boxes together. A pixel that shows two of them counts twice.
     fn show(&mut self, boxes: &[Bounds]) -> bool {
         let mut wanted = self.min_pixels;
         boxes.iter().any(|bounds| vectorized(ask::Ask { buffer: self, bounds, wanted: &mut wanted }))
@@ -211,7 +209,7 @@ impl<'s> DepthBuffer<'s> {
         self.farthest[index.row].0[index.column]
     }
 
-    /// Gives the pixels of a tile that was drawn into their depths.
+    /// Writes the depths of a tile's plane to its pixels.
     #[inline(always)]
     fn unfold(&mut self, index: Index) {
         let planes = &mut self.planes[index.row];
@@ -226,7 +224,7 @@ impl<'s> DepthBuffer<'s> {
         }
     }
 
-    /// A tile was drawn into.
+    /// Sets the farthest depth of a changed tile.
     #[inline(always)]
     fn set_farthest(&mut self, index: Index, depth: f32) {
         let farthest = &mut self.farthest[index.row].0[index.column];
@@ -237,7 +235,7 @@ impl<'s> DepthBuffer<'s> {
         }
     }
 
-    /// Finds the farthest depth of each block.
+    /// Updates the farthest depth of each block.
     #[inline(always)]
     fn freshen(&mut self) {
         if self.is_stale {
@@ -287,7 +285,7 @@ impl OcclusionOracle for DepthBuffer<'_> {
         if !opaque {
             return;
         }
-        // Of what is closed, and nowhere cut by the near plane, the back is behind the front.
+        // If a closed object is not cut by the near plane, its front hides its back.
         let front =
             self.outsides[object.index()].filter(|_| !matches!(Place::of(&self.rays, &Bounds::from(bounds)), Place::Near));
         vectorized(draw::Draw { buffer: self, triangles, front });
@@ -306,7 +304,7 @@ mod tests {
         (0..scene.objects.len() as u32).map(ObjectId).collect()
     }
 
-    /// What was drawn, by pixel: 0 where nothing was.
+    /// The depth of a pixel; 0 if empty.
     fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {
         let index = buffer.index([x / SIDE, y / SIDE]);
         match buffer.planes[index.row].get(index.column) {
@@ -316,14 +314,14 @@ mod tests {
         }
     }
 
-    /// Every pixel is drawn that the picture has, none else; never nearer, and hardly farther.
+    /// Exactly the pixels of the reference picture are drawn; never nearer, and hardly farther.
     #[test]
     fn the_depth_is_that_of_the_picture() {
         let mut rng = Prng::new(1, 0);
         for round in 0..40 {
             let scene = crowd(30, round);
             let size = [[64, 48], [37, 29]][round as usize % 2];
-            // Often the eye is in the middle of it, with triangles all around.
+            // Often the eye is in the middle, surrounded by triangles.
             let view = random_view(&mut rng, [0.01, 1.0][round as usize / 2 % 2]);
             let mut buffer = DepthBuffer::new(&scene, size[0], size[1]);
             buffer.begin(&view);
@@ -344,7 +342,7 @@ mod tests {
         }
     }
 
-    /// A wall that fills the screen, its diagonal through the middles of pixels, and one seen edge on.
+    /// A wall that fills the screen, with its diagonal through pixel centres, and one seen edge-on.
     #[test]
     fn there_is_no_crack_between_two_triangles() {
         let mut scene = row(&[]);
@@ -362,11 +360,11 @@ mod tests {
         }
     }
 
-    /// The promise: nothing is hidden that shows; and nearly all that is hidden is called so.
+    /// The guarantee: no visible box is reported hidden; and nearly all hidden boxes are reported.
     #[test]
     fn what_is_called_hidden_has_no_pixel_and_little_else_has_none() {
         let mut rng = Prng::new(2, 0);
-        // By how many pixels have to show: any one, or some.
+        // Limits of visible pixels: any, or several.
         const LIMITS: [u32; 4] = [1, 2, 10, 40];
         let (mut hidden, mut called, mut shown) = ([0; 4], [0; 4], [0; 4]);
         for round in 0..40 {
@@ -425,7 +423,7 @@ mod tests {
         assert!(buffer.shows(&at(-2.0, 0.0)), "before the wall");
         assert!(buffer.shows(&at(3.0, 3.2)), "above it");
         assert!(buffer.shows(&at(-5.0, 0.0)), "around the eye");
-        // Several boxes in one question: hidden where all are.
+        // Several boxes in one query: hidden if all are.
         let ask = |buffer: &mut DepthBuffer<'_>, boxes: &[Bounds]| {
             let query = buffer.issue(boxes);
             buffer.poll(query)
@@ -434,7 +432,7 @@ mod tests {
         assert_eq!(ask(&mut buffer, &[at(3.0, 0.0), at(3.0, 3.2)]), Some(true));
         buffer.begin(&view);
         assert!(buffer.shows(&at(3.0, 0.0)));
-        // A wall nearer than the near plane isn't drawn.
+        // A wall nearer than the near plane is not drawn.
         buffer.begin(&View { near: 5.2, ..view });
         buffer.draw(ObjectId(0));
         assert!(buffer.shows(&at(3.0, 0.0)));

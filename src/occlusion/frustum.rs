@@ -1,18 +1,18 @@
-//! A tree against a view frustum.
+//! View frustum culling of a tree.
 //!
-//! Based on: Assarsson, Möller, *Optimized view frustum culling algorithms for bounding boxes*, 2000: a box inside of a plane need not have
-//! its children held against it (plane masks), and what was outside of a plane in the last frame likely still is, so that plane is tried
-//! first (plane coherency). What is taken doesn't depend on either.
+//! Based on: Assarsson, Möller, *Optimized view frustum culling algorithms for bounding boxes*, 2000: if a box is inside a plane, its
+//! children skip that plane (plane masks); and a node outside a plane in the last frame is likely still outside, so that plane is tested
+//! first (plane coherency). The result does not depend on either.
 
 use super::hierarchy::Hierarchy;
 use super::stats::OnlineStats;
 use super::view::{ALL_PLANES, Frustum, PlaneMask, Side};
 use crate::ObjectId;
 
-/// Culls a tree; keeps what one camera needs from frame to frame.
+/// Culls a tree; keeps the state of one camera between frames.
 #[derive(Clone, Debug, Default)]
 pub struct FrustumCuller {
-    /// By node, the plane that it was last outside of.
+    /// By node, the last plane that it was outside of.
     last: Vec<u8>,
     stack: Vec<(u32, PlaneMask)>,
     objects: Vec<ObjectId>,
@@ -20,8 +20,8 @@ pub struct FrustumCuller {
 }
 
 impl FrustumCuller {
-    /// The objects of all leaves that are, as all nodes above them, not certainly outside. Allocates nothing after the first frame of a
-    /// tree; to be used for one tree only.
+    /// The objects of all leaves that, like all their ancestors, are not certainly outside. Allocates nothing after the first frame of a
+    /// tree; use it for one tree only.
     pub fn cull(&mut self, tree: &Hierarchy, frustum: &Frustum) -> &[ObjectId] {
         self.stats = OnlineStats::default();
         self.objects.clear();
@@ -37,7 +37,7 @@ impl FrustumCuller {
             self.stats.nodes += 1;
             match frustum.side(&node.bounds, mask, *last, &mut self.stats.plane_tests) {
                 Side::Outside(plane) => *last = plane,
-                // Nothing below needs a look.
+                // All below is inside.
                 Side::Crosses(0) => self.objects.extend_from_slice(tree.objects(n)),
                 Side::Crosses(_) if node.is_leaf() => self.objects.extend_from_slice(tree.objects(n)),
                 Side::Crosses(mask) => self.stack.extend(node.children().rev().map(|child| (child, mask))),
@@ -47,7 +47,7 @@ impl FrustumCuller {
         &self.objects
     }
 
-    /// Of the last frame.
+    /// Counters of the last frame.
     pub fn stats(&self) -> OnlineStats {
         self.stats
     }
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
     use crate::random::Prng;
 
-    /// Every leaf against every plane, and the same for all nodes above; also how many tests that takes.
+    /// Brute force: every leaf and its ancestors against every plane; also the number of tests.
     fn brute(tree: &Hierarchy, frustum: &Frustum) -> (Vec<ObjectId>, u64) {
         let mut tests = 0;
         let mut inside = Vec::new();
@@ -95,7 +95,7 @@ mod tests {
         }
     }
 
-    /// Boxes along the axes nest, so leaves alone decide.
+    /// Axis-aligned boxes nest, so leaves alone decide.
     #[test]
     fn aligned_boxes_are_taken_one_by_one() {
         let scene = crowd(80, 2);

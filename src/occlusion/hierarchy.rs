@@ -1,8 +1,8 @@
-//! Trees of boxes over a scene's objects: binary ones built from the top down, and those that a client gives or divides.
+//! Bounding volume hierarchies over a scene's objects: binary ones built top down, and those given or divided by a client.
 //!
-//! Based on: Ivson 2006, chapter 4.2: a node's objects are divided by their boxes' middles, across the longest axis of the node's box; depth
-//! at most 1.2 log2 n + 2 (Havran 2001). Of his six places to divide, only the median of objects is here: `crates/studies` has the others.
-//! Deviation: the median divides the sorted list and not space, so that objects with one middle are parted, too.
+//! Based on: Ivson 2006, chapter 4.2: a node's objects are divided by their boxes' centres, across the longest axis of the node's box;
+//! depth at most 1.2 log2 n + 2 (Havran 2001). Of his six split positions, only the object median is here: `crates/studies` has the others.
+//! Deviation: the median divides the sorted list and not space, so that objects with equal centres are divided, too.
 
 mod given;
 mod parts;
@@ -17,11 +17,11 @@ use std::ops::Range;
 
 pub use given::{Divide, Tree, TreeFault};
 
-/// How to build a tree.
+/// Options of a tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct HierarchyOptions {
-    /// A division that leaves a side with fewer triangles than this isn't made; 0 or 1 divide down to single objects. Higher:
-    /// fewer queries, each about more. Ivson's tests have 1,000 vertices.
+    /// Least triangles on each side of a split; 0 or 1 split down to single objects. Higher: fewer queries, each for more objects. Ivson's
+    /// tests have 1,000 vertices.
     pub least_triangles: u64,
 }
 
@@ -34,13 +34,13 @@ impl Default for HierarchyOptions {
 /// A node; the root is node 0, children come after their parents.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Node {
-    /// Around all triangles of its objects. Of boxes that aren't aligned, a child's may reach out of its parent's.
+    /// Box around all triangles of its objects. If boxes are not axis-aligned, a child's may extend beyond its parent's.
     pub bounds: Bounds,
     /// `None` for the root.
     pub parent: Option<u32>,
-    /// How far from the root, which is at 0.
+    /// Depth; the root has 0.
     pub level: u32,
-    /// Its objects' triangles.
+    /// Number of its objects' triangles.
     pub triangles: u64,
     children: [u32; 2],
     objects: [u32; 2],
@@ -65,12 +65,12 @@ impl Node {
 pub struct Hierarchy {
     nodes: Vec<Node>,
     objects: Vec<ObjectId>,
-    /// Of objects, where questions about leaves are to be about these.
+    /// Boxes of parts of objects, if queries of leaves use these.
     parts: Option<Parts>,
 }
 
 impl Hierarchy {
-    /// A binary tree of boxes along the axes: each node's objects are divided at their median. The same model gives the same tree.
+    /// A binary tree of axis-aligned boxes: each node's objects are divided at their median. The same model gives the same tree.
     pub fn build<'a>(model: impl Into<Geometry<'a>>, options: &HierarchyOptions) -> Self {
         let model = model.into();
         let around = |o: &GeometryObject| Aabb::of(o.triangles.clone().flat_map(|t| model.corners(t as usize)));
@@ -78,8 +78,7 @@ impl Hierarchy {
         Self::binary(&Shapes { boxes: parallel::map(&model.objects, around), triangles }, options)
     }
 
-    /// The same over objects of which nothing is known but their boxes (metres) and how many triangles they have: object `i` is the `i`th
-    /// of both.
+    /// The same for objects given by their boxes (metres) and numbers of triangles: object `i` is the `i`th of both.
     pub fn of_boxes(boxes: &[Aabb], triangles: &[u32], options: &HierarchyOptions) -> Self {
         Self::binary(&Shapes::new(boxes, triangles), options)
     }
@@ -89,7 +88,7 @@ impl Hierarchy {
         Self::grow(shapes, &mut Halves { shapes, most, least_triangles: options.least_triangles })
     }
 
-    /// From the root down, level by level, as `divide` says.
+    /// Builds the tree from the root down, level by level, with `divide`.
     fn grow(shapes: &Shapes, divide: &mut impl Divide) -> Self {
         let mut objects: Vec<ObjectId> = (0..shapes.boxes.len() as u32).map(ObjectId).collect();
         let mut nodes = Vec::new();
@@ -125,7 +124,7 @@ impl Hierarchy {
         &self.objects[start as usize..end as usize]
     }
 
-    /// How many objects there are.
+    /// Number of objects.
     pub fn object_count(&self) -> usize {
         self.objects.len()
     }
@@ -136,12 +135,12 @@ impl Hierarchy {
     }
 }
 
-/// The deepest level that a tree over so many objects may have.
+/// The largest depth of a tree over this many objects.
 pub fn most_levels(objects: usize) -> u32 {
     (1.2 * (objects.max(1) as f64).log2() + 2.0) as u32
 }
 
-/// How many objects each child of a node gets: two parts or more, none of them empty; nothing for a leaf.
+/// Number of objects of each child of a node: at least two non-empty parts; empty for a leaf.
 fn parts_of(divide: &mut impl Divide, node: &Node, objects: &mut [ObjectId]) -> Vec<usize> {
     let (mut rest, mut parts) = (objects.len(), Vec::new());
     for part in divide.divide(node, objects) {
@@ -153,7 +152,7 @@ fn parts_of(divide: &mut impl Divide, node: &Node, objects: &mut [ObjectId]) -> 
     if parts.len() > 1 { parts } else { Vec::new() }
 }
 
-/// What a tree is built of, by object.
+/// The input of a tree, by object.
 struct Shapes {
     boxes: Vec<Aabb>,
     triangles: Vec<u64>,
@@ -164,7 +163,7 @@ impl Shapes {
         Self { boxes: boxes.to_vec(), triangles: triangles.iter().map(|&t| u64::from(t)).collect() }
     }
 
-    /// A node without children of some objects, which begin at `start`; its parent and the level of that.
+    /// A node of objects from `start`, without children; its parent and the parent's level.
     fn node(&self, divide: &mut impl Divide, objects: &[ObjectId], start: u32, parent: Option<(u32, u32)>) -> Node {
         Node {
             bounds: divide.bounds(objects, self.around(objects)),
@@ -176,7 +175,7 @@ impl Shapes {
         }
     }
 
-    /// Box around some objects, along the axes.
+    /// Axis-aligned box around objects.
     fn around(&self, objects: &[ObjectId]) -> Bounds {
         if let [object] = objects {
             return Bounds::from(self.boxes[object.index()]);
@@ -190,7 +189,7 @@ impl Shapes {
     }
 }
 
-/// Divides in halves of as many objects, across the longest axis of the node's box.
+/// Divides into halves with equal numbers of objects, across the longest axis of the node's box.
 struct Halves<'s> {
     shapes: &'s Shapes,
     /// The deepest level.
@@ -205,7 +204,7 @@ impl Divide for Halves<'_> {
         }
         let axis = node.bounds.longest();
         let at = |o: &ObjectId| axis.dot(self.shapes.boxes[o.index()].centre());
-        // Equals by number.
+        // Ties by number.
         objects.sort_unstable_by(|a, b| at(a).total_cmp(&at(b)).then(a.cmp(b)));
         let (left, right) = objects.split_at(objects.len() / 2);
         let fewest = self.shapes.triangles(left).min(self.shapes.triangles(right));
@@ -219,7 +218,7 @@ mod tests {
     use super::*;
     use crate::types::scene::Scene;
 
-    /// Every object is in one leaf; parents' objects are their children's; boxes hold all that is below.
+    /// Every object is in one leaf; parents' objects are their children's; boxes contain everything below.
     fn check(tree: &Hierarchy, scene: &Scene) {
         let mut found = vec![0; scene.objects.len()];
         for (n, node) in tree.nodes().iter().enumerate() {
@@ -265,7 +264,7 @@ mod tests {
         assert_eq!((tree.nodes().len(), tree.depth()), (127, 6));
     }
 
-    /// Cubes at 0, 1, 2 and 10 along x, of half a metre; and two with one middle.
+    /// Cubes at 0, 1, 2 and 10 along x, of half a metre; and two with one centre.
     #[test]
     fn the_first_division_of_a_known_row() {
         let tree = |scene: &Scene| Hierarchy::build(scene, &HierarchyOptions::default());

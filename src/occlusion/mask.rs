@@ -1,22 +1,22 @@
-//! Some of a tree's objects, and the nodes that have one of them below: what is left to a culler after others have had their say.
+//! A subset of a tree's objects, with the nodes above them: the objects that earlier stages of culling left.
 
 use super::hierarchy::Hierarchy;
 use super::view::Frustum;
 use crate::ObjectId;
 
-/// A set of a tree's objects. Setting it takes time with the number of its objects, and no memory.
+/// A set of a tree's objects. Setting it is linear in the number of its objects, and allocates nothing.
 #[derive(Clone, Debug)]
 pub struct Mask {
     /// The leaf of each object.
     leaves: Vec<u32>,
-    /// The last setting that had it.
+    /// The last setting that contains each object.
     objects: Vec<u32>,
     nodes: Vec<u32>,
     setting: u32,
 }
 
 impl Mask {
-    /// Of a tree, none of its objects.
+    /// An empty set for a tree.
     pub fn new(tree: &Hierarchy) -> Self {
         let mut leaves = vec![0; tree.object_count()];
         for node in (0..tree.nodes().len() as u32).filter(|&n| tree.nodes()[n as usize].is_leaf()) {
@@ -25,7 +25,7 @@ impl Mask {
         Self { objects: vec![0; leaves.len()], nodes: vec![0; tree.nodes().len()], leaves, setting: 1 }
     }
 
-    /// Takes these objects and no others; the tree is that of [`Self::new`].
+    /// Sets exactly these objects; the tree is that of [`Self::new`].
     pub fn set(&mut self, tree: &Hierarchy, objects: &[ObjectId]) {
         if self.setting == u32::MAX {
             self.setting = 0;
@@ -43,27 +43,27 @@ impl Mask {
         }
     }
 
-    /// Whether it has an object.
+    /// Whether it contains an object.
     #[inline]
     pub fn has(&self, object: ObjectId) -> bool {
         self.objects[object.index()] == self.setting
     }
 
-    /// Whether it has an object below a node.
+    /// Whether it contains an object below a node.
     #[inline]
     pub fn has_below(&self, node: u32) -> bool {
         self.nodes[node as usize] == self.setting
     }
 }
 
-/// What is culled: of a tree, what is in a frustum and in a mask, if there is one.
+/// The input of culling: a tree, a frustum, and an optional mask.
 #[derive(Clone, Copy, Debug)]
 pub struct Scope<'t> {
     /// The tree.
     pub tree: &'t Hierarchy,
-    /// What the camera sees of space.
+    /// The camera's frustum.
     pub frustum: &'t Frustum,
-    /// Of that tree. What isn't in it isn't drawn, and hides nothing.
+    /// A mask of that tree. Other objects are not drawn, and hide nothing.
     pub mask: Option<&'t Mask>,
 }
 

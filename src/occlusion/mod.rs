@@ -1,4 +1,4 @@
-//! Online culling: what can be seen, found while the frame is drawn, where portals don't help.
+//! Online culling: visibility computed while the frame is drawn, for places where portals do not help.
 //!
 //! ```no_run
 //! # fn demo(scene: &enfilade::scene::Scene) {
@@ -20,19 +20,19 @@
 //! # }
 //! ```
 //!
-//! A tree of boxes over the objects ([`bounds`], [`hierarchy`]) is walked from near to far within the frustum ([`view`], [`frustum`]); what
-//! might be hidden is asked of an [`oracle`], which also draws. [`depth`] is one without a graphics processor, `queries`
-//! (with the feature `gpu`) one by its occlusion queries. Whom to ask about, and when, is where [`chc`] and [`chc_plus`]
-//! differ; a client's own rule is a policy over the same [`walk`].
+//! A tree of boxes over the objects ([`bounds`], [`hierarchy`]) is walked from near to far within the frustum ([`view`], [`frustum`]);
+//! possibly hidden nodes are queried with an [`oracle`], which also draws. [`depth`] is one without a graphics processor, `queries` (with
+//! the feature `gpu`) is one with hardware occlusion queries. [`chc`] and [`chc_plus`] differ in the choice and time of queries; a client's
+//! own rule is a policy over the same [`walk`].
 //!
-//! # What holds, whatever the camera did before
+//! # Guarantees, independent of earlier frames
 //!
-//! * An object that has a pixel, at the oracle's size, is drawn in that frame: nothing shows late, after a jump either.
-//! * How late the oracle answers decides what is drawn beyond that, and never loses anything.
+//! * An object that has a pixel, at the oracle's size, is drawn in that frame: nothing appears late, even after a jump.
+//! * The delay of answers affects only the additional objects.
 //! * After the first frame of a tree, no frame allocates.
 //!
-//! Everything is in metres in one frame of coordinates, that of the scene. `f64` up to the pixels: boxes are held against planes and pixels
-//! relative to the eye, so the distance from the origin costs nothing.
+//! All lengths are metres in the scene's coordinates. `f64` up to the pixels: boxes are tested against planes and pixels relative to the
+//! eye, so the distance from the origin does not reduce precision.
 
 pub mod bounds;
 pub mod chc;

@@ -1,15 +1,15 @@
-//! The camera over the pixels of a picture, in `f64`: what oracles that hold boxes against depths share.
+//! The camera over the pixels of a picture, in `f64`: common to oracles that test boxes against depths.
 
 use super::view::View;
 use glam::{DMat3, DVec3};
 
-/// Of the sum of a linear form's terms within a square, more than `f32` may be off by: under five roundings of 2^-24. Larger: less is
-/// hidden by surfaces at a grazing angle. Smaller: not certain any more.
+/// Bound of the relative rounding error of a linear form in `f32` within a square: under five roundings of 2^-24. Larger: surfaces at a
+/// grazing angle hide less. Smaller: no longer conservative.
 pub(super) const FORM_ERROR: f64 = 4e-7;
-/// Pixels by which projected corners may be off, and more. Larger: pixels are looked at for nothing.
+/// Bound of the error of projected corners, pixels. Larger: useless pixels are tested.
 const MARGIN: f64 = 1e-3;
 
-/// A function that is linear over the picture; pixel (0, 0), whose middle has `at`, is at the top left.
+/// A linear function over the picture; `at` is its value at the centre of pixel (0, 0), at the top left.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Form {
     pub at: f64,
@@ -28,20 +28,20 @@ impl Form {
         (self.at + self.x * x as f64) + self.y * y as f64
     }
 
-    /// What is added to its value at the first pixel of a square to get the most within the square, of so many pixels along the side.
+    /// The difference of its maximum in a square of `side` pixels to its value at the first pixel.
     #[inline(always)]
     pub fn rise(&self, side: usize) -> f64 {
         (self.x.max(0.0) + self.y.max(0.0)) * (side - 1) as f64
     }
 
-    /// The same for the least.
+    /// The same for the minimum.
     #[inline(always)]
     pub fn fall(&self, side: usize) -> f64 {
         (self.x.min(0.0) + self.y.min(0.0)) * (side - 1) as f64
     }
 
-    /// Its value at the corner of the square at pixel `x`, `y`, of so many pixels along the side, and how far values within
-    /// it may be off in `f32`.
+    /// Its value at the corner of the square of `side` pixels at pixel `x`, `y`, and the bound of rounding errors in `f32` within the
+    /// square.
     #[inline(always)]
     pub fn within(&self, x: usize, y: usize, side: usize) -> (f64, f64) {
         let at = self.value(x, y);
@@ -73,7 +73,7 @@ impl Rays {
         }
     }
 
-    /// The direction through the picture's middle, 1 m along the view direction, and what is added to it at the right edge and at the top.
+    /// The direction through the picture's centre, 1 m along the view direction, and the offsets to the right edge and to the top.
     #[cfg(feature = "gpu")]
     pub fn frame(&self) -> [DVec3; 3] {
         let [width, height] = self.size.map(|s| s as f64);
@@ -87,7 +87,7 @@ impl Rays {
         Form { at: n.dot(self.origin), x: n.dot(self.across), y: n.dot(self.down) }
     }
 
-    /// Where a point, given relative to the eye and not behind it, is in the picture, in pixels from the middle of the first.
+    /// Projects a point, relative to the eye and not behind it, to pixels from the centre of the first pixel.
     #[inline(always)]
     pub fn project(&self, v: DVec3) -> [f64; 2] {
         let w = 1.0 / self.view.w.dot(v);
@@ -95,7 +95,7 @@ impl Rays {
         [self.view.x.dot(v) * w * width + (width - 0.5), self.view.y.dot(v) * -w * height + (height - 0.5)]
     }
 
-    /// The pixels whose middles are between two points of the picture, first and last by axis; `None` where there are none.
+    /// The pixels whose centres are between two points of the picture, first and last by axis; `None` if there are none.
     #[inline(always)]
     pub fn pixels(&self, min: [f64; 2], max: [f64; 2]) -> Option<[[usize; 2]; 2]> {
         let range = |k: usize| {

@@ -1,33 +1,33 @@
 //! Occlusion queries of a graphics processor, behind the cargo feature `gpu`.
 //!
 //! Based on: the `OcclusionQuery` of WebGPU, by wgpu, and Bittner, Wimmer, Piringer, Purgathofer, *Coherent hierarchical culling: hardware
-//! occlusion queries made useful*, 2004, for how answers that come late are used. Deviations: what is drawn covers a pixel here only where
-//! that is certain, and boxes cover every pixel where they may be seen; both are settled at each pixel, by planes through the eye, and the
-//! rasteriser only says which pixels to look at.
+//! occlusion queries made useful*, 2004, for the use of late answers. Deviations: a triangle covers a pixel only if that is certain, and a
+//! box covers every pixel where it may be visible. Shaders decide both per pixel, by planes through the eye; the rasterizer only selects
+//! candidate pixels.
 //!
 //! # What is hidden
 //!
-//! As in [`depth`](super::depth): a box is hidden where at the middle of every pixel that shows it, something drawn is nearer than the box
-//! there. Other than there, something drawn may be taken for a little smaller and farther, so that rounding hides nothing:
+//! As in [`depth`](super::depth): a box is hidden if, at the centre of every pixel that it covers, a drawn surface is nearer than the box.
+//! In contrast, drawn surfaces may count as slightly smaller and farther, so that rounding hides nothing:
 //!
-//! * **Triangles** are relative to the eye before they are rounded to `f32` ([`crate::gpu`]), and a pixel's middle is covered where it is
-//!   inside of all three edges by more than `ROUNDING` (of `hide.wgsl`; 2^-19 of the lengths that are multiplied, some thousandths of a
-//!   pixel), or beyond one edge, but inside of the triangle that goes on there. Depth is taken from the triangle's plane, not interpolated
-//!   between corners, and as far off as it may be by rounding. So neither the rasteriser's grid of 1/256 of a pixel nor what it cuts
-//!   off at the screen's sides matters: where it leaves out a pixel, less is hidden. A smaller `ROUNDING` would hide what shows. It
-//!   leaves cracks of that width between objects that touch, since the triangle beyond is of the same object always, and pinholes where more
-//!   than two triangles meet; a larger one, wider ones.
-//! * **Boxes** are six functions of the picture, worked out in `f64` and rounded outwards, by what a device may be off and a corner moved by
-//!   1/256 of a pixel; they are drawn as the rectangle of pixels that they are within, at the depth of each plane towards the eye.
-//! * What reaches nearer than the near plane shows.
+//! * **Triangles** are relative to the eye before they are rounded to `f32` ([`crate::gpu`]). A pixel's centre is covered if it is inside
+//!   all three edges by more than `ROUNDING` (of `hide.wgsl`; 2^-19 of the multiplied lengths, some thousandths of a pixel), or beyond one
+//!   edge but inside the adjacent triangle. Depth comes from the triangle's plane, without interpolation between corners, at the far end of
+//!   its rounding error. So neither the rasterizer's grid of 1/256 of a pixel nor its clipping at the screen's sides matters: a missing
+//!   pixel only hides less. A smaller `ROUNDING` would hide visible boxes. It leaves cracks of that width between objects that touch,
+//!   because the adjacent triangle is always of the same object, and pinholes where more than two triangles meet; a larger value makes them
+//!   wider.
+//! * **Boxes** are six functions of the picture, computed in `f64` and rounded outwards, by the device's error and a corner moved by 1/256
+//!   of a pixel. They are drawn as their rectangle of pixels, at the depth of each plane towards the eye.
+//! * A box that extends in front of the near plane counts as visible.
 //!
 //! # When answers come
 //!
-//! A pass can't read its own answers, so what is recorded is submitted together: by [`poll`](OcclusionOracle::poll), where the device has
-//! nothing to do, so that batches grow with the time that it takes. While the caller goes on, `poll` doesn't wait. A caller that only
-//! polls, for so many times in a row as `POLLS` says, has nothing else to do: then it waits.
+//! A pass cannot read its own answers, so recorded work is submitted together: by [`poll`](OcclusionOracle::poll), when the device is idle,
+//! so that batches grow with the device's time. `poll` does not wait while the caller has other work. A caller that polls `POLLS` times in
+//! a row has none: then `poll` waits.
 //!
-//! Frames allocate: wgpu does. After a failure (the device was lost, say), every answer is that it shows: see [`GpuQueries::failure`].
+//! Frames allocate, because wgpu does. After a failure (such as a lost device), every answer is *visible*: see [`GpuQueries::failure`].
 
 mod batch;
 mod partners;
@@ -48,44 +48,44 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// So many times in a row an answer isn't waited for, if nothing is drawn and asked in between. Fewer: a caller that has walked some nodes
-/// without either is held up. More: one that has nothing to do asks in vain.
+/// Number of polls in a row without waiting, if nothing is drawn or queried in between. Fewer: a caller that has only walked nodes is
+/// blocked. More: a caller without work polls uselessly.
 const POLLS: u32 = 16;
-/// Of the farthest coordinate, the distance at which positions are off as much by having 48 bits as by being rounded to `f32` relative
-/// to the eye: four times 2^-48, the position's, the eye's and those of their difference, over 2^-24. Larger: less hides in scenes far from
-/// their origin. Smaller: not certain any more.
+/// Distance at which the error of 48-bit positions equals that of rounding to `f32` relative to the eye, relative to the farthest
+/// coordinate: four times 2^-48 (position, eye, and their difference) over 2^-24. Larger: scenes far from their origin hide less. Smaller:
+/// no longer conservative.
 const GRAIN: f64 = 4.0 / (1u64 << 24) as f64;
 
 /// The oracle on a graphics processor.
 pub struct GpuQueries {
     scene: GpuScene,
-    /// Triangles of each object that hides anything.
+    /// Triangles of each occluder.
     objects: Vec<Option<Range<u32>>>,
-    /// No position has a coordinate farther from 0, metres.
+    /// Largest absolute coordinate, metres.
     farthest: f64,
     rays: Rays,
     /// Counts from 1.
     frame: u64,
-    /// How many batches of this frame were submitted.
+    /// Batches submitted in this frame.
     batches: u64,
-    /// By question of this frame.
+    /// Answers by query of this frame.
     answers: Vec<Option<bool>>,
     recorded: Recorded,
-    /// Places for answers, and those of them that are free.
+    /// Buffers for answers, and the free ones.
     places: Vec<Batch>,
     free: Vec<usize>,
-    /// Submitted and not read yet, the oldest first.
+    /// Submitted batches in flight, the oldest first.
     flying: VecDeque<(usize, wgpu::SubmissionIndex)>,
     told: Sender<Arrival>,
     heard: Receiver<Arrival>,
-    /// Times that somebody polled in vain since anything was drawn or asked.
+    /// Polls without an answer since the last draw or query.
     vain: u32,
     failure: Option<GpuError>,
 }
 
 impl GpuQueries {
-    /// For pictures of `width` by `height` pixels, both above 0; opens the device that there is and puts the model there. Opaque objects
-    /// hide what is behind them. An error where there is no adapter, or the model or the picture is too large for it.
+    /// An oracle for pictures of `width` by `height` pixels, both above 0; opens the device and uploads the model. Opaque objects are
+    /// occluders. Fails without an adapter, or if the scene or the picture is too large for it.
     pub fn new<'a>(model: impl Into<Geometry<'a>>, width: usize, height: usize) -> Result<Self, GpuError> {
         let model = model.into();
         let view = View::look_at(DVec3::ZERO, DVec3::NEG_Z, 1.0, 1.0, 0.1);
@@ -109,7 +109,7 @@ impl GpuQueries {
         })
     }
 
-    /// Starts a frame: nothing is drawn yet, and questions of the last one aren't answered any more.
+    /// Starts an empty frame; queries of the last frame are no longer answered.
     pub fn begin(&mut self, view: &View) {
         self.rays = Rays::new(view, self.rays.size);
         self.frame += 1;
@@ -121,27 +121,27 @@ impl GpuQueries {
         self.scene.gpu.queue.write_buffer(&self.scene.camera, 0, bytemuck::cast_slice(&camera));
     }
 
-    /// The adapter, its driver, and how it is spoken to.
+    /// The adapter, its driver, and the graphics API.
     pub fn adapter(&self) -> &str {
         &self.scene.gpu.name
     }
 
-    /// How many times the device was given work in this frame.
+    /// Number of submissions in this frame.
     pub fn batches(&self) -> u64 {
         self.batches
     }
 
-    /// Why everything is said to show from some time on; `None` where nothing has failed.
+    /// The failure after which every answer is *visible*; `None` without a failure.
     pub fn failure(&self) -> Option<&GpuError> {
         self.failure.as_ref()
     }
 
-    /// Gives the device up: whatever is asked of it from now on shows.
+    /// Closes the device: every later answer is *visible*.
     pub fn close(&self) {
         self.scene.gpu.close();
     }
 
-    /// Records a question, or answers it.
+    /// Records a query, or answers it directly.
     fn ask(&mut self, question: u32, boxes: &[Bounds]) -> Option<bool> {
         if boxes.len() > BOXES {
             return Some(true);
@@ -167,7 +167,7 @@ impl GpuQueries {
         None
     }
 
-    /// Hands in what is recorded.
+    /// Submits the recorded work.
     fn submit(&mut self) {
         let place = self.free.pop().unwrap_or_else(|| {
             self.places.push(Batch::new(&self.scene.gpu));
@@ -180,7 +180,7 @@ impl GpuQueries {
         self.batches += 1;
     }
 
-    /// Goes on towards the answer to a question, and waits for it where the caller has nothing else to do.
+    /// Makes progress towards the answer of a query, and waits for it if the caller has no other work.
     fn go_on(&mut self, question: u32) -> Result<(), GpuError> {
         self.vain += 1;
         let waits = self.vain > POLLS;
@@ -188,7 +188,7 @@ impl GpuQueries {
         if is_recorded && (waits || self.flying.is_empty()) {
             self.submit();
         }
-        // Questions of one frame are answered in the order in which they were recorded.
+        // Queries of one frame are answered in order.
         while waits && self.answers[question as usize].is_none() {
             let Some((_, index)) = self.flying.front() else { break };
             self.scene.gpu.wait(index.clone())?;
@@ -204,7 +204,7 @@ impl GpuQueries {
         Ok(())
     }
 
-    /// Reads the answers that have come. Returns of how many batches.
+    /// Reads the arrived answers. Returns the number of batches.
     fn hear(&mut self) -> Result<usize, GpuError> {
         self.scene.gpu.check()?;
         let before = self.flying.len();
@@ -253,7 +253,7 @@ impl OcclusionOracle for GpuQueries {
     }
 }
 
-/// What `hide.wgsl` knows of a camera.
+/// The camera data of `hide.wgsl`.
 fn camera(rays: &Rays, farthest: f64) -> [u32; 32] {
     let View { eye, x, y, w, near, .. } = rays.view;
     let [width, height] = rays.size.map(|s| s as f64);
@@ -264,7 +264,7 @@ fn camera(rays: &Rays, farthest: f64) -> [u32; 32] {
     let f32s = |v: DVec3| v.to_array().map(|v| v as f32);
     let rows = [
         (parts.map(|p| p[0]), near as f32),
-        // The word that holds 0.
+        // An unused word.
         (parts.map(|p| p[1]), 0.0),
         (f32s(x), grain as f32),
         (f32s(y), reach as f32),

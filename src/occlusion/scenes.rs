@@ -1,4 +1,4 @@
-//! Small scenes and the truth about them, for tests.
+//! Small scenes and reference pictures, for tests.
 
 use crate::ObjectId;
 use crate::geom::Aabb;
@@ -15,14 +15,14 @@ pub use picture::{Picture, turned};
 
 use picture::{add_mesh, empty};
 
-/// Adds a box as an object of 12 triangles a copy.
+/// Adds a box as an object of 12 triangles per copy.
 pub fn add(scene: &mut Scene, bounds: &Bounds, copies: usize) {
     const FACES: [[u32; 4]; 6] = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles = FACES.repeat(copies).into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
     add_mesh(scene, &bounds.corners(), triangles);
 }
 
-/// Cubes of half a metre along x, each of 12 triangles a copy.
+/// Cubes of half a metre along x, each of 12 triangles per copy.
 pub fn row(cubes: &[(f64, usize)]) -> Scene {
     let mut scene = empty();
     for &(x, copies) in cubes {
@@ -31,7 +31,7 @@ pub fn row(cubes: &[(f64, usize)]) -> Scene {
     scene
 }
 
-/// Boxes of all sizes, turned all ways, in a cube of 20 m; some of them large and flat, like walls.
+/// Randomly rotated boxes of all sizes in a cube of 20 m; some of them large and flat, like walls.
 pub fn crowd(count: usize, seed: u64) -> Scene {
     let mut rng = Prng::new(seed, 0);
     let mut scene = empty();
@@ -49,22 +49,22 @@ pub fn crowd(count: usize, seed: u64) -> Scene {
     scene
 }
 
-/// A view from a random place in the cube of 24 m that looks at one in that of 10 m.
+/// A view from a random point in a cube of 24 m to a random point in a cube of 10 m.
 pub fn random_view(rng: &mut Prng, near: f64) -> View {
     let mut point = |reach: f64| DVec3::new(rng.range(-reach, reach), rng.range(-reach, reach), rng.range(-reach, reach));
     let (eye, target) = (point(12.0), point(5.0));
     View::look_at(eye, target, rng.range(0.4, 1.8), 1.5, near)
 }
 
-/// The least box around an object that [`add`] made, along its own axes.
+/// The oriented bounding box of an object made by [`add`].
 pub fn own_bounds(scene: &Scene, object: &Object) -> Bounds {
     let first = scene.triangles[object.triangles.start as usize][0] as usize;
     let corners = &scene.positions[first..first + 8];
     Bounds::along(corners, [1, 2, 4].map(|k| (corners[k] - corners[0]).normalize()))
 }
 
-/// A binary tree of turned boxes over objects that [`add`] made: those of leaves are along the axes of their object, those of other nodes
-/// along the axes of one of their objects. A child's may reach out of its parent's.
+/// A binary tree of oriented boxes over objects made by [`add`]: those of leaves have the axes of their object, those of inner nodes the
+/// axes of one of their objects. A child's may extend beyond its parent's.
 pub fn turned_tree(scene: &Scene) -> Hierarchy {
     struct Turned(Vec<Bounds>);
     impl Divide for Turned {

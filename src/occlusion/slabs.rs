@@ -1,28 +1,28 @@
-//! A box as three pairs of planes over the pixels of a picture, in `f64`: what oracles that hold boxes against depths share.
+//! A box as three pairs of planes (slabs) over the pixels of a picture, in `f64`: common to oracles that test boxes against depths.
 //!
-//! Along the ray through a pixel each plane is met at one 1/w, and that is linear over the picture: so the nearest of the box is the least
-//! of at most three linear functions, its farthest the greatest of the others, and a pixel shows the box where the farthest isn't nearer
+//! The ray through a pixel crosses each plane at one 1/w, which is linear over the picture. So the box's nearest depth is the minimum of at
+//! most three linear functions, its farthest depth is the maximum of the others, and a pixel shows the box if the farthest is not nearer
 //! than the nearest.
 
 use super::bounds::Bounds;
 use super::pixels::{Form, Rays};
 use glam::DVec3;
 
-/// Boxes are grown by this fraction of their distance and size, and an eye this near to the plane of a face is inside of it: what
-/// roundings in `f64` may add up to, and much more. Larger: boxes just behind a wall show.
+/// Growth of boxes, as a fraction of their distance and size; an eye this near to the plane of a face is inside it. Far above the rounding
+/// error in `f64`. Larger: boxes just behind a wall show.
 const GROWN: f64 = 1e-9;
 
-/// Where a box is to a picture.
+/// Position of a box relative to a picture.
 pub(super) enum Place {
-    /// It reaches nearer than the near plane: what it shows can't be known.
+    /// It extends in front of the near plane: its visibility is unknown.
     Near,
-    /// It covers the middle of no pixel.
+    /// It covers no pixel centre.
     Beside,
-    /// Beyond the near plane, and on the picture at most within these pixels.
+    /// Beyond the near plane, within these pixels.
     Within {
         /// First and last by axis.
         pixels: [[usize; 2]; 2],
-        /// 1/w is at most this.
+        /// Upper bound of 1/w.
         most: f64,
     },
 }
@@ -50,7 +50,7 @@ impl Place {
         for i in 0..8 {
             let reciprocal = 1.0 / w[i];
             for (k, p) in [x[i] * reciprocal, y[i] * -reciprocal].into_iter().enumerate() {
-                // Four at a time.
+                // Four accumulators in parallel.
                 min[k][i % 4] = if p < min[k][i % 4] { p } else { min[k][i % 4] };
                 max[k][i % 4] = if p > max[k][i % 4] { p } else { max[k][i % 4] };
             }
@@ -65,8 +65,7 @@ impl Place {
     }
 }
 
-/// The planes of a box: functions of the picture, as arrays, the first `nearer` of those that face the eye. There are six; two more are
-/// zero, to fill registers.
+/// The planes of a box as functions of the picture, in arrays; the first `nearer` face the eye. There are six; two more are zero padding.
 pub(super) struct Slabs {
     pub at: [f64; 8],
     pub x: [f64; 8],
@@ -75,7 +74,7 @@ pub(super) struct Slabs {
 }
 
 impl Slabs {
-    /// Of a box beyond the near plane.
+    /// The slabs of a box beyond the near plane.
     #[inline(always)]
     pub fn new(rays: &Rays, bounds: &Bounds) -> Self {
         let at = bounds.centre - rays.view.eye;
@@ -91,7 +90,7 @@ impl Slabs {
             } else if high < -least {
                 (Some(high), [low, low])
             } else {
-                // Between the planes, or so near to one that it counts as between: the box only grows by that.
+                // Between the planes, or so near to one that it counts as between, which only enlarges the box.
                 (None, [low.min(-least), high.max(least)])
             };
             farther -= 1;
@@ -111,7 +110,7 @@ impl Slabs {
     }
 }
 
-/// By how much a box is grown, metres; `at` is its middle relative to the eye.
+/// Growth of a box, metres; `at` is its centre relative to the eye.
 #[inline(always)]
 fn grown(at: DVec3, bounds: &Bounds) -> f64 {
     GROWN * (at.abs().element_sum() + bounds.half.element_sum())

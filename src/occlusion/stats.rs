@@ -1,19 +1,19 @@
-//! What a frame of online culling cost and kept.
+//! Counters of a frame of online culling.
 
 use std::ops::{Add, AddAssign};
 
 /// Counters of a frame; the sum of two is that of both frames.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OnlineStats {
-    /// Nodes looked at.
+    /// Nodes visited.
     pub nodes: u64,
-    /// Times that a box was held against a plane of the frustum.
+    /// Tests of a box against a plane of the frustum.
     pub plane_tests: u64,
-    /// Questions to the oracle.
+    /// Occlusion queries.
     pub queries: u64,
-    /// Boxes in those.
+    /// Boxes in these queries.
     pub boxes: u64,
-    /// Times that the oracle had no answer yet and there was nothing else to do.
+    /// Waits for an answer without other work.
     pub waits: u64,
     /// Objects to draw.
     pub objects: u64,

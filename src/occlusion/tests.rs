@@ -1,4 +1,4 @@
-//! What every culler by occlusion promises, over camera paths with jumps.
+//! Guarantees of all occlusion cullers, over camera paths with jumps.
 
 use super::bounds::Bounds;
 use super::chc::Chc;
@@ -18,11 +18,11 @@ use glam::DVec3;
 
 const SIZE: [usize; 2] = [48, 32];
 
-/// Answers after being asked so many times; checks what it is told.
+/// An oracle that answers after `latency` polls, and checks its calls.
 struct Late<'a, 's> {
     inner: &'a mut DepthBuffer<'s>,
     latency: u32,
-    /// Times that each question has been asked for its answer; `None` once it was given.
+    /// Polls of each query; `None` after its answer.
     polls: Vec<Option<u32>>,
     drawn: Vec<ObjectId>,
 }
@@ -54,7 +54,7 @@ impl OcclusionOracle for Late<'_, '_> {
     }
 }
 
-/// Any of the cullers by occlusion.
+/// Any of the occlusion cullers.
 #[derive(Clone)]
 enum Any {
     Chc(Chc),
@@ -84,7 +84,7 @@ impl Any {
     }
 }
 
-/// The scene's objects in groups of groups, by where they are.
+/// The scene's objects in nested groups, by position.
 fn four_levels(scene: &Scene) -> Hierarchy {
     struct Grid<'s>(&'s [Aabb]);
     impl Divide for Grid<'_> {
@@ -132,11 +132,11 @@ fn objects(scene: &Scene) -> Vec<ObjectId> {
     (0..scene.objects.len() as u32).map(ObjectId).collect()
 }
 
-/// The promise: from the first frame on, jump or not, however late the oracle answers, what has a pixel is drawn.
+/// The guarantee: from the first frame, with jumps, and with any latency, every object with a pixel is drawn.
 #[test]
 fn whatever_has_a_pixel_is_drawn_in_the_same_frame() {
     let mut scene = crowd(120, 9);
-    // Glass shows what is behind it.
+    // Glass hides nothing.
     scene.objects[4].opaque = false;
     let views = path(3, 25);
     let opaque: Vec<ObjectId> = objects(&scene).into_iter().filter(|o| scene.objects[o.index()].opaque).collect();
@@ -179,7 +179,7 @@ fn whatever_has_a_pixel_is_drawn_in_the_same_frame() {
     }
 }
 
-/// Frames of a camera that stands before a wall, and what they cost.
+/// Frames of a camera in front of a wall, with their counters.
 fn before_a_wall(culler: &mut Any, frames: usize, latency: u32) -> Vec<OnlineStats> {
     let mut scene = crowd(200, 11);
     let wall = super::scenes::turned(DVec3::X * 11.0, glam::DQuat::IDENTITY, DVec3::new(0.1, 30.0, 30.0));
@@ -199,7 +199,7 @@ fn before_a_wall(culler: &mut Any, frames: usize, latency: u32) -> Vec<OnlineSta
 fn behind_a_wall_nothing_is_drawn_and_little_is_asked() {
     for (name, mut culler) in Any::every_kind() {
         let stats = before_a_wall(&mut culler, 24, 0);
-        // By then whatever was drawn before the wall, in the first frame, and counted as in sight since, has been asked about.
+        // By then all objects drawn before the wall in the first frame, and assumed visible since, have been queried.
         for (frame, of_frame) in stats.iter().enumerate().skip(16) {
             // The wall itself; a tree of 201 has some 400 nodes.
             assert!(of_frame.objects <= 3, "{name}, frame {frame}: {of_frame:?}");
@@ -208,7 +208,7 @@ fn behind_a_wall_nothing_is_drawn_and_little_is_asked() {
     }
 }
 
-/// What stays as it was is asked about less by CHC++ than by CHC.
+/// CHC++ issues fewer queries for a static view than CHC.
 #[test]
 fn chc_plus_asks_less() {
     let scene = crowd(150, 12);
@@ -227,7 +227,7 @@ fn chc_plus_asks_less() {
     assert!(plus * 2 < all, "{plus} and {all}");
 }
 
-/// A late oracle costs waits, not objects that are missing; while others are to be visited nobody waits.
+/// A late oracle costs waits, but loses no objects; there is no wait while other nodes are left.
 #[test]
 fn waits_come_from_latency_alone() {
     for (name, culler) in Any::every_kind() {

@@ -1,13 +1,13 @@
 //! The camera of online culling, and its frustum as planes.
 //!
-//! Based on: Gribb, Hartmann, *Fast extraction of viewing frustum planes from the world-view-projection matrix*, 2001. Deviation:
-//! relative to the eye, where a perspective projection is three linear forms and nothing cancels, however far away the origin is.
+//! Based on: Gribb, Hartmann, *Fast extraction of viewing frustum planes from the world-view-projection matrix*, 2001. Deviation: relative
+//! to the eye, where a perspective projection is three linear forms without cancellation, at any distance from the origin.
 
 use super::bounds::Bounds;
 use glam::{DVec2, DVec3};
 
-/// Of a box's distance and size, how far it must be outside of a plane to be outside. Larger: boxes beside the screen are drawn. Smaller:
-/// roundings, some 2^-50, lose boxes on its edge.
+/// Least distance of a box outside a plane, relative to its distance and size. Larger: boxes beside the screen are drawn. Smaller:
+/// rounding, some 2^-50, loses boxes on its edge.
 const ROUNDING: f64 = 1e-12;
 
 /// A perspective camera.
@@ -42,22 +42,22 @@ impl View {
     }
 }
 
-/// The planes of a frustum, in the order in which they are tried: near, left, right, bottom, top, far (Ivson 2006: who walks through a
-/// model has most of it behind).
+/// The planes of a frustum, in the order of tests: near, left, right, bottom, top, far (Ivson 2006: in a walkthrough, most of the model is
+/// behind the camera).
 pub const PLANES: usize = 6;
 
-/// A bit for each plane that a box may still cross.
+/// A bit for each plane that a box may cross.
 pub type PlaneMask = u8;
 
 /// Every plane.
 pub const ALL_PLANES: PlaneMask = (1 << PLANES) - 1;
 
-/// What a box is to a frustum.
+/// Position of a box relative to a frustum.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Side {
     /// Certainly outside of this plane.
     Outside(u8),
-    /// Not certainly outside; inside of all planes but these.
+    /// Not certainly outside; inside all planes except these.
     Crosses(PlaneMask),
 }
 
@@ -65,19 +65,19 @@ pub enum Side {
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Frustum {
     eye: DVec3,
-    /// Unit vectors out of it.
+    /// Outward unit normals.
     normals: [DVec3; PLANES],
-    /// Of the planes from the eye, metres.
+    /// Distances of the planes from the eye, metres.
     offsets: [f64; PLANES],
 }
 
 impl Frustum {
-    /// All that is on the screen.
+    /// The frustum of the whole screen.
     pub fn new(view: &View) -> Self {
         Self::within(view, DVec2::NEG_ONE, DVec2::ONE)
     }
 
-    /// What is on a rectangle of the screen, in normalised device coordinates, +Y up: that of a portal, say.
+    /// The frustum of a rectangle of the screen, such as a portal's, in normalized device coordinates, +Y up.
     pub fn within(view: &View, min: DVec2, max: DVec2) -> Self {
         let View { eye, x, y, w, near, far } = *view;
         let sides = [min.x * w - x, x - max.x * w, min.y * w - y, y - max.y * w].map(DVec3::normalize);
@@ -85,12 +85,12 @@ impl Frustum {
         Self { eye, normals, offsets: [-near, 0.0, 0.0, 0.0, 0.0, far] }
     }
 
-    /// Where the eye is.
+    /// The eye.
     pub fn eye(&self) -> DVec3 {
         self.eye
     }
 
-    /// Holds a box against the planes of `mask`, `first` before the others; adds to `tests` how many were tried.
+    /// Tests a box against the planes of `mask`, starting with `first`; adds the number of tests to `tests`.
     #[inline]
     pub fn side(&self, bounds: &Bounds, mask: PlaneMask, first: u8, tests: &mut u64) -> Side {
         let at = bounds.centre - self.eye;
@@ -112,7 +112,7 @@ impl Frustum {
         Side::Crosses(crossed)
     }
 
-    /// Whether a box reaches nearer than the near plane: an oracle can't say what is hidden there.
+    /// Whether a box extends in front of the near plane, where an oracle cannot decide.
     #[inline]
     pub fn meets_near(&self, bounds: &Bounds) -> bool {
         self.normals[0].dot(bounds.centre - self.eye) - self.offsets[0] + bounds.reach(self.normals[0]) > 0.0
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(side(&boxed([-1., 9., -6.], [1., 10., -5.])), Side::Outside(4));
         // Across the near plane and to the right of the screen's right edge.
         assert_eq!(side(&boxed([0., 0., -2.], [4.0, 0.1, -0.5])), Side::Crosses(0b000101));
-        // Turned by 45 degrees about the view: its corner, 7 to the side, reaches in to 5.6; its own aligned box would to 5.
+        // Rotated by 45 degrees about the view direction: the oriented box extends in to 5.6, its axis-aligned box to 5.
         let turned =
             [DVec3::new(7., 0.7, -3.), DVec3::new(6.3, 0., -3.), DVec3::new(7.7, 0., -3.), DVec3::new(7., -0.7, -3.)];
         let diagonals = [DVec3::new(1., 1., 0.), DVec3::new(-1., 1., 0.), DVec3::Z].map(DVec3::normalize);
@@ -155,7 +155,7 @@ mod tests {
         let frustum = Frustum::new(&view);
         assert!(frustum.meets_near(&boxed([1.4, 0., 0.], [2., 1., 1.])));
         assert!(!frustum.meets_near(&boxed([1.6, 0., 0.], [2., 1., 1.])));
-        // Looking along +X, right is +Z. The right half of the screen has what is right of the eye.
+        // Looking along +X, right is +Z. The right half of the screen shows the space right of the eye.
         let right = Frustum::within(&view, DVec2::new(0.0, -1.0), DVec2::ONE);
         let outside = |b: &Bounds| matches!(right.side(b, ALL_PLANES, 0, &mut 0), Side::Outside(_));
         assert!(outside(&boxed([5., 0.5, 0.], [6., 1., 0.9])));

@@ -1,8 +1,8 @@
-//! The walk through a tree from near to far, within a frustum: what all cullers by occlusion share. Whom to ask about, and when, is a
-//! [`Policy`].
+//! The traversal of a tree from near to far, within a frustum: common to all occlusion cullers. A [`Policy`] decides which nodes to query,
+//! and when.
 //!
-//! Based on: Bittner et al. 2004 and Ivson 2006: nodes wait in a priority queue, the nearest first, whatever the tree. Deviation: a node is
-//! held against the frustum before it is put into the queue, not when its turn comes.
+//! Based on: Bittner et al. 2004 and Ivson 2006: nodes wait in a priority queue, the nearest first. Deviation: a node is tested against the
+//! frustum before it enters the queue, not when it leaves it.
 
 use super::bounds::Bounds;
 use super::hierarchy::Hierarchy;
@@ -14,10 +14,10 @@ use crate::ObjectId;
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
 
-/// A node in the frustum whose turn comes.
+/// A queued node in the frustum.
 #[derive(Clone, Copy, Debug)]
 pub struct Open {
-    /// From the eye, metres.
+    /// Distance from the eye, metres.
     distance: f64,
     /// Its number.
     pub node: u32,
@@ -26,7 +26,7 @@ pub struct Open {
 }
 
 impl Ord for Open {
-    /// The nearest is the greatest; of equals, the first node.
+    /// The nearest is the greatest; ties go to the first node.
     fn cmp(&self, other: &Self) -> Ordering {
         other.distance.total_cmp(&self.distance).then(other.node.cmp(&self.node))
     }
@@ -51,11 +51,11 @@ impl Eq for Open {}
 pub(super) struct Walk {
     /// Counts from 1.
     pub frame: u64,
-    /// What is drawn, in that order.
+    /// The drawn objects, in order.
     pub objects: Vec<ObjectId>,
     pub stats: OnlineStats,
     waiting: BinaryHeap<Open>,
-    /// By node, the plane that it was last outside of.
+    /// By node, the last plane that it was outside of.
     last: Vec<u8>,
 }
 
@@ -74,17 +74,17 @@ impl Walk {
         }
     }
 
-    /// Whether there is nobody left.
+    /// Whether the queue is empty.
     pub fn is_done(&self) -> bool {
         self.waiting.is_empty()
     }
 
-    /// The nearest.
+    /// The nearest node.
     pub fn next(&mut self) -> Option<Open> {
         self.waiting.pop()
     }
 
-    /// Draws a leaf's objects; of another node, puts the children into the queue.
+    /// Draws a leaf's objects, or queues the children of an inner node.
     pub fn go_on(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
         let node = &scope.tree.nodes()[open.node as usize];
         if !node.is_leaf() {
@@ -98,7 +98,7 @@ impl Walk {
         self.stats.objects = self.objects.len() as u64;
     }
 
-    /// Asks the oracle.
+    /// Issues a query.
     pub fn ask(&mut self, oracle: &mut impl OcclusionOracle, boxes: &[Bounds]) -> QueryId {
         self.stats.queries += 1;
         self.stats.boxes += boxes.len() as u64;
@@ -119,31 +119,31 @@ impl Walk {
     }
 }
 
-/// A walk whose questions are about one node each.
+/// A walk with one node per query.
 #[derive(Clone, Debug, Default)]
 pub struct AskingWalk {
     walk: Walk,
-    /// Questions without an answer, the oldest first; whether the walk has gone on below the node already.
+    /// Pending queries, the oldest first, and whether the walk has continued below the node already.
     queries: VecDeque<(QueryId, Open, bool)>,
 }
 
-/// Whom to ask about, and when.
+/// Decides which nodes to query, and when.
 pub trait Policy {
-    /// The walk comes to a node. Nothing shows late where this calls [`AskingWalk::go_on`] or [`AskingWalk::ask`], or both, for each node.
+    /// Visits a node. Nothing appears late if this calls [`AskingWalk::go_on`] or [`AskingWalk::ask`], or both, for each node.
     fn visit(&mut self, scope: &Scope<'_>, open: Open, walk: &mut AskingWalk, oracle: &mut impl OcclusionOracle);
 
-    /// An answer comes.
+    /// Receives an answer.
     fn learn(&mut self, tree: &Hierarchy, node: u32, shows: bool);
 }
 
 impl AskingWalk {
-    /// Draws a frame with an oracle that has just begun one. Returns what was drawn. Allocates nothing after the first frame of a tree; to be
-    /// used for one tree only.
+    /// Draws a frame with an oracle that has just begun it. Returns the drawn objects. Allocates nothing after the first frame of a tree;
+    /// use it for one tree only.
     pub fn run(&mut self, scope: &Scope<'_>, policy: &mut impl Policy, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.queries.reserve(scope.tree.nodes().len());
         self.walk.begin(scope);
         loop {
-            // 1. Answers, as far as they are there; with nothing else to do, all of them.
+            // 1. Available answers; without other work, all of them.
             while let Some(&(query, open, gone_on)) = self.queries.front() {
                 match oracle.poll(query) {
                     Some(shows) => {
@@ -166,13 +166,13 @@ impl AskingWalk {
         }
     }
 
-    /// Asks about a node. Where it shows, the walk goes on below it, unless it has `gone_on` already.
+    /// Queries a node. If it is visible, the walk continues below it, unless it has `gone_on` already.
     pub fn ask(&mut self, tree: &Hierarchy, open: Open, gone_on: bool, oracle: &mut impl OcclusionOracle) {
         let query = self.walk.ask(oracle, tree.asked(open.node));
         self.queries.push_back((query, open, gone_on));
     }
 
-    /// Draws a leaf's objects; of another node, the children's turn comes.
+    /// Draws a leaf's objects, or queues the children of an inner node.
     pub fn go_on(&mut self, scope: &Scope<'_>, open: Open, oracle: &mut impl OcclusionOracle) {
         self.walk.go_on(scope, open, oracle);
     }
@@ -182,12 +182,12 @@ impl AskingWalk {
         self.walk.frame
     }
 
-    /// What the last frame drew, in that order.
+    /// The objects drawn in the last frame, in order.
     pub fn objects(&self) -> &[ObjectId] {
         &self.walk.objects
     }
 
-    /// Of the last frame.
+    /// Counters of the last frame.
     pub fn stats(&self) -> OnlineStats {
         self.walk.stats
     }

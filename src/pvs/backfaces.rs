@@ -1,11 +1,11 @@
-//! Pairs that are hidden because the cell is behind all that it could see of the object.
+//! Back-face culling: pairs that are hidden because the cell is behind all visible parts of the object.
 //!
-//! Based on: back-face culling from a region, as in Kumar, Manocha, Garrett, Lin, *Hierarchical back-face computation*, 1996; but
-//! which side of a triangle is its front is not taken from its winding, which models get wrong. A triangle in a plane that bounds a convex
-//! piece of a cell has the whole piece on one side. So a line that ends on it in that piece arrives from that side, and comes
-//! from an eye on that side, through portals that reach there.
+//! Based on: back-face culling from a region, as in Kumar, Manocha, Garrett, Lin, *Hierarchical back-face computation*, 1996; but the front
+//! of a triangle does not follow from its winding, which is unreliable in models. A triangle in a plane that bounds a convex piece of a
+//! cell has the whole piece on one side. So a line that ends on it in that piece comes from an eye on that side, through portals that
+//! extend to that side.
 //!
-//! Portals alone do not tell: flow asks for the box of an object, and half of such a box may be behind a wall.
+//! Flow cannot decide this: it tests the box of an object, and half of such a box may be behind a wall.
 
 use super::sampling::witness::PLACEMENT_MARGIN;
 use crate::cells::{CellGraph, Locator, Piece};
@@ -15,40 +15,40 @@ use crate::tolerance::Tolerance;
 use crate::{BitMatrix, CellId, ObjectId, bits, parallel};
 use glam::DVec3;
 
-/// More planes than this, and an object counts as seen from everywhere. Larger: time for objects that are round. Smaller: what
-/// has many faces in one cell is never proven hidden.
+/// Most planes of an object; with more, it counts as visible from everywhere. Larger: time for round objects. Smaller: objects with many
+/// faces in one cell are never proven hidden.
 const MOST_PLANES: usize = 16;
 
-/// What of a triangle reaches into a piece is its rim where it is no wider than so many margins, and no deeper in than the clearance: the
-/// rest of it lies in another piece. Larger: a triangle that leans out of a piece by little counts as a rim. Smaller: rounding of a rim
-/// counts as a triangle.
+/// The part of a triangle in a piece is only its rim if it is no wider than this, in margins, and no deeper in than the clearance: the rest
+/// is in another piece. Larger: a triangle slightly inclined out of a piece counts as a rim. Smaller: rounding of a rim counts as a
+/// triangle.
 const RIM: f64 = 4.0;
 
-/// From where the part of an object in a cell is seen.
+/// The region from which an object's part in a cell is visible.
 #[derive(Clone, PartialEq, Debug)]
 enum Front {
-    /// Perhaps from anywhere.
+    /// Possibly everywhere.
     Unknown,
-    /// From inside at least one of these.
+    /// Inside at least one of these planes.
     Inside(Vec<Plane>),
 }
 
-/// For each object, its cells, ascending, and from where its part in each is seen.
+/// For each object, its cells, ascending, each with the front of its part.
 pub struct Fronts {
     of_object: Vec<Vec<(u32, Front)>>,
-    /// Corners this far inside a plane are in front of it, metres: see [`Tolerance::coplanar`].
+    /// Corners at least this far inside a plane are in front of it, metres: see [`Tolerance::coplanar`].
     coplanar: f64,
 }
 
 impl Fronts {
-    /// Asks the triangles of all objects.
+    /// Computes the fronts of all objects from their triangles.
     pub fn new(scene: &Scene, graph: &CellGraph) -> Self {
         let (locator, tolerance) = (Locator::new(graph), scene.tolerance());
         let margin = PLACEMENT_MARGIN * tolerance.clearance;
         let of_object = parallel::map(&scene.objects, |object| {
             let mut fronts: Vec<(u32, Front)> = Vec::new();
             if let Some(reach) = object.reach {
-                // Its triangles turn.
+                // A moving object's triangles may face any direction.
                 locator.pieces_in_box(&reach.inflated(margin), |cell, _| fronts.push((cell.0, Front::Unknown)));
                 fronts.sort_unstable_by_key(|&(cell, _)| cell);
                 fronts.dedup_by_key(|(cell, _)| *cell);
@@ -63,7 +63,7 @@ impl Fronts {
                     let is_rim = is_rim(&corners, piece, margin, &tolerance);
                     if is_rim { &mut rims } else { &mut parts }.push((cell.0, front));
                 });
-                // A triangle that is nowhere more than a rim is itself as small.
+                // A triangle with only rims is itself that small.
                 for (cell, found) in if parts.is_empty() { rims } else { parts } {
                     match fronts.iter_mut().find(|(c, _)| *c == cell) {
                         Some((_, front)) => front.join(found),
@@ -77,7 +77,7 @@ impl Fronts {
         Self { of_object, coplanar: tolerance.coplanar }
     }
 
-    /// Takes from `objects_upper` the pairs of a cell and an object that [`Self::is_behind`]. Pairs of `known` stay.
+    /// Removes the pairs that satisfy [`Self::is_behind`] from `objects_upper`. Pairs of `known` stay.
     pub fn hide(&self, graph: &CellGraph, known: &BitMatrix, cells_upper: &BitMatrix, objects_upper: &mut BitMatrix) {
         let rows = parallel::map_range(0..graph.cells.len(), |cell| {
             let (upper, known) = (objects_upper.row(cell), known.row(cell));
@@ -89,7 +89,7 @@ impl Fronts {
         rows.iter().enumerate().for_each(|(cell, row)| objects_upper.assign_row(cell, row));
     }
 
-    /// Keeps, of a row of objects, as bits, those that `cell` is not behind.
+    /// Removes from a row of objects, as bits, those that `cell` is behind.
     pub fn keep_shown(&self, graph: &CellGraph, cells_upper: &BitMatrix, cell: usize, row: &mut [u64]) {
         let exits = exits(graph, cell);
         let is_behind = |&object: &usize| !self.shows(cells_upper, cell, object, &exits);
@@ -97,12 +97,12 @@ impl Fronts {
         hidden.into_iter().for_each(|object| row[object / 64] &= !(1 << (object % 64)));
     }
 
-    /// True where a cell is behind all that it could see of an object; `cells_upper`: pairs of cells that may see each other.
+    /// True if a cell is behind all visible parts of an object; `cells_upper`: pairs of cells that may see each other.
     pub fn is_behind(&self, graph: &CellGraph, cells_upper: &BitMatrix, cell: CellId, object: ObjectId) -> bool {
         !self.shows(cells_upper, cell.index(), object.index(), &exits(graph, cell.index()))
     }
 
-    /// True where an eye in `from` may see the object: in its own cell, or through one of `exits` in another.
+    /// True if an eye in `from` may see the object: in its own cell, or through one of `exits` in another.
     fn shows(&self, cells_upper: &BitMatrix, from: usize, object: usize, exits: &[DVec3]) -> bool {
         let is_before = |plane: &Plane| exits.iter().any(|&p| plane.distance(p) < -self.coplanar);
         self.of_object[object].iter().any(|(cell, front)| match front {
@@ -135,7 +135,7 @@ fn exits(graph: &CellGraph, cell: usize) -> Vec<DVec3> {
     portals.flat_map(|p| graph.portals[p.portal().index()].winding.iter().copied()).collect()
 }
 
-/// From where the part of a triangle in a piece is seen; `None` where the piece has nothing of it.
+/// The front of a triangle's part in a piece; `None` if the piece has no part of it.
 fn front(corners: &[DVec3; 3], piece: &Piece, margin: f64) -> Option<Front> {
     if cut(corners, &piece.planes, margin).is_empty() {
         return None;
@@ -144,7 +144,7 @@ fn front(corners: &[DVec3; 3], piece: &Piece, margin: f64) -> Option<Front> {
     Some(if own.is_empty() { Front::Unknown } else { Front::Inside(own) })
 }
 
-/// Whether a piece has no more of a triangle than its rim.
+/// Whether a piece contains only a rim of a triangle.
 fn is_rim(corners: &[DVec3; 3], piece: &Piece, margin: f64, tolerance: &Tolerance) -> bool {
     let others: Vec<Plane> = piece.planes.iter().filter(|plane| !lies_in(corners, plane, margin)).copied().collect();
     let part = cut(corners, &piece.planes, margin);
@@ -156,7 +156,7 @@ fn lies_in(corners: &[DVec3; 3], plane: &Plane, margin: f64) -> bool {
     corners.iter().all(|&p| plane.distance(p).abs() <= margin)
 }
 
-/// What of a triangle is inside some planes, each moved out by a distance, metres.
+/// The part of a triangle inside planes, each moved out by a distance, metres.
 fn cut(corners: &[DVec3; 3], planes: &[Plane], by: f64) -> Vec<DVec3> {
     let moved = planes.iter().map(|plane| Plane { d: plane.d + by, ..*plane });
     moved.fold(corners.to_vec(), |polygon, plane| clip(&polygon, &plane, 0.0))
@@ -168,7 +168,7 @@ mod tests {
     use crate::cells::Cell;
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
-    /// A hall of 100 m, and on its floor, in the corner of two walls, a triangle that is nowhere farther from both than the clearance.
+    /// A hall of 100 m with a triangle on its floor, in the corner of two walls, entirely within the clearance of both.
     #[test]
     fn a_triangle_that_is_no_more_than_a_rim_is_seen_all_the_same() {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());

@@ -1,4 +1,4 @@
-//! Both sides, step by step: sampling, portal flow, occluders, and repairs between them.
+//! Both bounds, step by step: sampling, portal flow, occluders, and repairs between them.
 
 use super::backfaces::Fronts;
 use super::budget::Budget;
@@ -15,37 +15,37 @@ use crate::types::bounds::percent;
 use crate::types::note::Note;
 use crate::{BitMatrix, ObjectId};
 
-/// Rounds of mending, at most: a mended hole may show the next one.
+/// Most rounds of repair: a repaired hole may reveal the next one.
 const MENDINGS: usize = 4;
-/// Pairs that rays met without a proof count as visible where they are fewer than this fraction of the upper set of objects. Larger: rows
-/// grow by what shows through cracks only. Smaller: more of what shows within the clearance of a surface is missing from the rows.
+/// Pairs that rays reached without a proof count as visible if they are fewer than this fraction of the upper set of objects. Larger: rows
+/// grow by objects visible through cracks only. Smaller: more objects visible within the clearance of a surface are missing from the rows.
 const MET: f64 = 0.01;
 
-/// Works out what can be seen from every cell.
+/// Computes both bounds for every cell.
 ///
 /// # Errors
 ///
-/// Where it was stopped.
+/// If it was stopped.
 pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
     bake_by(&RayScene::with_closed_holes(scene, &graph.closed_holes), graph, options, work)
 }
 
-/// As [`bake`], by rays that end at the holes that the graph closed.
+/// As [`bake`], with rays that end at the graph's closed holes.
 pub(crate) fn bake_by(rays: &RayScene<'_>, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
     let mut bake = Bake::new(rays, graph, options, work);
-    // 1. The lower bound: what rays and cubes show, with proofs; and how much that misses.
+    // 1. The lower bound: proofs by rays and cubes; and a bound of the unseen part.
     let (unseen, end) = bake.sample()?;
-    // 2. Holes that the proofs show in the graph.
+    // 2. Holes in the graph, found by these proofs.
     work.tell("holes", 0.0);
     bake.mend();
-    // 3. The upper bound: portal flow, which need not look for what is proven.
+    // 3. The upper bound: portal flow, which skips proven pairs.
     let mut upper = bake.flow()?;
-    // 4. The rays that are left, aimed at what is undecided; and what holes those show.
+    // 4. The remaining rays, aimed at undecided pairs; and holes found by them.
     bake.aim(&upper)?;
     if bake.mend() {
         upper = bake.flow()?;
     }
-    // 5. What portals can't tell is asked of the triangles; where that shows a hole, everything before it is asked anew.
+    // 5. Undecided pairs tested against triangles; after a repair, flow and this step run again.
     for _ in 0..MENDINGS {
         bake.occlude(&mut upper)?;
         if !bake.mend() {
@@ -56,7 +56,7 @@ pub(crate) fn bake_by(rays: &RayScene<'_>, graph: CellGraph, options: &PvsOption
     Ok(Pvs { unseen, sampling_end: end, ..bake.close(upper) })
 }
 
-/// What the steps work on.
+/// The state of a bake.
 struct Bake<'a> {
     scene: &'a Scene,
     rays: &'a RayScene<'a>,
@@ -64,15 +64,15 @@ struct Bake<'a> {
     budget: Budget,
     work: &'a Job<'a>,
     graph: CellGraph,
-    /// Which objects are in which cell.
+    /// The objects in each cell.
     placement: Placement,
     fronts: Fronts,
     object_bounds: Vec<Aabb>,
     lower: Witnessed,
-    /// Cells x objects: pairs that triangles leave open for the tolerance.
+    /// Cells x objects: pairs that occluders leave undecided down to the tolerance.
     unresolved: BitMatrix,
     repairs: Vec<Repair>,
-    /// Witnesses and sights that the graph has been held against.
+    /// Numbers of witnesses and sights checked against the graph.
     followed: [usize; 2],
 }
 
@@ -99,7 +99,7 @@ impl<'a> Bake<'a> {
         }
     }
 
-    /// Rays and cubes by schedule, and rays that test what these missed; no bound where there are none for that.
+    /// Runs rays and cubes by schedule, and test rays; no bound without test rays.
     fn sample(&mut self) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
         let Self { rays, options, budget, work, graph, lower, .. } = self;
         work.tell("sampling", 0.0);
@@ -118,7 +118,7 @@ impl<'a> Bake<'a> {
         Ok((unseen, end))
     }
 
-    /// Adds the portals that new proofs show to be missing; true where there were any.
+    /// Adds missing portals according to new proofs; true if there were any.
     fn mend(&mut self) -> bool {
         let before = self.repairs.len();
         for _ in 0..MENDINGS {
@@ -133,7 +133,7 @@ impl<'a> Bake<'a> {
         self.repairs.len() > before
     }
 
-    /// What portals let through, and what of it is not behind all that it could see.
+    /// Portal flow, with back-face culling.
     fn flow(&self) -> Result<FlowResult, Stopped> {
         let input = FlowInput {
             graph: &self.graph,
@@ -152,7 +152,7 @@ impl<'a> Bake<'a> {
         Ok(upper)
     }
 
-    /// Rays at pairs that flow leaves undecided.
+    /// Aims rays at undecided pairs.
     fn aim(&mut self, upper: &FlowResult) -> Result<(), Stopped> {
         let Self { rays, options, budget, work, graph, placement, lower, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
@@ -160,7 +160,7 @@ impl<'a> Bake<'a> {
         aimed::sample(rays, graph, undecided, options.seed, budget.cells(), lower, work)
     }
 
-    /// Takes from the upper set what triangles hide.
+    /// Removes pairs hidden by triangles from the upper set.
     fn occlude(&mut self, upper: &mut FlowResult) -> Result<(), Stopped> {
         let Self { rays, options, budget, work, graph, placement, lower, unresolved, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
@@ -169,7 +169,7 @@ impl<'a> Bake<'a> {
         occluders::decide(rays, graph, (budget.shafts, options.seed), bounds, work)
     }
 
-    /// Makes the lower set a subset of the upper one: what contradicts it is called visible, and counted.
+    /// Makes the lower set a subset of the upper one: contradictions become visible, and are counted.
     fn close(mut self, upper: FlowResult) -> Pvs {
         let FlowResult { mut cells_upper, mut objects_upper, steps, capped } = upper;
         let mut stats = PvsStats {
@@ -215,7 +215,7 @@ impl<'a> Bake<'a> {
     }
 }
 
-/// How far sampling came with what was asked of it.
+/// A note on the accuracy goal and the result.
 fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> Note {
     let (goal, bound) = (percent(goal), percent(unseen.mean));
     let kind: fn(String) -> Note = if end == SamplingEnd::Unseen { Note::taken } else { Note::fault };
@@ -228,8 +228,8 @@ fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> Note {
     })
 }
 
-/// Pairs outside the upper set that rays met without a proof: adds them all if that costs less than [`MET`] of it. Returns how many it
-/// added, and how many it left out.
+/// Adds all pairs outside the upper set that rays reached without a proof, if they are fewer than [`MET`] of it. Returns the numbers of
+/// added and omitted pairs.
 fn keep_met(lower: &Witnessed, objects_upper: &mut BitMatrix) -> [u64; 2] {
     let pairs = lower.failed.keys().map(|&(cell, object)| (cell as usize, object as usize));
     let met: Vec<(usize, usize)> = pairs.filter(|&(cell, object)| !objects_upper.get(cell, object)).collect();
@@ -241,7 +241,7 @@ fn keep_met(lower: &Witnessed, objects_upper: &mut BitMatrix) -> [u64; 2] {
     [count, 0]
 }
 
-/// What is drawn or hidden together is seen where any of it is.
+/// A group that is drawn or hidden together is visible if any of its objects is.
 fn join_groups(groups: &[Vec<ObjectId>], objects_upper: &mut BitMatrix) {
     for group in groups {
         for cell in 0..objects_upper.rows() {
@@ -260,7 +260,7 @@ mod tests {
     fn what_rays_met_is_kept_where_it_costs_less_than_a_hundredth() {
         let mut lower = Witnessed::new(3, 400);
         lower.failed = [((1, 7), 12), ((2, 9), 1), ((0, 5), 3)].into_iter().collect();
-        // The first of the three is in the upper set anyway.
+        // The first of the three is already in the upper set.
         let upper_of = |pairs: usize| {
             let mut upper = BitMatrix::new(3, 400);
             (0..pairs).for_each(|object| _ = upper.set(1, object));

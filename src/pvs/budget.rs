@@ -1,31 +1,31 @@
 //! The shares of a bake's rays. Nothing else divides [`PvsOptions::ray_budget`](super::PvsOptions::ray_budget).
 //!
-//! A ray, a segment and a 1,500th of a visibility cube count as one. Shafts against triangles come on top: at most one for five rays, which take
-//! about as long.
+//! A ray, a segment and a 1,500th of a visibility cube count as one. Shafts against triangles are extra: at most one per five rays, which
+//! take about as long.
 
-/// The share that tests what the others found.
+/// The share of test rays.
 const TESTS: f64 = 0.05;
 /// The share for segments at pairs that flow leaves undecided.
 const AIMED: f64 = 0.15;
 /// The share of view cells, if there are any.
 const VIEW_CELLS: f64 = 1.0 / 3.0;
-/// Rays of view cells: the share that tests what the others found. Each row is tested alone, so it takes more than that of cells.
+/// The share of test rays among those of view cells. Each row is tested alone, so it is larger than that of cells.
 const VIEW_CELL_TESTS: f64 = 0.2;
-/// A single open cell gets this share of the rays: its row is everything, whatever they show.
+/// The share of rays for a single open cell, whose row contains everything anyway.
 const ONE_OPEN_CELL: f64 = 0.02;
 /// Rays that take about as long as a shaft.
 const RAYS_PER_SHAFT: u64 = 5;
-/// After an accuracy goal (`--unseen`) has cost more than this, segments and shafts get no more than for this many rays.
+/// If an accuracy goal (`--unseen`) costs more rays, the budgets of segments and shafts are based on this many.
 const MOST_AFTER_GOAL: u64 = 20_000_000;
 
-/// What each step of a bake may spend. The shares in rays add up to at most the rays that were asked for; shafts come on top of them.
+/// The budget of each step of a bake. Shares in rays add up to at most the given budget; shafts are extra.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
 pub struct Budget {
     /// Cubes and guided rays from cells.
     pub sampling: u64,
     /// Rays that test the rows of cells.
     pub tests: u64,
-    /// Segments at pairs that flow leaves undecided; they also get what sampling and tests leave.
+    /// Segments at pairs that flow leaves undecided; they also get the rest of sampling and tests.
     pub aimed: u64,
     /// Cubes, segments and tests from view cells.
     pub view_cells: u64,
@@ -57,14 +57,13 @@ impl Budget {
         self.sampling + self.tests + self.aimed
     }
 
-    /// The shares that are left after sampling towards a goal spent `rays`: the steps that follow cost their share of that, and no more than
-    /// without a goal.
+    /// The shares after sampling towards a goal has spent `rays`: later steps get their share of that, and at most that without a goal.
     pub(super) fn after_goal(&self, rays: u64) -> Self {
         let all = (rays as f64 / (1.0 - AIMED)) as u64;
         Self { view_cells: self.view_cells, ..Self::of_cells(self.cells().min(all).min(MOST_AFTER_GOAL)) }
     }
 
-    /// Of `rays` for view cells, those that test.
+    /// The test rays among `rays` for view cells.
     pub(super) fn view_cell_tests(rays: u64) -> u64 {
         (rays as f64 * VIEW_CELL_TESTS) as u64
     }

@@ -1,9 +1,9 @@
-//! Clusters: neighbouring cells share a row where that adds little to what is drawn.
+//! Clusters: neighbouring cells share a row if that adds few triangles.
 //!
 //! Based on: Mattausch, Bittner, Wimmer, *Adaptive visibility-driven view cell construction*, 2006: the cost of a partition is the expected
 //! number of triangles in a row, weighted by volume; and Mattausch, Bittner, Wonka, Wimmer, *Optimized subdivisions for preprocessed
-//! visibility*, 2007: what adds least comes first. Deviations: the cells are those of portal flow and not of a tree, and any two that a
-//! portal joins may become one. Rows are unions, so nothing visible is lost, and a bound that holds for each cell holds for all.
+//! visibility*, 2007: the cheapest merge comes first. Deviations: the cells are those of portal flow and not of a tree, and any two cells
+//! with a common portal may merge. Rows are unions, so nothing visible is lost, and a bound that holds for each cell holds for all.
 
 use super::Pvs;
 use super::sampling::region::Region;
@@ -22,12 +22,12 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 use std::fmt;
 
-/// What joining did.
+/// The result of joining.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Joined {
-    /// Cells before it.
+    /// Cells before.
     pub found: usize,
-    /// Cells after it.
+    /// Cells after.
     pub cells: usize,
     /// Triangles in a row, weighted by the cells' volumes, before and after.
     pub expected: [f64; 2],
@@ -43,8 +43,8 @@ impl fmt::Display for Joined {
     }
 }
 
-/// Joins cells until the expected number of triangles in a row would grow by more than `growth` (0.05: by 5 %). Open cells and closed
-/// ones stay apart, and so do the two sides of a door.
+/// Joins cells until the expected number of triangles in a row would grow by more than `growth` (0.05: by 5 %). Open cells do not join
+/// closed ones, and the two sides of a door do not join.
 pub fn join(scene: &Scene, pvs: &mut Pvs, growth: f64) -> Joined {
     let mut parts = Parts::new(scene, pvs);
     let volume: f64 = parts.of.iter().map(|part| part.volume).sum();
@@ -58,7 +58,7 @@ pub fn join(scene: &Scene, pvs: &mut Pvs, growth: f64) -> Joined {
     Joined { found, cells, expected: [before, after].map(|cost| if volume > 0.0 { cost / volume } else { 0.0 }) }
 }
 
-/// Cells that are being joined; what is joined is at the lower number.
+/// Cells during joining; a joined part is stored at its lowest number.
 struct Parts {
     triangles: Triangles,
     groups: DisjointSets,
@@ -74,9 +74,9 @@ struct Part {
     /// Cubic metres.
     volume: f64,
     open: bool,
-    /// Parts that portals join it to, by number; `true` where a door is among these portals.
+    /// Adjacent parts by number; `true` if one of the common portals is a door.
     neighbours: BTreeMap<u32, bool>,
-    /// How often it grew.
+    /// Number of merges.
     version: u32,
 }
 
@@ -86,10 +86,10 @@ impl Part {
     }
 }
 
-/// Two parts that may be joined, what that adds to the cost first. It holds as long as neither grows.
+/// A candidate merge, ordered by its added cost. Valid while neither part grows.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Pair {
-    /// The bits of a number that isn't negative, whose order is that of the numbers.
+    /// The bits of a non-negative number, which sort like the number.
     adds: u64,
     parts: [u32; 2],
     versions: [u32; 2],
@@ -120,7 +120,7 @@ impl Parts {
         parts
     }
 
-    /// Offers to join a part to those of its neighbours that `to` names.
+    /// Queues merges of a part with the neighbours selected by `to`.
     fn offer(&mut self, a: u32, to: impl Fn(u32) -> bool) {
         let part = &self.of[a as usize];
         for (&b, _) in part.neighbours.iter().filter(|&(&b, &door)| !door && to(b)) {
@@ -136,7 +136,7 @@ impl Parts {
         }
     }
 
-    /// Joins what adds least, again and again, until the cost would be more than `1 + growth` times that of the cells. Returns both costs.
+    /// Repeats the cheapest merge until the cost would exceed `1 + growth` times that of the cells. Returns both costs.
     fn join(&mut self, growth: f64) -> [f64; 2] {
         let before: f64 = self.of.iter().map(Part::cost).sum();
         let mut after = before;
@@ -155,7 +155,7 @@ impl Parts {
         [before, after]
     }
 
-    /// Makes `b` a part of `a`.
+    /// Merges `b` into `a`.
     fn grow(&mut self, a: u32, b: u32) {
         self.groups.join(a, b);
         let other = &mut self.of[b as usize];
@@ -178,7 +178,7 @@ impl Parts {
     }
 }
 
-/// The sets and proofs of cells as those of the clusters that they are in now: `ids`, by cell.
+/// Converts sets and proofs of cells to clusters: `ids`, by cell.
 fn unite(pvs: &mut Pvs, ids: &[CellId], clusters: usize) {
     pvs.clusters = vec![0; clusters];
     ids.iter().for_each(|id| pvs.clusters[id.index()] += 1);
@@ -207,14 +207,14 @@ fn unite(pvs: &mut Pvs, ids: &[CellId], clusters: usize) {
     pvs.repairs.iter_mut().for_each(|repair| repair.cells = repair.cells.map(|c| ids[c.index()]));
     pvs.repairs.retain(|repair| repair.cells[0] != repair.cells[1]);
     if let Some(unseen) = &mut pvs.unseen {
-        // What is unseen from a cluster is a mean over its cells, and so no more than from the one with most, whose bound is among these.
+        // The unseen part of a cluster is a mean over its cells, so at most their maximum.
         let mut most = vec![0.0f32; clusters];
         ids.iter().zip(&unseen.cells).for_each(|(id, bound)| most[id.index()] = most[id.index()].max(*bound));
         *unseen = Unseen { mean: unseen.mean, cells: most };
     }
 }
 
-/// A box for each object in each cluster.
+/// The box of each object in each cluster.
 fn united_boxes(placement: &BitMatrix, boxes: &[PlacedBox], ids: &[CellId], clusters: usize) -> Vec<PlacedBox> {
     let mut united: Vec<BTreeMap<usize, PlacedBox>> = vec![BTreeMap::new(); clusters];
     let placed = ids.iter().enumerate().flat_map(|(cell, id)| placement.ones(cell).map(move |object| (id.index(), object)));

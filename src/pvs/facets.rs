@@ -4,11 +4,10 @@ use crate::cells::Piece;
 use crate::geom::{self, Aabb, Plane};
 use glam::DVec3;
 
-/// Distances of planes that differ by no more than this share of them are the same.
+/// Relative tolerance of equal plane distances.
 const ROUNDING: f64 = 1e-12;
 
-/// The facet of a piece in its plane number `plane`, as far as it is in `within`: counter-clockwise seen from outside, empty
-/// where there is none.
+/// The facet of a piece in its plane number `plane`, clipped to `within`: counter-clockwise seen from outside, empty if there is none.
 pub(in crate::pvs) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
     let face = piece.planes[plane];
     let middle = within.centre() - face.n * face.distance(within.centre());
@@ -19,12 +18,12 @@ pub(in crate::pvs) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DV
     others.chain(walls).fold(square(middle, face.n, half), |winding, p| geom::clip(&winding, &p, 1e-12 * half))
 }
 
-/// The corners of the part of a piece that is in `within`, each as often as it has facets there; none where that is empty.
+/// The corners of a piece clipped to `within`, once per adjacent facet; none if that is empty.
 pub(in crate::pvs) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
     facets(piece, within).into_iter().flatten().collect()
 }
 
-/// All facets of the part of a piece that is in `within`: its own, and those that `within` cuts it with; each once, some empty.
+/// All facets of a piece clipped to `within`: its own, and those of `within`; each once, some empty.
 pub(in crate::pvs) fn facets(piece: &Piece, within: Aabb) -> Vec<Vec<DVec3>> {
     let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
     let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);

@@ -1,12 +1,12 @@
-//! What stays between the two sides of a bake, and what counts as proven.
+//! The gap between the two bounds, and the proven pairs.
 
 use super::{Pvs, Witness};
 use crate::types::gap::Gap;
 use crate::{BitMatrix, CellId, ObjectId};
 
 impl Pvs {
-    /// The lower set of objects and a witness for each of its pairs, by cell, then object. A pair without a witness isn't proven, so it is
-    /// left out; so is a witness of no pair.
+    /// The lower set of objects and a witness for each of its pairs, by cell, then object. Pairs without a witness and witnesses without a
+    /// pair are left out.
     pub fn witnessed(&self) -> (BitMatrix, Vec<Witness>) {
         let mut sorted: Vec<&Witness> = self.witnesses.iter().collect();
         sorted.sort_by_key(|w| (w.cell, w.object));
@@ -24,7 +24,7 @@ impl Pvs {
         (lower, witnesses)
     }
 
-    /// Pairs of the upper set that aren't in `lower`, counted by what keeps them open.
+    /// Pairs of the upper set that are not in `lower`, counted by the reason.
     pub fn gap(&self, lower: &BitMatrix) -> Gap {
         let mut gap = Gap::default();
         for (c, cell) in self.graph.cells.iter().enumerate() {

@@ -1,10 +1,8 @@
-//! What can be seen from each cell: both sides of it.
+//! Potentially visible sets of cells, with both bounds.
 //!
-//! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, `backfaces`,
-//! then `occluders`. Where the two contradict each other: `repair`. What stays between them: `gap`. Both for regions across cells:
-//! `view_cells`, which a user gives or [`partition`] chooses by cost.
-//! Rows that neighbours share: [`clusters`].
-//! Single pairs once more, with the reason: `pair_proof`.
+//! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, `backfaces`, then
+//! `occluders`. Contradictions between the two: `repair`. Undecided pairs: `gap`. Both bounds for regions across cells: `view_cells`, which
+//! a user gives or [`partition`] chooses by cost. Common rows of neighbours: [`clusters`]. Single pairs with a proof: `pair_proof`.
 
 mod backfaces;
 mod bake;
@@ -38,8 +36,7 @@ use glam::DVec3;
 /// The result of a bake: lower and upper sets over cells and over objects. `lower` is a subset of `upper`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Pvs {
-    /// The cells and portals that the sets are of: those that the bake was given, with a portal more wherever a proof shows that one was
-    /// missing.
+    /// The cells and portals: those of the input, with added portals where proofs showed that one was missing.
     pub graph: CellGraph,
     /// Cells x cells; the diagonal is set.
     pub cells_lower: BitMatrix,
@@ -49,25 +46,25 @@ pub struct Pvs {
     pub objects_lower: BitMatrix,
     /// Cells x objects.
     pub objects_upper: BitMatrix,
-    /// Which objects are in which cell.
+    /// The objects in each cell.
     pub placement: Placement,
-    /// Cells x objects: pairs that rays reached or shafts closed in on, but nothing clears or shuts down to the tolerance.
+    /// Cells x objects: pairs that rays reached or shafts tested, but that are undecided down to the tolerance.
     pub unresolved: BitMatrix,
     /// One for each pair of `objects_lower`, ordered by cell, then object.
     pub witnesses: Vec<Witness>,
-    /// How much there is to see that nobody has seen, at most; `None` where no rays were cast to tell.
+    /// Confidence bound of the unseen part; `None` without test rays.
     pub unseen: Option<Unseen>,
-    /// What ended sampling.
+    /// The reason for the end of sampling.
     pub sampling_end: SamplingEnd,
-    /// Which side to ship.
+    /// The bound to ship.
     pub guarantee: Guarantee,
-    /// For each cell, how many it was joined from ([`clusters`]); empty where each is as it was found.
+    /// For each cell, the number of cells joined into it ([`clusters`]); empty if none were joined.
     pub clusters: Vec<u32>,
-    /// Holes found and mended.
+    /// Repaired holes.
     pub repairs: Vec<Repair>,
     /// Counters.
     pub stats: PvsStats,
 }
 
-/// What a witness takes while it is worked with, bytes.
+/// Memory of a witness during a bake, bytes.
 pub const WITNESS_BYTES: u64 = (size_of::<Witness>() + size_of::<DVec3>()) as u64;

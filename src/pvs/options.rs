@@ -1,23 +1,23 @@
-//! How visibility is worked out.
+//! Options of the visibility computation.
 
 use crate::types::guarantee::Guarantee;
 
-/// How to bake.
+/// Options of a bake.
 #[derive(Clone, PartialEq, Debug, serde::Serialize)]
 pub struct PvsOptions {
-    /// Which side the rows take.
+    /// The bound that the rows take.
     pub rows_from: Guarantee,
     /// Seed of every random choice.
     pub seed: u64,
-    /// Rays over the whole bake: the sampling budget; a count, so that the bytes don't depend on the machine. What flow leaves undecided
-    /// is then asked of the triangles, one shaft for five of them: 0 leaves out both.
+    /// Rays of the whole bake: the sampling budget; a count, so that the bytes do not depend on the machine. It also limits the shafts for
+    /// undecided pairs, one per five rays: 0 turns off both.
     pub ray_budget: u64,
-    /// What may be unseen of what there is to see from a cell, in the mean over cells, as a fraction above 0: sampling goes on until a test
-    /// bounds it by this, or all rays are cast. See [`Unseen`](crate::types::bounds::Unseen).
+    /// Accuracy goal: the unseen part, in the mean over cells, as a fraction above 0. Sampling continues until a test bounds it by this, or
+    /// all rays are cast. See [`Unseen`](crate::types::bounds::Unseen).
     pub unseen: Option<f64>,
-    /// Steps of portal flow that one source portal may take before its remaining targets are left "visible" and counted.
+    /// Most steps of portal flow per source portal; then its remaining targets count as visible, and a counter records it.
     pub flow_steps: u64,
-    /// Most witnesses that are kept; pairs beyond them stay undecided.
+    /// Most witnesses; further pairs stay undecided.
     pub most_witnesses: usize,
 }
 

@@ -1,7 +1,7 @@
-//! Flow, and then occluders, asked of single pairs: what a bake decides for all at once and then forgets.
+//! Proofs for single pairs, by flow and then occluders. A bake does not keep its proofs.
 //!
-//! Portals are taken as they are given. Those of a file are rounded to `f32`, so that an answer may differ from the bake's by as
-//! much; what is in the file stays what was proven.
+//! Portals are used as given. Those of a file are rounded to `f32`, so a result may differ from the bake's by that; the file's rows stay
+//! proven.
 
 pub(crate) use super::backfaces::Fronts;
 use super::budget::Budget;
@@ -21,32 +21,32 @@ use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 
-/// Steps that the search for one pair may take from one portal: fifty times a bake's.
+/// Most steps per portal in the search for one pair: fifty times a bake's.
 const STEPS: u64 = 1_000_000;
 
-/// What flow says of a pair.
+/// The result of flow for a pair.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Flowed {
-    /// No line passes: each chain of portals from the cell ends in one of these. None at all: the planes of the portals alone leave
-    /// no chain.
+    /// No line passes: each chain of portals from the cell ends in one of these. Empty: the planes of the portals already refute all
+    /// chains.
     Separated(Vec<Separation>),
-    /// A line may pass these portals, in order, as far as portals tell.
+    /// A line may pass these portals, in order; portals do not refute it.
     Open(Vec<DirectedPortal>),
     /// The search ran out of steps.
     OutOfSteps,
 }
 
-/// The proof that no line goes on from a chain of portals to the goal.
+/// The proof that no line continues from a chain of portals to the goal.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Separation {
-    /// From the first cell on.
+    /// The chain from the first cell.
     pub chain: Vec<DirectedPortal>,
-    /// All that lines through the chain meet beyond it is inside these planes, and inside them there is neither the goal nor a way
-    /// to it. Empty: no line passes the chain at all.
+    /// All points that lines through the chain reach beyond it are inside these planes, and the goal is not reachable inside them. Empty:
+    /// no line passes the chain.
     pub planes: Vec<Plane>,
 }
 
-/// A graph laid out to be asked of pairs.
+/// A graph laid out for queries of pairs.
 pub struct PairFlow {
     net: Net,
     might_see: MightSee,
@@ -68,8 +68,8 @@ impl PairFlow {
         Self { net, might_see, boxes }
     }
 
-    /// Whether a line may pass from one cell to another. Asked from both sides, because a pair that is hidden from one is hidden;
-    /// chains are told from the first unless only the other side is separated.
+    /// Whether a line may pass from one cell to another. Tested from both sides, because a pair hidden from one is hidden; chains start at
+    /// the first cell unless only the other side is separated.
     pub fn cell(&self, from: CellId, to: CellId) -> Flowed {
         let first = self.cell_from(from, to);
         match &first {
@@ -111,7 +111,7 @@ impl PairFlow {
                 return Flowed::OutOfSteps;
             }
             if !goals.goals.found().is_empty() {
-                // What stands right behind the portal is found before any chain is asked.
+                // Objects directly behind the portal are found before any chain is tested.
                 let chain = if goals.open.is_empty() { vec![portal as u32] } else { goals.open };
                 return Flowed::Open(self.ids(&chain));
             }
@@ -140,7 +140,7 @@ impl PairFlow {
     }
 }
 
-/// Goals that keep the last chain that led to them.
+/// Goals that record the last chain to them.
 struct Recorder<G> {
     goals: G,
     open: Vec<u32>,
@@ -174,8 +174,8 @@ impl<G: Goals> Goals for Recorder<G> {
     }
 }
 
-/// Whether triangles alone shut every way from a closed cell's portals to an object in another cell: the last stage of a bake,
-/// for one pair. `cells_upper` is what flow left of pairs of cells.
+/// Whether triangles hide an object in another cell from all portals of a closed cell: the last stage of a bake, for one pair.
+/// `cells_upper` is flow's result for pairs of cells.
 pub fn is_occluded(
     rays: &RayScene<'_>,
     graph: &CellGraph,
@@ -183,7 +183,7 @@ pub fn is_occluded(
     cells_upper: &BitMatrix,
     [cell, object]: [usize; 2],
 ) -> bool {
-    // All pairs but this one are as good as seen.
+    // All other pairs count as visible.
     let (rows, columns) = (placement.rows(), placement.columns());
     let (mut upper, mut lower) = (BitMatrix::new(rows, columns), Witnessed::new(rows, columns));
     (0..rows).for_each(|c| (0..columns).for_each(|o| _ = upper.set(c, o)));

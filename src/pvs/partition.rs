@@ -1,10 +1,10 @@
-//! View cells by cost: where eyes walk, space is halved as long as that saves triangles.
+//! View cells by cost: walkable space is divided while that saves triangles.
 //!
-//! Based on: Mattausch, Bittner, Wimmer, *Adaptive visibility-driven view cell construction*, 2006: a partition by planes that are chosen by
-//! the expected render cost, and Mattausch, Bittner, Wonka, Wimmer, *Optimized subdivisions for preprocessed visibility*, 2007: the split that
-//! saves most comes first, and a partition may be stopped at any size. Deviations: what is seen is sampled by cubes at eyes over floors, so
-//! that no splits are spent where nobody walks; and an eye's cost is what its part of space and its cell both see, because the run time
-//! intersects the two rows.
+//! Based on: Mattausch, Bittner, Wimmer, *Adaptive visibility-driven view cell construction*, 2006: a partition by planes that are chosen
+//! by the expected render cost, and Mattausch, Bittner, Wonka, Wimmer, *Optimized subdivisions for preprocessed visibility*, 2007: the
+//! split that saves most comes first, and a partition may stop at any size. Deviations: visibility is sampled by cubes at eyes over floors,
+//! so that no splits are wasted where nobody walks; and the cost of an eye is the intersection of the rows of its part and its cell, as in
+//! the run time.
 
 use super::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use super::triangles::Triangles;
@@ -20,42 +20,42 @@ use crate::scene::rays::RayScene;
 use glam::DVec3;
 use std::fmt;
 
-/// Eyes that the cost is sampled at.
+/// Eyes for the samples of cost.
 const EYES: usize = 4096;
-/// No part has fewer of them: what fewer see is no measure.
+/// Least number of eyes in a part, for a reliable estimate.
 const LEAST: usize = 8;
-/// Along each axis a part may be cut between eyes number 1/32, 2/32, ... of it.
+/// Candidate cuts of a part along each axis: at the quantiles 1/32, 2/32, ... of its eyes.
 const CUTS: usize = 32;
-/// A split that saves less than this share of all triangles is not made.
+/// Least saving of a split, as a share of all triangles.
 const WORTH: f64 = 5e-4;
-/// View cells reach beyond all eyes by this share of the distance across them.
+/// Margin of view cells beyond all eyes, as a share of their extent.
 const AROUND: f64 = 0.01;
-/// A view cell goes on above and below its eyes by this share of the height between them.
+/// Vertical margin of a view cell above and below its eyes, as a share of their height range.
 const SPARE: f64 = 0.25;
 /// Pixels along an edge of a cube's faces.
 const PIXELS: u32 = 64;
-/// What a view cell takes in a file beside its row, bytes.
+/// Size of a view cell in a file without its row, bytes.
 const HEAD: u64 = 40;
 
-/// A partition, and how it came about.
+/// A partition, with its history.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Partition {
     /// Boxes, disjoint.
     pub views: Vec<ViewCell>,
-    /// After each split: bytes that the view cells are expected to take, and the triangles of what is seen, in the mean over eyes. The first
-    /// is without view cells.
+    /// After each split: the expected bytes of the view cells, and the visible triangles, in the mean over eyes. The first entry is without
+    /// view cells.
     pub curve: Vec<(u64, f64)>,
-    /// It ended because the next split would have taken too many bytes.
+    /// Whether it ended because of the limit on bytes.
     pub full: bool,
-    /// For each view cell, the cells that the eyes in it are in.
+    /// For each view cell, the cells of its eyes.
     pub eyes: Vec<Vec<usize>>,
-    /// Set where no view cell is kept, because a file that promises to hold all that is visible can save so little by them: the share of
-    /// the triangles that portals prove hidden, from 0 to 1.
+    /// Set if no view cell is kept, because a conservative file saves too little by them: the share of triangles that portals prove hidden,
+    /// from 0 to 1.
     pub unproven: Option<f64>,
 }
 
 impl Partition {
-    /// Leaves every view cell out, because portals prove that they save no more than this share of the triangles.
+    /// Drops all view cells, because portals prove only this share of the triangles hidden.
     pub(crate) fn reject(&mut self, saving: f64) {
         (self.views, self.eyes) = (Vec::new(), Vec::new());
         self.curve.truncate(1);
@@ -78,11 +78,11 @@ impl fmt::Display for Partition {
     }
 }
 
-/// Cuts space into view cells of about `bytes` in a file, where that saves triangles.
+/// Divides space into view cells of about `bytes` in a file, while that saves triangles.
 ///
 /// # Errors
 ///
-/// Where it was stopped.
+/// If it was stopped.
 pub fn partition(scene: &Scene, pvs: &Pvs, bytes: u64, seed: u64, work: &Job<'_>) -> Result<Partition, Stopped> {
     work.tell("view cells", 0.0);
     let eyes = eyes(scene, pvs, seed, work)?;
@@ -96,14 +96,14 @@ pub fn partition(scene: &Scene, pvs: &Pvs, bytes: u64, seed: u64, work: &Job<'_>
     Ok(cost.divide(places.inflated(AROUND * places.diagonal()), bytes))
 }
 
-/// A place, the cell that it is in, and the objects that are seen from it.
+/// A place, its cell, and the objects visible from it.
 struct Eye {
     at: DVec3,
     cell: usize,
     seen: Vec<u64>,
 }
 
-/// Eyes over floors, and what cubes show from there.
+/// Eyes over floors, with the visible objects by cubes.
 fn eyes(scene: &Scene, pvs: &Pvs, seed: u64, work: &Job<'_>) -> Result<Vec<Eye>, Stopped> {
     let places = Floors::of(scene).eyes(&RayScene::new(scene), EYES, &mut SplitMix::new(seed));
     let locator = Locator::new(&pvs.graph);
@@ -130,11 +130,11 @@ fn eyes(scene: &Scene, pvs: &Pvs, seed: u64, work: &Job<'_>) -> Result<Vec<Eye>,
     Ok(places.into_iter().zip(seen).map(eye).collect())
 }
 
-/// What eyes cost.
+/// The cost of eyes.
 struct Cost<'a> {
     eyes: Vec<Eye>,
     triangles: Triangles,
-    /// What each cell sees.
+    /// The row of each cell.
     rows: Vec<&'a [u64]>,
 }
 
@@ -143,11 +143,11 @@ struct Part {
     bounds: Aabb,
     /// Numbers of its eyes.
     eyes: Vec<usize>,
-    /// Triangles, over all its eyes.
+    /// Triangles, summed over its eyes.
     cost: u64,
-    /// Set bits of its row.
+    /// Number of set bits in its row.
     bits: u64,
-    /// The best way to cut it.
+    /// Its best cut.
     split: Option<Split>,
 }
 
@@ -158,7 +158,7 @@ struct Split {
 }
 
 impl Cost<'_> {
-    /// Cuts the part that saves most, again and again.
+    /// Repeatedly cuts the part with the largest saving.
     fn divide(&self, bounds: Aabb, bytes: u64) -> Partition {
         let count = self.eyes.len().max(1) as f64;
         let mean = |parts: &[Part]| parts.iter().map(|part| part.cost).sum::<u64>() as f64 / count;
@@ -201,7 +201,7 @@ impl Cost<'_> {
         Part { bounds, cost, bits: bits::ones(&row).count() as u64, split, eyes }
     }
 
-    /// A part without the sky above its eyes, from where all roofs are seen.
+    /// A part without the sky above its eyes, where all roofs are visible.
     fn low(&self, part: &Part) -> Aabb {
         let heights = part.eyes.iter().map(|&eye| self.eyes[eye].at.y);
         let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), y| (low.min(y), high.max(y)));
@@ -211,7 +211,7 @@ impl Cost<'_> {
         bounds
     }
 
-    /// What its row and its box take in a file, about: a byte for each bit that is set, or a bit for each object.
+    /// Estimated size of its row and box in a file: a byte for each set bit, or a bit for each object.
     fn bytes(&self, part: &Part) -> u64 {
         HEAD + part.bits.min(self.triangles.objects() as u64 / 8)
     }
@@ -225,7 +225,7 @@ impl Cost<'_> {
         [self.part(low, left), self.part(high, right)]
     }
 
-    /// The cut that saves most of `cost`.
+    /// The cut with the largest saving of `cost`.
     fn split(&self, eyes: &[usize], cost: u64) -> Option<Split> {
         let mut best: Option<Split> = None;
         for axis in 0..3 {
@@ -249,7 +249,7 @@ impl Cost<'_> {
         best
     }
 
-    /// What any of these eyes sees.
+    /// The union of the eyes' visible objects.
     fn row(&self, eyes: &[usize]) -> Vec<u64> {
         let mut row = vec![0; self.triangles.objects().div_ceil(64)];
         for &eye in eyes {
@@ -258,7 +258,7 @@ impl Cost<'_> {
         row
     }
 
-    /// Triangles that eyes get with one row, over all of them.
+    /// Triangles drawn for these eyes with one row, summed.
     fn of(&self, eyes: &[usize], row: &[u64]) -> u64 {
         let mut cells: Vec<usize> = eyes.iter().map(|&eye| self.eyes[eye].cell).collect();
         cells.sort_unstable();

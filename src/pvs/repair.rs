@@ -1,9 +1,9 @@
-//! Holes in the cell graph, proven by clear segments, and the portals that mend them.
+//! Repair of holes in the cell graph, which clear segments prove.
 //!
-//! A segment that keeps clearance goes from cell to cell through portals only, if the graph is sound. Each proof of the lower
-//! bound is followed through the graph; where it passes between two cells without a portal, or through space that is in no
-//! cell, a portal is added: the facet that the two pieces share, or, across a gap, the facet through which the segment left.
-//! The whole facet, since how far the hole extends is not known: the upper bound may only grow.
+//! In a sound graph, a segment with clearance goes from cell to cell through portals only. Each proof of the lower bound is followed
+//! through the graph. If it passes between two cells without a portal, or through space in no cell, a portal is added: the common facet of
+//! the two pieces, or, across a gap, the facet where the segment left. The portal is the whole facet, because the extent of the hole is
+//! unknown and the upper bound may only grow.
 
 use super::facets::{facet, square};
 use super::sampling::lines::{self, PortalTree, Span, Start};
@@ -17,20 +17,20 @@ use crate::{CellId, PortalId};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// A segment passes a portal if it comes within so many clearances of the portal's plane.
+/// A segment passes a portal if it comes within this distance of the portal's plane, in clearances.
 const OFF_PLANE: f64 = 4.0;
-/// It may do so this many clearances before or behind where the cells change: a grazing line stays near a plane for long.
+/// Largest distance of that point from the change of cells along the segment, in clearances: a grazing line stays near a plane for long.
 const BEYOND_RIM: f64 = 64.0;
 
-/// Planes whose normals have a cosine of at least this (0.08 degrees) count as one.
+/// Planes are parallel if the cosine of their normals is at least this (0.08 degrees).
 const SAME_PLANE: f64 = 0.999_999;
 
-/// A passage without a portal.
+/// A hole: a passage without a portal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Hole {
     from: Side,
     to: Side,
-    /// False where there is a gap between the pieces.
+    /// False if there is a gap between the pieces.
     touching: bool,
     at: DVec3,
     segment: [DVec3; 2],
@@ -43,7 +43,7 @@ struct Side {
     piece: usize,
 }
 
-/// Adds the portals that proofs from number `known` on (witnesses, then sights) show to be missing.
+/// Adds missing portals according to proofs from number `known` on (witnesses, then sights).
 pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Witnessed, known: [usize; 2]) -> Vec<Repair> {
     let clearance = scene.tolerance().clearance;
     let witnesses = lower.witnesses.iter().zip(&lower.ends).skip(known[0]).map(|(w, &end)| (w.cell, [w.from, end]));
@@ -51,7 +51,7 @@ pub(super) fn mend(scene: &Scene, graph: &mut CellGraph, lower: &Witnessed, know
         witnesses.chain(lower.sights.iter().skip(known[1]).map(|s| (s.cells[0], s.segment))).collect();
     let follower = Follower { graph, locator: Locator::new(graph), portals: PortalTree::new(graph), eps: clearance };
     let holes: Vec<Hole> = parallel::flat_map(&proofs, |&(cell, segment)| follower.follow(cell, segment));
-    // One portal for each two pieces, whichever way the segments went; the first segment is reported.
+    // One portal for each pair of pieces, for both directions of segments; the first segment is reported.
     let mut distinct: BTreeMap<(Side, Side), Hole> = BTreeMap::new();
     for hole in holes {
         distinct.entry((hole.from.min(hole.to), hole.from.max(hole.to))).or_insert(hole);
@@ -73,41 +73,41 @@ struct Follower<'g> {
     graph: &'g CellGraph,
     locator: Locator<'g>,
     portals: PortalTree<'g>,
-    /// A portal passed this near (metres) counts as passed.
+    /// Tolerance of passing a portal, metres.
     eps: f64,
 }
 
 impl Follower<'_> {
-    /// The holes that a clear segment out of `cell` passes through.
+    /// The holes that a clear segment from `cell` passes.
     fn follow(&self, cell: CellId, [a, b]: [DVec3; 2]) -> Vec<Hole> {
         let length = a.distance(b);
         let Some(direction) = (b - a).try_normalize() else { return Vec::new() };
-        // The quick way, nearly always enough: portals lead to the cell in which it ends.
+        // The fast path, nearly always sufficient: portals lead to the cell of its end.
         let (mut crossings, mut spans) = (Vec::new(), Vec::<Span>::new());
         self.portals.chain(Start { at: a, direction, cell, skip: None }, length, &mut crossings, &mut spans);
         if spans.last().is_some_and(|s| self.locator.holds(s.cell, b)) {
             return Vec::new();
         }
-        // A proof may begin on a portal.
+        // A proof may start on a portal.
         let back = 4.0 * self.eps;
         self.portals.crossings(a - direction * back, direction, length + 2.0 * back, self.eps, &mut crossings);
         crossings.iter_mut().for_each(|c| c.0 -= back);
         self.walk(cell, [a, b], &crossings)
     }
 
-    /// The careful way: from piece to piece.
+    /// The slow path: from piece to piece.
     fn walk(&self, cell: CellId, segment: [DVec3; 2], crossings: &[(f64, PortalId)]) -> Vec<Hole> {
         let length = segment[0].distance(segment[1]);
         let stretches = self.locator.along(segment[0], segment[1], 1e-9 * (1.0 + length));
         let Some(first) = stretches.iter().find(|s| s.cell == cell) else { return Vec::new() };
         let (mut holes, mut here) = (Vec::new(), *first);
-        // The last stretch that is more than a sliver: through one of no thickness a segment goes on from where it came.
+        // The last stretch longer than a sliver: a segment passes through a sliver from the piece before it.
         let mut last = here;
         let slack = self.eps / length;
         let direction = (segment[1] - segment[0]) / length;
         loop {
             let t = here.span[1];
-            // On through the same cell while that goes on; else into whatever goes on; else over the gap.
+            // Continue in the same cell if possible; else in any piece; else across the gap.
             let onward = |s: &&Stretch| s.span[0] <= t + slack && s.span[1] > t;
             let farthest = |a: &&Stretch, b: &&Stretch| a.span[1].total_cmp(&b.span[1]);
             let next = stretches.iter().filter(onward).filter(|s| s.cell == here.cell).max_by(farthest);
@@ -120,7 +120,7 @@ impl Follower<'_> {
                 .or_else(|| stretches.iter().filter(onward).max_by(farthest))
                 .or_else(|| stretches.iter().find(|s| s.span[0] > t));
             let Some(&next) = next else { return holes };
-            // Less than the clearance beyond a face says nothing: a proof's end on a pane of glass may lie a rounding behind it.
+            // Less than the clearance beyond a face does not count: rounding may put a proof's end behind a pane of glass.
             let deep = (next.span[1] - t) * length > self.eps;
             let goes_on = last.cell == next.cell || passed(&last, &next);
             if next.cell != here.cell && deep && !through(&&next) && !goes_on {
@@ -136,8 +136,8 @@ impl Follower<'_> {
         }
     }
 
-    /// True where a segment along `direction` passes a portal between two cells within `range`, metres, give or take a few
-    /// clearances off the portal's plane: pieces and portals round apart, and a grazing line makes much of that.
+    /// True if a segment along `direction` passes a portal between two cells within `range`, metres, to within a few clearances of the
+    /// portal's plane: rounding separates pieces and portals, and grazing lines amplify that.
     fn passed(&self, [a, b]: [CellId; 2], range: [f64; 2], direction: DVec3, crossings: &[(f64, PortalId)]) -> bool {
         crossings.iter().any(|&(t, portal)| {
             let portal = &self.graph.portals[portal.index()];
@@ -150,11 +150,11 @@ impl Follower<'_> {
     }
 }
 
-/// The portal that a hole asks for.
+/// The portal for a hole.
 fn passage(graph: &CellGraph, hole: &Hole, within: Aabb, clearance: f64) -> Portal {
     let direction = (hole.segment[1] - hole.segment[0]).normalize_or(DVec3::X);
     let [from, to] = [hole.from, hole.to].map(|s| &graph.cells[s.cell.index()].pieces[s.piece]);
-    // The plane by which the segment leaves.
+    // The plane where the segment leaves.
     let leaves = |i: &usize| from.planes[*i].n.dot(direction) > 0.0;
     let nearest = |a: &usize, b: &usize| from.planes[*a].distance(hole.at).total_cmp(&from.planes[*b].distance(hole.at));
     let out = (0..from.planes.len()).filter(leaves).max_by(nearest);
@@ -183,7 +183,7 @@ mod tests {
     /// The clearance, metres.
     const EPS: f64 = 1e-3;
 
-    /// Slabs along x between these places, each of a cell; portals between cells at x.
+    /// Slabs along x between these places, with their cells; and portals at x.
     fn slabs(places: &[f64], cells: &[u32], portals: &[([u32; 2], f64)]) -> CellGraph {
         let mut all = vec![Cell::default(); 1 + cells.iter().copied().max().unwrap_or(0) as usize];
         for (ends, &cell) in places.windows(2).zip(cells) {
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!(holes(&four(0.1 * EPS)), [[0, 2]]);
         assert_eq!(holes(&four(1.0)), [[0, 1], [1, 0], [0, 2]]);
         let (thin, thick) = ([0.0, 2.0, 2.0 + 0.1 * EPS, 4.0], [0.0, 2.0, 3.0, 4.0]);
-        // A sliver between two: what is missing is between those.
+        // A sliver between two cells: the hole is between those.
         assert_eq!(holes(&slabs(&thin, &[0, 1, 2], &[])), [[0, 2]]);
         assert_eq!(holes(&slabs(&thick, &[0, 1, 2], &[])), [[0, 1], [1, 2]]);
         // Portals past it, or into it and out of it.

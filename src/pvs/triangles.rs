@@ -1,4 +1,4 @@
-//! What a row costs to draw: the triangles of its objects.
+//! The drawing cost of a row: the triangles of its objects.
 
 use crate::scene::Scene;
 
@@ -14,7 +14,7 @@ impl Triangles {
         self.0.len()
     }
 
-    /// Of the objects whose bits are set in a row's words.
+    /// Sum over the objects set in a row's words.
     pub fn in_row(&self, words: impl Iterator<Item = u64>) -> u64 {
         let mut sum = 0;
         for (i, mut word) in words.enumerate() {

@@ -1,9 +1,9 @@
-//! What may be seen from where an eye stands, whichever way it looks: for engines that write down what is visible only when that changes,
-//! and leave the view's frustum to their own culling.
+//! Potentially visible objects from a place, in all directions: for engines that update visibility only when it changes, and do their own
+//! frustum culling.
 //!
-//! The cells that a sight line goes through from the eye are joined by portals that are open, or shut with the eye in their doorway, and all
-//! of them are in the row. So a walk over such portals that keeps to the row finds every cell that is seen into, and what [`super::doors`]
-//! says of shut portals holds here, too: what is in the doorway is seen.
+//! A line of sight crosses only portals that are open, or shut with the eye in their doorway, and all cells along it are in the row. So a
+//! flood over such portals within the row finds every visible cell. Shut portals work as in [`super::doors`]: objects in the doorway are
+//! visible.
 
 use super::culler::{Culler, directed_plane, target};
 use super::portals;
@@ -12,24 +12,24 @@ use crate::bits::ones;
 use crate::{CellId, ObjectId, PortalId};
 use glam::Vec3;
 
-/// Where an eye stands, as far as it matters to what may be seen from there: two equal places see the same, until a door moves.
+/// The place of an eye, with respect to visibility: two equal places see the same, until a door moves.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Place {
-    /// Ascending; none where the eye is in no cell.
+    /// Ascending; empty if the eye is in no cell.
     cells: Vec<CellId>,
-    /// Portals that are shut in a direction and whose doorway the eye stands in, ascending.
+    /// Portals that are shut in some direction, with the eye in their doorway, ascending.
     doorways: Vec<PortalId>,
 }
 
 impl Place {
-    /// The cells that the eye is in, ascending: several where it is within the tolerance of them. None: everything is seen.
+    /// The eye's cells, ascending: several if it is within their tolerance. Empty: everything is visible.
     pub fn cells(&self) -> &[CellId] {
         &self.cells
     }
 }
 
 impl Culler {
-    /// Finds where an eye stands, metres relative to the file's origin. Costs a look at each portal that is shut.
+    /// Finds the place of an eye, metres relative to the file's origin. Linear in the number of shut portals.
     pub fn find_place(&self, eye: Vec3, scratch: &mut Scratch, place: &mut Place) {
         scratch.begin(self);
         place.cells.clear();
@@ -48,9 +48,8 @@ impl Culler {
         }
     }
 
-    /// The objects that may be seen from a place whichever way the eye looks, with the doors as they are, each once: of the rows of its
-    /// cells, what is in the cells that open portals lead to, and what is in the doorways of those that are shut. All objects, where the
-    /// place is in no cell.
+    /// The potentially visible objects from a place in all directions, with the current doors, each once: objects of the rows that are in
+    /// cells reachable through open portals, or in the doorways of shut ones. All objects, if the place is in no cell.
     pub fn seen_around<'s>(&self, place: &Place, scratch: &'s mut Scratch) -> &'s [ObjectId] {
         scratch.begin(self);
         self.join_rows(&place.cells, scratch);
@@ -80,7 +79,7 @@ impl Culler {
         &scratch.objects
     }
 
-    /// Takes the objects of a cell that are in the joined rows and that `is_seen` holds of.
+    /// Adds the objects of a cell that are in the joined rows and satisfy `is_seen`.
     fn take_in_cell(&self, cell: CellId, is_seen: impl Fn(ObjectId) -> bool, scratch: &mut Scratch) {
         for &object in self.cell_objects.get(cell.index()) {
             let taken = &mut scratch.taken[object.index()];
@@ -90,7 +89,7 @@ impl Culler {
             }
         }
     }
-    /// True where an object's box is in part beyond a plane, at most `depth` metres, within twice the tolerance that a frame allows.
+    /// True if a part of an object's box is beyond a plane, at most `depth` metres, to within twice a frame's tolerance.
     fn is_in(&self, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
         let behind = d - 6.0 * self.tolerance as f32;
         let (centre, half) = self.boxes.get(object.index());

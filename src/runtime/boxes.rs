@@ -1,20 +1,20 @@
-//! Boxes against half-spaces, many at a time: the frustum's, those of the part of the screen that a portal opens, the portal's own.
+//! Tests of boxes against half-spaces, many at a time: those of the frustum, of a rectangle of the screen, and of a portal.
 //!
-//! A box is outside of a part of the screen where all of it is to one side of it, which a plane through the eye says without a quotient: its
-//! outline on the screen lies to the right of `x = r` just where all corners have `x - r w > 0`. That holds for boxes that reach behind the
-//! eye as well.
+//! A box is outside a rectangle of the screen if all of it is on one side, which a plane through the eye decides without a division: its
+//! outline on the screen is right of `x = r` exactly if all corners have `x - r w > 0`. That also holds for boxes that extend behind the
+//! eye.
 
 use super::frustum::{Camera, Rect};
 use glam::Vec3;
 
-/// Boxes that are tested at a time: a multiple of what fits in a register, so that loops over them need no remainder.
+/// Boxes per test: a multiple of a register's lanes, so that loops need no remainder.
 pub(super) const LANES: usize = 16;
 
-/// Relative error of the `f32` sums below: each has under twelve roundings of 2^-24, those of its plane included, so at most 8e-7 of the sum of
-/// the magnitudes of its terms. Larger: boxes just beside a rectangle pass. Smaller: boxes on its edge get lost.
+/// Relative error of the `f32` sums below: each has under twelve roundings of 2^-24, those of its plane included, so at most 8e-7 of the
+/// sum of the magnitudes of its terms. Larger: boxes just beside a rectangle pass. Smaller: boxes on its edge are lost.
 pub(super) const SUM_ERROR: f32 = 1e-6;
 
-/// Most half-spaces: four sides, not behind the eye, beyond a portal, and within its doorway.
+/// Most half-spaces: four sides, in front of the eye, beyond a portal, and within its doorway.
 const MOST: usize = 7;
 
 /// `normal . (p - eye) + offset <= 0` inside.
@@ -22,13 +22,13 @@ const MOST: usize = 7;
 struct HalfSpace {
     normal: [f32; 3],
     offset: f32,
-    /// By which a box's half-size lessens the distance of its middle: the normal's magnitude, and what rounding may add.
+    /// Factor on a box's half size that is subtracted from the distance of its centre: the normal's magnitude, plus the rounding error.
     reach: [f32; 3],
-    /// What rounding may add for each metre (in the 1-norm) that the middle is from the eye.
+    /// Rounding error per metre of the centre's distance from the eye (in the 1-norm).
     error: f32,
 }
 
-/// What is on a part of the screen, and beyond what it is seen through.
+/// The half-spaces of a rectangle of the screen and of portals.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfSpaces {
     eye: [f32; 3],
@@ -37,7 +37,7 @@ pub(super) struct HalfSpaces {
 }
 
 impl HalfSpaces {
-    /// Of a part of a camera's screen.
+    /// The half-spaces of a rectangle of a camera's screen.
     pub fn of(camera: &Camera, open: &Rect) -> Self {
         let Camera { eye, x, y, w } = *camera;
         let mut all = Self { eye: eye.to_array(), planes: [HalfSpace::default(); MOST], count: 0 };
@@ -47,13 +47,13 @@ impl HalfSpaces {
         all
     }
 
-    /// Where a form of the camera is within some times its `w`.
+    /// Restricts a form of the camera to a range of multiples of its `w`.
     fn between(&mut self, form: Vec3, w: Vec3, [low, high]: [f32; 2], magnitude: Vec3) {
         self.add(form - w * high, 0.0, magnitude);
         self.add(w * low - form, 0.0, magnitude);
     }
 
-    /// Only what is in part where `n . p >= d`.
+    /// Restricts to boxes with a part where `n . p >= d`.
     pub fn beyond(mut self, n: Vec3, d: f32) -> Self {
         self.add(-n, d - n.dot(Vec3::from(self.eye)), n.abs());
         self
@@ -66,8 +66,8 @@ impl HalfSpaces {
         self.count += 1;
     }
 
-    /// A bit for each of [`LANES`] boxes from `start`: set where no half-space certainly excludes it. Always set for a box or a camera that
-    /// isn't a number, and as it comes for what is beyond the last box.
+    /// A bit for each of [`LANES`] boxes from `start`: set if no half-space certainly excludes the box. Always set for NaN, and arbitrary
+    /// beyond the last box.
     #[inline(always)]
     pub fn meet(&self, boxes: &Boxes, start: usize) -> u32 {
         let block = |column: &[Vec<f32>; 3], axis: usize| -> [f32; LANES] {
@@ -94,7 +94,7 @@ impl HalfSpaces {
     }
 }
 
-/// Boxes as centre and half-size, one array a component.
+/// Boxes as centre and half size, one array per component.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Boxes {
     centre: [Vec<f32>; 3],
@@ -107,7 +107,7 @@ impl Boxes {
         let mut boxes = Self::default();
         for [min, max] in corners {
             let centre = (min + max) * 0.5;
-            // Above the roundings of the middle, of this difference and of the product.
+            // Above the rounding errors of the centre, of this difference and of the product.
             let half = (max - centre).max(centre - min) + (centre.abs() + min.abs().max(max.abs())) * (2.0 * f32::EPSILON);
             for axis in 0..3 {
                 boxes.centre[axis].push(centre[axis]);
@@ -155,7 +155,7 @@ mod tests {
         assert!(!meets([-6.0, -1.0, -1.0], [-5.0, 1.0, 1.0]));
         assert!(!meets([5.0, 9.0, -1.0], [6.0, 10.0, 1.0]));
         assert!(meets([-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]));
-        // A huge floor that the eye stands on: its near edge is far outside, yet it is seen.
+        // A huge floor below the eye: its near edge is far outside, but it is visible.
         assert!(meets([-1e4, -1.7, -1e4], [1e4, -1.6, 1e4]));
         assert!(meets([f32::NAN; 3], [1.0; 3]));
     }
@@ -217,7 +217,7 @@ mod tests {
                 DVec2::new(next() * 2.0 - 1.0, on_edge)
             };
             let exact = camera.eye.as_dvec3() + camera.ray(ndc) * 10f64.powf(next() * 6.0 - 3.0);
-            // The box that a file would hold around it: rounded outwards.
+            // The box around it in a file: rounded outwards.
             let (min, max) = (exact.as_vec3().map(f32::next_down), exact.as_vec3().map(f32::next_up));
             assert!(meets(&HalfSpaces::of(&camera, &Rect::FULL), min, max), "round {round}");
             let pixel = Rect { min: ndc.as_vec2(), max: ndc.as_vec2() };

@@ -1,4 +1,4 @@
-//! A frame without queries: by nothing, the frustum, portals, rows, or portals and rows.
+//! A frame without queries: no culling, frustum, portals, rows, or portals and rows.
 
 use super::boxes::{Boxes, HalfSpaces, LANES};
 use super::culler::{Culler, ViewCells, all_ones, bit};
@@ -13,11 +13,11 @@ use crate::{CellId, ObjectId};
 use glam::Vec3;
 
 impl Culler {
-    /// The objects to draw from this camera. Modes with queries give what portals and rows leave. Allocates nothing, as long as `scratch` was
+    /// The objects to draw from this camera. Modes with queries return the result of portals and rows. Allocates nothing if `scratch` was
     /// made for this culler.
     pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
         scratch.begin(self);
-        // Lines of sight that don't meet in an eye: nothing is known of what they pass.
+        // Without a common eye, nothing is known about lines of sight.
         let mode = if camera.w == Vec3::ZERO { Mode::None } else { mode.without_queries() };
         let homes = match mode {
             Mode::None | Mode::Frustum => Homes::none(),
@@ -61,12 +61,12 @@ impl Culler {
         self.take(Some(camera), scratch);
     }
 
-    /// Takes what the modes without portals take, of the rows that were joined.
+    /// Adds the objects of modes without portals, from the joined rows.
     pub(super) fn take_all(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
         self.take((mode != Mode::None).then_some(camera), scratch);
     }
 
-    /// Takes the objects of the joined row that are not certainly off a camera's screen; without one, every object.
+    /// Adds the objects of the joined row that are not certainly off the camera's screen; without a camera, every object.
     fn take(&self, camera: Option<&Camera>, scratch: &mut Scratch) {
         match camera {
             None => scratch.objects.extend((0..self.object_count() as u32).map(ObjectId)),
@@ -77,7 +77,7 @@ impl Culler {
         }
     }
 
-    /// Joins the rows of some cells; where there are no rows, or no cells are given, everything.
+    /// Joins the rows of some cells; everything if there are no rows or no cells.
     pub(super) fn join_rows(&self, cells: &[CellId], scratch: &mut Scratch) {
         let join = |rows: Option<&BitMatrix>, columns: usize, out: &mut [u64]| match rows {
             Some(rows) if !cells.is_empty() => {
@@ -94,7 +94,7 @@ impl Culler {
         join(self.cell_rows.as_ref(), self.cell_count(), &mut scratch.cell_row);
     }
 
-    /// Takes from the joined row what a view cell of the eye doesn't see. An eye on the boundary of a view cell is not in it.
+    /// Removes objects from the joined row that the eye's view cells do not see. An eye on the boundary of a view cell is not in it.
     fn narrow_row(&self, eye: Vec3, scratch: &mut Scratch) {
         let Some(ViewCells { locator, rows }) = &self.views else { return };
         let homes = locator.locate(eye, -self.tolerance, &mut u32::MAX.clone());
@@ -103,15 +103,15 @@ impl Culler {
         }
     }
 
-    /// Whether the traversal may go into a cell. Rows that are only sampled prune objects, not the way to them: a cell that
-    /// no sample fell into may still be seen through.
+    /// Whether the traversal may enter a cell. Sampled rows prune objects, but not cells on the way: a line of sight may pass a cell
+    /// without samples.
     #[inline]
     pub(super) fn may_enter(&self, cell: CellId, scratch: &Scratch) -> bool {
         !self.cell_rows_prune || bit(&scratch.cell_row, cell.index())
     }
 }
 
-/// Takes the objects of a row that meet the screen.
+/// Adds the objects of a row that are on the screen, for dispatch.
 struct InRow<'a> {
     boxes: &'a Boxes,
     screen: HalfSpaces,

@@ -1,4 +1,4 @@
-//! The culler: a `.pvs` file laid out for questions about cameras.
+//! The culler: a `.pvs` file laid out for queries by cameras.
 
 use super::boxes::Boxes;
 use super::locate::{Locator, piece_bounds};
@@ -12,7 +12,7 @@ use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
 
-/// Lists of different lengths, one after the other in one array.
+/// Lists of different lengths, concatenated in one array.
 #[derive(Clone, Debug)]
 pub(super) struct Lists<T> {
     starts: Vec<u32>,
@@ -34,23 +34,23 @@ impl<T> Lists<T> {
         &self.items[self.range(i)]
     }
 
-    /// Where a list is in [`Self::items`].
+    /// The range of a list in [`Self::items`].
     #[inline]
     pub fn range(&self, i: usize) -> Range<usize> {
         self.starts[i] as usize..self.starts[i + 1] as usize
     }
 
-    /// All of them.
+    /// The items of all lists.
     #[inline]
     pub fn items(&self) -> &[T] {
         &self.items
     }
 }
 
-/// Objects are placed in a cell up to two clearances from it: 1.5 tolerances, each being more than 1.4 clearances.
+/// Margin of placement in cells, in tolerances: two clearances are less than 1.5 tolerances.
 const PLACED: f64 = 2.0;
 
-/// A view cell's place in the file.
+/// A view cell's index in the file.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct ViewCellId(pub u32);
 
@@ -62,7 +62,7 @@ pub(super) struct ViewCells {
     pub rows: BitMatrix,
 }
 
-/// A `.pvs` file, laid out for questions about single cameras: flat arrays, `f32`, nothing borrowed.
+/// A `.pvs` file laid out for queries by cameras: flat arrays, `f32`, nothing borrowed.
 #[derive(Clone, Debug)]
 pub struct Culler {
     pub(super) tolerance: f64,
@@ -76,27 +76,27 @@ pub struct Culler {
     pub(super) portal_planes: Vec<Vec4>,
     pub(super) portal_cells: Vec<[CellId; 2]>,
     pub(super) portal_corners: Lists<Vec3>,
-    /// Directed portals that nothing is seen through at the moment, as bits.
+    /// Directed portals that are shut now, as bits.
     pub(super) shut: Vec<u64>,
-    /// Portals that a solid leaf shut as the model stood.
+    /// Portals shut by a solid leaf in the model.
     pub(super) found_shut: Vec<PortalId>,
     pub(super) boxes: Boxes,
-    /// Those of `cell_objects`, in that order.
+    /// Boxes of objects' parts, in the order of `cell_objects`.
     pub(super) placed: Boxes,
     triangles: Vec<u32>,
-    /// Which cells are open: outdoors, or without a roof.
+    /// Whether each cell is open: outdoors, or without a roof.
     open_cells: Vec<bool>,
     pub(super) object_rows: Option<BitMatrix>,
     pub(super) cell_rows: Option<BitMatrix>,
-    /// `None` where no view cell has a row.
+    /// `None` if no view cell has a row.
     pub(super) views: Option<ViewCells>,
-    /// Whether a cell that isn't in the row is certainly not seen into.
+    /// Whether cells outside the row are certainly hidden.
     pub(super) cell_rows_prune: bool,
 }
 
 impl Culler {
-    /// Lays out a file. The file must be consistent (ids in range, matrices of the right shape), as [`PvsFile::load`] makes
-    /// sure; panics otherwise.
+    /// Lays out a file. The file must be consistent (ids in range, matrices of the right shape), as [`PvsFile::load`] ensures; otherwise
+    /// panics.
     pub fn new(file: &PvsFile) -> Self {
         let objects = file.objects.iter().fold(Aabb::EMPTY, |b, o| o.bounds.iter().fold(b, |b, p| b.with(p.as_dvec3())));
         let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3());
@@ -146,18 +146,18 @@ impl Culler {
         self.open_cells[cell.index()]
     }
 
-    /// What is too small to be drawn from now on, in all modes but [`Mode::None`](super::Mode::None), in mirrors, too; nothing is unless told
-    /// otherwise.
+    /// Sets the limit below which objects are not drawn, in all modes except [`Mode::None`](super::Mode::None), and in mirrors, too; by
+    /// default there is none.
     pub fn set_min_pixels(&mut self, limit: MinPixels) {
         self.min_pixels = limit;
     }
 
-    /// Takes the row of a cell that was worked out while somebody walks: objects and cells that may be seen from it, as bits, the first in the
-    /// lowest. As long as no row of a file or from here says otherwise, a cell sees everything, so a row may come whenever it is ready.
+    /// Sets the row of a cell that was computed at run time: objects and cells that may be visible from it, as bits, the first in the
+    /// lowest. A cell without a row sees everything, so rows may arrive at any time.
     ///
     /// # Panics
     ///
-    /// Where there is no such cell, or a row isn't as long as the objects or cells take.
+    /// If there is no such cell, or a row has the wrong length.
     pub fn learn_row(&mut self, cell: CellId, objects: &[u64], cells: &[u64]) {
         let (of_objects, of_cells) = (self.object_count(), self.cell_count());
         for (rows, columns, row) in [(&mut self.object_rows, of_objects, objects), (&mut self.cell_rows, of_cells, cells)] {
@@ -191,14 +191,14 @@ impl Culler {
         self.triangles[object.index()]
     }
 
-    /// How far a stored portal's edge or plane may be from the real opening's, metres: windings grow by this much, and an eye
-    /// this near to a cell is in it.
+    /// Largest distance of a stored portal's edge or plane from the real opening's, metres: windings grow by this, and an eye this near to
+    /// a cell is in it.
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 }
 
-/// The box of what of each object is in each of its cells, in the order of `cell_objects`.
+/// Boxes of each object's part in each of its cells, in the order of `cell_objects`.
 fn placed_bounds(
     file: &PvsFile,
     cell_objects: &Lists<ObjectId>,
@@ -221,13 +221,13 @@ fn single(b: Aabb) -> [Vec3; 2] {
     [b.min.as_vec3().map(f32::next_down), b.max.as_vec3().map(f32::next_up)]
 }
 
-/// The box around a cell, and the margin of placement around that; `None` where it goes on without end.
+/// The box around a cell, with the margin of placement; `None` if it is unbounded.
 fn cell_bounds(cell: &FileCell, extent: f64, tolerance: f64) -> Option<[Vec3; 2]> {
     let around = cell.pieces.iter().try_fold(Aabb::EMPTY, |b, planes| Some(b.union(piece_bounds(planes, extent)?)))?;
     Some(single(around.inflated(PLACED * tolerance)))
 }
 
-/// The part of a box that is in a cell's; all of it where that is empty.
+/// The intersection of a box with a cell's box; the whole box if that is empty.
 fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
     let [low, high] = around.map_or([min, max], |[low, high]| [min.max(low), max.min(high)]);
     if low.cmple(high).all() { [low, high] } else { [min, max] }

@@ -1,8 +1,8 @@
-//! The camera, and parts of its screen.
+//! The camera, and rectangles of its screen.
 //!
-//! Everything is relative to the eye, where a perspective projection is three linear forms: clip-space x, y and w. Nothing
-//! cancels, whatever the distance of the eye from the origin. The near and far planes are not used: culling by the eye's own
-//! plane (`w = 0`) keeps more, and holds for reversed and infinite depth as well.
+//! Everything is relative to the eye, where a perspective projection is three linear forms: clip-space x, y and w. There is no cancellation
+//! at any distance from the origin. The near and far planes are not used: culling by the eye's own plane (`w = 0`) keeps more, and also
+//! works for reversed and infinite depth.
 
 use crate::occlusion::view::View;
 use glam::{DMat3, DVec3, Mat4, Vec2, Vec3};
@@ -23,7 +23,7 @@ pub struct Camera {
     pub w: Vec3,
 }
 
-/// A matrix that is no perspective projection ([`Camera::from_view_proj`]).
+/// The error for a matrix that is not a perspective projection ([`Camera::from_view_proj`]).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct NotPerspective;
 
@@ -43,13 +43,13 @@ impl Camera {
         Self { eye: eye.as_vec3(), x: x.as_vec3(), y: y.as_vec3(), w: w.as_vec3() }
     }
 
-    /// The camera of any perspective view-projection matrix, off-centre ones included. Its translation is not read: it is
-    /// implied by `eye`, more exactly.
+    /// The camera of any perspective view-projection matrix, off-centre ones included. Its translation is not used, because `eye` gives it
+    /// more exactly.
     ///
     /// # Errors
     ///
-    /// Of a matrix whose lines of sight don't meet in an eye: an orthographic one sees into cells that its position is not in, so that rows and
-    /// portals of one cell would leave out what it shows.
+    /// If lines of sight do not meet in an eye. An orthographic camera sees cells other than that of its position, so rows and portals of
+    /// one cell would lack visible objects.
     pub fn from_view_proj(eye: Vec3, view_proj: &Mat4) -> Result<Self, NotPerspective> {
         let [x, y, w] = [0, 1, 3].map(|row| view_proj.row(row).truncate());
         if w == Vec3::ZERO || !(x.is_finite() && y.is_finite() && w.is_finite()) {
@@ -58,8 +58,8 @@ impl Camera {
         Ok(Self { eye, x, y, w })
     }
 
-    /// The direction from the eye through a point of the screen (normalised device coordinates), with `w = 1`. Not finite
-    /// where the three rows are dependent.
+    /// The direction from the eye through a point of the screen (normalised device coordinates), with `w = 1`. Not finite if the three rows
+    /// are dependent.
     pub fn ray(&self, ndc: glam::DVec2) -> DVec3 {
         self.unproject() * DVec3::new(ndc.x, ndc.y, 1.0)
     }
@@ -91,22 +91,22 @@ impl Rect {
     /// Nothing.
     pub const EMPTY: Self = Self { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
 
-    /// True while no point is inside.
+    /// True if it contains no point.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
 
-    /// What both cover.
+    /// The intersection.
     pub fn intersection(self, other: Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 
-    /// The smallest rectangle that covers both.
+    /// The bounding rectangle of both.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// True where `other` lies inside.
+    /// True if it contains `other`.
     pub fn covers(&self, other: &Self) -> bool {
         self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
     }
@@ -144,7 +144,7 @@ mod tests {
         let (eye, target) = (Vec3::new(3.0, 1.0, 2.0), Vec3::new(9.0, -4.0, 5.0));
         let rotation = glam::camera::rh::view::look_at_quat(eye, target, Vec3::Y);
         let (near, focal, aspect) = (0.1f32, 1.0 / 0.5f32.tan(), 1.5f32);
-        // Infinite reversed depth, written out: clip z is `near`, w is -z of the view.
+        // Infinite reversed depth: clip z is `near`, w is -z of the view.
         let projection = Mat4::from_cols_array(&[
             focal / aspect,
             0.0,

@@ -1,23 +1,22 @@
-//! Which cells is the eye in: the piece of the last frame, then a small tree over bounded pieces, then the unbounded ones.
+//! Finds the eye's cells: first the piece of the last frame, then a tree over bounded pieces, then the unbounded ones.
 //!
-//! A point within the tolerance of several cells is in all of them. Then neither rounding nor which frame came before decides
-//! whose row is taken.
+//! A point within the tolerance of several cells is in all of them. So the rows do not depend on rounding or on previous frames.
 
 use crate::CellId;
 use crate::geom::{Aabb, Plane, clip};
 use glam::{DVec3, Vec3, Vec4};
 
-/// More cells than this at one point: the caller takes everything in the frustum.
+/// Most cells at one point; with more, the caller takes everything in the frustum.
 pub(super) const MOST_HOMES: usize = 8;
 /// Pieces in a leaf of the tree.
 const LEAF: usize = 4;
 
-/// The cells (or view cells) that the eye is in, or within the tolerance of.
+/// The cells (or view cells) that contain the eye, to within the tolerance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Homes<Id = CellId> {
     cells: [Id; MOST_HOMES],
     len: usize,
-    /// More cells meet here than there is room for.
+    /// Whether there are more cells than fit.
     pub overflow: bool,
 }
 
@@ -48,16 +47,16 @@ struct Node {
     max: Vec3,
     /// Leaf: first of its pieces in `order`. Inner: the second child.
     at: u32,
-    /// Leaf: how many pieces. Inner: 0.
+    /// Leaf: number of its pieces. Inner: 0.
     count: u32,
 }
 
 /// Every piece of every cell, or of every view cell.
 #[derive(Clone, Debug)]
 pub(super) struct Locator<Id = CellId> {
-    /// Planes of all pieces, one piece after the other.
+    /// Planes of all pieces, concatenated.
     planes: Vec<Vec4>,
-    /// Where each piece's planes start, and the end of the last.
+    /// Start of each piece's planes, and the end of the last.
     starts: Vec<u32>,
     cells: Vec<Id>,
     nodes: Vec<Node>,
@@ -66,8 +65,8 @@ pub(super) struct Locator<Id = CellId> {
 }
 
 impl<Id: Copy + Default + PartialEq> Locator<Id> {
-    /// Of cells, each with its pieces as lists of planes; `extent`: no bounded piece reaches farther than this from the origin along any
-    /// axis, metres.
+    /// A locator for cells, each with its pieces as lists of planes; `extent`: largest distance of a bounded piece from the origin along
+    /// any axis, metres.
     pub fn new<'c>(cells: impl IntoIterator<Item = (Id, &'c [Vec<Vec4>])>, extent: f64, tolerance: f64) -> Self {
         let mut locator = Self {
             planes: Vec::new(),
@@ -103,7 +102,7 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
         locator
     }
 
-    /// Builds the tree by halving along the longest axis of the boxes' middles.
+    /// Builds the tree by halving along the longest axis of the boxes' centres.
     fn split(&mut self, pieces: &mut [u32], boxes: &[(Vec3, Vec3)]) {
         let around = |f: &dyn Fn((Vec3, Vec3)) -> (Vec3, Vec3)| {
             pieces.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &p| {
@@ -130,7 +129,7 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
         self.split(right, boxes);
     }
 
-    /// How far `p` is outside the piece's farthest plane, metres; negative inside.
+    /// The largest distance of `p` outside the piece's planes, metres; negative inside.
     fn outside(&self, piece: u32, p: DVec3) -> f64 {
         let range = self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize;
         self.planes[range]
@@ -139,15 +138,14 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The cells that hold `p` or come within `tolerance` metres of it. `last_piece` is where the search starts, and is set to
-    /// a piece that holds it.
+    /// The cells within `tolerance` metres of `p`. The search starts at `last_piece`, which is then set to a piece that contains `p`.
     pub fn locate(&self, p: Vec3, tolerance: f64, last_piece: &mut u32) -> Homes<Id> {
         let mut homes = Homes::none();
         if !p.is_finite() {
             return homes;
         }
         let point = p.as_dvec3();
-        // Well inside the last frame's piece: pieces of cells are disjoint, so no other comes near; where view cells overlap, one will do.
+        // Well inside the last frame's piece: pieces of cells are disjoint, so no other is near; of overlapping view cells, one is enough.
         if (*last_piece as usize) < self.cells.len() && self.outside(*last_piece, point) < -2.0 * tolerance {
             homes.add(self.cells[*last_piece as usize]);
             return homes;
@@ -160,13 +158,13 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
                 if outside < deepest {
                     deepest = outside;
                     *last_piece = piece;
-                    // The cell that holds it best is named first.
+                    // The cell with the point deepest inside comes first.
                     let at = homes.as_slice().iter().position(|&c| c == self.cells[piece as usize]);
                     homes.cells.swap(0, at.unwrap_or(0));
                 }
             }
         };
-        // Halving keeps the tree's depth under 32: the stack holds one waiting child a level.
+        // The balanced tree is less than 32 deep: the stack has one waiting child per level.
         let (mut stack, mut waiting) = ([0u32; 64], usize::from(!self.nodes.is_empty()));
         while waiting > 0 {
             waiting -= 1;
@@ -188,12 +186,12 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
     }
 }
 
-/// The box around a convex piece, found from its faces; `None` where a face leaves the cube of `extent` metres around the
-/// origin, or where no face is left: then nothing is known.
+/// The box around a convex piece, from its faces; `None` if a face leaves the cube of `extent` metres around the origin, or if there is no
+/// face: then the box is unknown.
 pub(super) fn piece_bounds(planes: &[Vec4], extent: f64) -> Option<Aabb> {
     let planes: Vec<Plane> =
         planes.iter().map(|p| Plane { n: p.truncate().as_dvec3().normalize_or_zero(), d: f64::from(p.w) }).collect();
-    // Far enough that a face without end leaves the cube, whatever its direction.
+    // Far enough that an unbounded face leaves the cube in any direction.
     let far = 16.0 * extent;
     let mut bounds = Aabb::EMPTY;
     for (i, plane) in planes.iter().enumerate() {
@@ -224,7 +222,7 @@ mod tests {
             .collect()
     }
 
-    /// Of cells, each with its pieces.
+    /// A locator for cells, each with its pieces.
     fn locator(cells: &[Vec<Vec<Vec4>>], extent: f64) -> Locator {
         Locator::new((0..).map(CellId).zip(cells.iter().map(|pieces| &pieces[..])), extent, 1e-4)
     }
@@ -238,7 +236,7 @@ mod tests {
         assert_eq!(piece_bounds(&[], 10.0), None);
     }
 
-    /// A row of many rooms, and the half-space beyond them: the tree says what the definition says, in any order of asking.
+    /// A row of many rooms, and the half-space beyond them: the tree agrees with the definition, in any order of queries.
     #[test]
     fn the_tree_finds_what_looking_at_every_piece_finds() {
         let mut cells: Vec<_> = (0..100).map(|i| vec![block([i as f32, 0.0, 0.0], [i as f32 + 1.0, 3.0, 4.0])]).collect();
@@ -252,7 +250,7 @@ mod tests {
         }
         assert_eq!(locator.locate(Vec3::new(5.0, -3.0, 0.0), 1e-4, &mut last).as_slice(), [CellId(100)]);
         assert_eq!(locator.locate(Vec3::new(5.0, -0.2, 0.0), 1e-4, &mut last).as_slice(), []);
-        // On the wall between two: both, whatever came before.
+        // On the wall between two: both, independent of previous queries.
         for _ in 0..2 {
             let mut both = locator.locate(Vec3::new(7.0, 1.0, 1.0), 1e-4, &mut last).as_slice().to_vec();
             both.sort();

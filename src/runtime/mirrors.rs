@@ -1,11 +1,11 @@
-//! Mirrors: portals that lead back into the room that they hang in, seen by an eye behind them.
+//! Mirrors: portals that lead back into their own cell, seen by a reflected eye.
 //!
 //! Based on: D. Luebke and C. Georges, *Portals and mirrors: simple, fast evaluation of potentially visible sets*, 1995: a mirror is a
-//! portal whose far side is its own cell, reflected. A point seen in a mirror is seen on the same pixel by a camera that is reflected
-//! in the mirror's plane, without the mirror; so what a mirror shows is one more traversal, from the mirror's cell, cut to the
-//! rectangle by which the mirror itself is seen, with the reflected camera. A mirror in a mirror is the same once more.
+//! portal whose far side is its own cell, reflected. A point seen in a mirror is on the same pixel for a camera reflected in the mirror's
+//! plane, without the mirror. So each mirror needs one more traversal with the reflected camera, from the mirror's cell, clipped to the
+//! mirror's rectangle on the screen. A mirror in a mirror repeats this.
 //!
-//! Rows: a line that a mirror turns goes on from the mirror's cell, so it is that cell's row that holds, not the eye's.
+//! Rows: a reflected line starts in the mirror's cell, so that cell's row applies, not the eye's.
 
 use super::Mode;
 use super::culler::Culler;
@@ -18,8 +18,8 @@ use crate::{CellId, ObjectId};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
-/// Most pictures of a frame in mirrors. Two mirrors that face each other show two more with each step of depth, a hall of mirrors as many
-/// as it has ways; what is beyond it isn't shown, and is counted.
+/// Most reflections of a frame. Two opposite mirrors add two per level of depth, a hall of mirrors exponentially many; further ones are
+/// dropped and counted.
 pub const MOST_REFLECTIONS: usize = 256;
 
 /// A flat mirror.
@@ -32,8 +32,8 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// A mirror that hangs in `cell`: a convex polygon, metres relative to the file's origin, counter-clockwise seen from the room.
-    /// `None` where the corners have no area or aren't numbers.
+    /// A mirror in `cell`: a convex polygon, metres relative to the file's origin, counter-clockwise seen from the room. `None` if the
+    /// corners have no area or are not finite.
     pub fn new(cell: CellId, corners: &[Vec3]) -> Option<Self> {
         let first = corners.first()?.as_dvec3();
         let relative: Vec<DVec3> = corners.iter().map(|p| p.as_dvec3() - first).collect();
@@ -43,13 +43,13 @@ impl Mirror {
         d.is_finite().then(|| Self { cell, corners: corners.to_vec(), plane })
     }
 
-    /// The cell that it hangs in.
+    /// Its cell.
     pub fn cell(&self) -> CellId {
         self.cell
     }
 
-    /// The camera that sees without the mirror what `camera` sees in it, on the same pixels. Pictures taken with it are turned inside out
-    /// (clockwise is counter-clockwise), and what is behind the mirror's plane has to be cut off.
+    /// The reflected camera: it sees without the mirror what `camera` sees in it, on the same pixels. Its pictures have reversed winding,
+    /// and need a clip plane at the mirror.
     pub fn reflect(&self, camera: &Camera) -> Camera {
         let n = self.plane.0.as_dvec3();
         let turned = |v: Vec3| (v.as_dvec3() - n * (2.0 * n.dot(v.as_dvec3()))).as_vec3();
@@ -59,23 +59,23 @@ impl Mirror {
     }
 }
 
-/// What one mirror shows.
+/// The view in one mirror.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Reflection {
-    /// Which of the mirrors.
+    /// Index of the mirror.
     pub mirror: usize,
-    /// The reflection that the mirror is seen in; `None` where the eye sees it.
+    /// The reflection that shows the mirror; `None` if the eye sees it directly.
     pub parent: Option<usize>,
-    /// How many mirrors turn the lines; 1 or more.
+    /// Number of reflections along a line; 1 or more.
     pub depth: u32,
-    /// The camera that sees it without mirrors: see [`Mirror::reflect`].
+    /// The reflected camera: see [`Mirror::reflect`].
     pub camera: Camera,
-    /// The part of the screen that it can be on.
+    /// Its rectangle on the screen.
     pub rect: Rect,
     objects: Range<usize>,
 }
 
-/// What the mirrors of a frame show, and the memory for it, which grows to what the dearest frame needs.
+/// The reflections of a frame, in memory that grows to the maximum over frames.
 #[derive(Clone, Debug)]
 pub struct Reflections {
     scratch: Scratch,
@@ -85,27 +85,27 @@ pub struct Reflections {
 }
 
 impl Reflections {
-    /// None yet.
+    /// Without reflections.
     pub fn for_culler(culler: &Culler) -> Self {
         Self { scratch: Scratch::for_culler(culler), views: Vec::new(), objects: Vec::new(), stats: FrameStats::default() }
     }
 
-    /// What is seen in mirrors, those that the eye sees first.
+    /// The reflections, first those that the eye sees directly.
     pub fn views(&self) -> &[Reflection] {
         &self.views
     }
 
-    /// What to draw in one of them: each object once.
+    /// The objects to draw in one of them, each once.
     pub fn objects(&self, view: usize) -> &[ObjectId] {
         &self.objects[self.views[view].objects.clone()]
     }
 
-    /// Sums over all; reflections beyond [`MOST_REFLECTIONS`] are counted in `capped`.
+    /// Sums over all; `capped` counts reflections beyond [`MOST_REFLECTIONS`].
     pub fn stats(&self) -> FrameStats {
         self.stats
     }
 
-    /// The mirrors that a frame shows, as `scratch` has it, are seen in reflection `parent`, or by the eye.
+    /// Adds the mirrors visible in a frame, seen in reflection `parent` or by the eye.
     fn add(&mut self, culler: &Culler, mirrors: &[Mirror], eye: &Seeing<'_>, frame: Option<&Scratch>) {
         let frame = frame.unwrap_or(&self.scratch);
         for (i, mirror) in mirrors.iter().enumerate() {
@@ -129,29 +129,29 @@ impl Reflections {
     }
 }
 
-/// Who looks at mirrors.
+/// The viewer of mirrors.
 struct Seeing<'m> {
     camera: Camera,
     eye: Eye,
-    /// What it looks through already.
+    /// The mirror that it looks into.
     through: Option<&'m Mirror>,
-    /// Where that is seen.
+    /// The rectangle of that mirror.
     open: Rect,
     parent: Option<usize>,
     depth: u32,
-    /// Portals tell where a mirror is seen.
+    /// Whether portals restrict the view of a mirror.
     by_portals: bool,
 }
 
 impl Seeing<'_> {
-    /// The part of the screen that a mirror is seen on, in a frame.
+    /// The rectangle of a mirror on the screen, in a frame.
     fn seen_on(&self, culler: &Culler, mirror: &Mirror, frame: &Scratch) -> Rect {
         let side = self.eye.distance_from(mirror.plane);
         if side < -culler.tolerance {
             return Rect::EMPTY;
         }
         let own = self.eye.outline(&mirror.corners, side);
-        // An eye that is in no cell sees whatever is in the frustum.
+        // An eye in no cell sees everything in the frustum.
         let anywhere = !self.by_portals || frame.homes.is_empty();
         let at_home = anywhere || frame.homes.contains(&mirror.cell);
         let mut seen = if at_home { self.open.intersection(own) } else { Rect::EMPTY };
@@ -166,9 +166,8 @@ impl Seeing<'_> {
 }
 
 impl Culler {
-    /// What mirrors show, each in `depth` others at most (0: none), in the frame of this camera that `scratch` holds: of
-    /// [`Culler::cull`] in the same mode, just before. In modes without portals, mirrors are seen wherever they are, and show the row of
-    /// their cell.
+    /// Computes reflections, up to `depth` levels (0: none), for the frame in `scratch`: that of [`Culler::cull`] with this camera and
+    /// mode, just before. In modes without portals, all mirrors on the screen count, with the row of their cell.
     pub fn reflect(
         &self,
         camera: &Camera,

@@ -1,4 +1,4 @@
-//! What a renderer asks once a frame: given this camera, what is worth drawing?
+//! The culling of a frame: the objects to draw for a camera.
 //!
 //! ```no_run
 //! # fn demo(file: &enfilade::file::PvsFile) {
@@ -16,13 +16,12 @@
 //! # }
 //! ```
 //!
-//! # What holds, whatever the camera
+//! # Guarantees for every camera
 //!
-//! * An object with a pixel on the screen is in the set, as far as cells, portals and rows are sound: every tolerance here
-//!   errs towards *visible* ([`Culler::tolerance`] says by how much), and so does every bound on work, which is counted in
-//!   [`FrameStats::capped`].
-//! * Where the eye is in no cell, the set is everything in the frustum, never nothing.
-//! * Objects that are too small are left out where the client says so ([`Culler::set_min_pixels`]), and counted in [`FrameStats::small`].
+//! * An object with a pixel on the screen is in the set, if cells, portals and rows are sound: every tolerance here errs towards *visible*
+//!   (by [`Culler::tolerance`]), and so does every limit on work, which [`FrameStats::capped`] counts.
+//! * If the eye is in no cell, the set is everything in the frustum, never nothing.
+//! * Small objects are left out if the client sets a limit ([`Culler::set_min_pixels`]), and [`FrameStats::small`] counts them.
 //! * The set depends on the camera and the mode, not on earlier frames.
 //! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
 

@@ -1,24 +1,24 @@
-//! Ways to cull.
+//! The modes of culling.
 
 use std::fmt;
 use std::str::FromStr;
 
-/// How to cull.
+/// A mode of culling.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Mode {
-    /// Everything: what the others are measured against.
+    /// Everything: the baseline for the other modes.
     None,
-    /// Objects whose box meets the view frustum.
+    /// Objects whose box intersects the view frustum.
     Frustum,
     /// Through portals, with the frustum narrowed at each.
     Portals,
-    /// The row of the eye's cell, and the frustum.
+    /// Objects in the row of the eye's cell and in the frustum.
     Pvs,
-    /// Through portals into cells of the row, and of those the objects of the row.
+    /// Through portals into cells of the row, with the objects of the row.
     PortalsAndPvs,
-    /// [`Mode::PortalsAndPvs`], then CHC for the rest.
+    /// [`Mode::PortalsAndPvs`], then CHC on its result.
     Chc,
-    /// [`Mode::PortalsAndPvs`], then CHC++ for the rest.
+    /// [`Mode::PortalsAndPvs`], then CHC++ on its result.
     ChcPlus,
     /// [`Mode::PortalsAndPvs`] in a closed cell; [`Mode::Chc`] in an open one, where portals and rows hide little.
     Auto,
@@ -41,7 +41,7 @@ impl Mode {
         matches!(self, Self::Chc | Self::ChcPlus | Self::Auto)
     }
 
-    /// The part that needs no queries.
+    /// The mode without its queries.
     pub(super) const fn without_queries(self) -> Self {
         if self.has_queries() { Self::PortalsAndPvs } else { self }
     }

@@ -1,23 +1,23 @@
-//! Where a camera will be: as it moved and turned from one frame to the next, for some time on.
+//! Extrapolates a camera's motion: constant velocity and rotation from the last two frames.
 
 use super::Camera;
 use glam::{DMat3, DQuat};
 
-/// Looks ahead of a camera.
+/// The motion of a camera.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     last: Option<(Camera, f64)>,
-    /// Metres a second.
+    /// Velocity, metres per second.
     velocity: glam::DVec3,
-    /// Radians a second, about an axis.
+    /// Angular velocity, radians per second, about an axis.
     turn: glam::DVec3,
 }
 
-/// Less than this between two cameras is no time, seconds.
+/// Shortest time between two cameras, seconds.
 const SHORTEST: f64 = 1e-6;
 
 impl Motion {
-    /// Takes a camera at a time (seconds, of any origin).
+    /// Adds a camera at a time (seconds, from any origin).
     pub fn see(&mut self, camera: &Camera, time: f64) {
         if let Some((before, then)) = self.last {
             let passed = time - then;
@@ -31,14 +31,14 @@ impl Motion {
         self.last = Some((*camera, time));
     }
 
-    /// The last camera, so many seconds on. `None` before the first one.
+    /// The camera extrapolated by `seconds`. `None` before the first one.
     pub fn ahead(&self, seconds: f64) -> Option<Camera> {
         let (camera, _) = self.last?;
         let turn = DQuat::from_scaled_axis(self.turn * seconds);
         let [x, y, w] = [camera.x, camera.y, camera.w].map(|row| (turn * row.as_dvec3()).as_vec3());
         let eye = camera.eye.as_dvec3() + self.velocity * seconds;
         let ahead = Camera { eye: eye.as_vec3(), x, y, w };
-        // A jump, or a camera of zeros, leads nowhere.
+        // After a jump, or with a degenerate camera, there is no extrapolation.
         let finite = [ahead.eye, x, y, w].iter().all(|v| v.is_finite());
         Some(if finite { ahead } else { camera })
     }

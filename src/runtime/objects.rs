@@ -1,4 +1,4 @@
-//! What is to be seen in the cells that a frame came to: the objects of a cell where portals open it, in blocks of boxes.
+//! Collects the visible objects of the reached cells: those within the rectangles of portals, in blocks of boxes.
 
 use super::boxes::{HalfSpaces, LANES};
 use super::culler::{Culler, bit, directed_plane, target};
@@ -9,13 +9,13 @@ use crate::bits::ones;
 use crate::simd::Vectorize;
 use glam::Vec3;
 
-/// Takes them into the scratch: what the eye's own cells show, then what portals show of others.
+/// Adds objects to the scratch: first those of the eye's own cells, then those of other cells through portals.
 pub(super) struct CollectObjects<'a> {
     pub culler: &'a Culler,
     pub camera: &'a Camera,
-    /// What isn't beyond this plane is not seen by the eye.
+    /// If set, only objects beyond this plane are visible.
     pub front: Option<(Vec3, f32)>,
-    /// The cells that the eye is in, which it sees on `open`.
+    /// The eye's cells, which it sees on `open`.
     pub homes: &'a [CellId],
     pub open: &'a Rect,
     pub scratch: &'a mut Scratch,
@@ -37,7 +37,7 @@ impl Vectorize for CollectObjects<'_> {
         }
         for i in 0..self.scratch.reached.len() {
             let cell = self.scratch.reached[i];
-            // Of the eye's own cell, all that is on the screen is taken.
+            // The eye's own cell is complete on the screen.
             if self.front.is_some() || !self.homes.contains(&cell) {
                 let around = self.open(cell);
                 self.take(cell, around);
@@ -47,7 +47,7 @@ impl Vectorize for CollectObjects<'_> {
 }
 
 impl CollectObjects<'_> {
-    /// Sets `spaces` to what each portal shows of a cell. Returns what holds all of that.
+    /// Sets `spaces` to the half-spaces of each portal into a cell. Returns half-spaces around all of them.
     fn open(&mut self, cell: CellId) -> HalfSpaces {
         let Self { culler, camera, .. } = *self;
         self.scratch.spaces.clear();
@@ -66,13 +66,13 @@ impl CollectObjects<'_> {
         if let [one] = self.scratch.spaces[..] { one } else { HalfSpaces::of(camera, &all) }
     }
 
-    /// A plane's distance from the origin, with the tolerance: twice as everywhere, once more for rounding, whose terms are within the
-    /// model's extent.
+    /// A plane's distance from the origin, moved by the tolerance: twice as everywhere, and once more for rounding, whose terms are within
+    /// the model's extent.
     fn behind(&self, d: f32) -> f32 {
         d - 3.0 * self.culler.tolerance as f32
     }
 
-    /// Takes the objects of a cell that are in the row and in one of `spaces`, which `around` holds.
+    /// Adds the objects of a cell that are in the row and in one of `spaces`; `around` contains all of these.
     #[inline(always)]
     fn take(&mut self, cell: CellId, around: HalfSpaces) {
         let Self { culler, scratch, .. } = self;
@@ -107,7 +107,7 @@ impl CollectObjects<'_> {
     }
 }
 
-/// Marks which portals lead into which cell, of those that the frame crossed; fills [`Scratch::reached`].
+/// Groups the crossed portals by target cell; fills [`Scratch::reached`].
 pub(super) fn group(culler: &Culler, scratch: &mut Scratch) {
     scratch.reached.clear();
     scratch.next_in.clear();

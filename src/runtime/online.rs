@@ -1,9 +1,9 @@
-//! Portals, rows and occlusion queries together: what the first two leave is walked as a tree, and asked about on the way.
+//! Portals, rows and occlusion queries together: queries run on a tree of the objects that portals and rows leave.
 //!
-//! Based on: Bittner et al. 2004 and Mattausch et al. 2008 ([`crate::occlusion::chc`], [`crate::occlusion::chc_plus`]) within what Luebke and
-//! Georges' traversal leaves. In an open cell, where a portal leads to half of the scene, the queries do the work; in a room the portals
-//! do, and few nodes are left to ask about. An object is in the walk only where a portal opens the part of the screen that it is
-//! on, so the queries never look beyond the portals' frusta.
+//! Based on: Bittner et al. 2004 and Mattausch et al. 2008 ([`crate::occlusion::chc`], [`crate::occlusion::chc_plus`]) within the result of
+//! Luebke and Georges' traversal. In an open cell, where a portal leads to half of the scene, queries do most of the work; in a room,
+//! portals do, and few nodes need a query. An object is in the walk only if it is within a portal's rectangle, so queries never go beyond
+//! the portals' frusta.
 
 use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
 use crate::ObjectId;
@@ -15,7 +15,7 @@ use crate::occlusion::mask::{Mask, Scope};
 use crate::occlusion::oracle::OcclusionOracle;
 use crate::occlusion::view::{Frustum, View};
 
-/// Culls with an oracle; keeps what one camera needs from frame to frame.
+/// Culls with an oracle; keeps the state of one camera between frames.
 #[derive(Clone, Debug)]
 pub(super) struct OnlineCuller {
     tree: Hierarchy,
@@ -26,7 +26,7 @@ pub(super) struct OnlineCuller {
 }
 
 impl OnlineCuller {
-    /// Makes a tree of all objects' boxes.
+    /// Builds a tree of all objects' boxes.
     pub fn new(culler: &Culler) -> Self {
         let objects = 0..culler.object_count();
         let aabb = |i: usize| {
@@ -39,7 +39,7 @@ impl OnlineCuller {
         Self::with_tree(culler, Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions::default()))
     }
 
-    /// With a tree of all objects that was made elsewhere.
+    /// Uses a given tree of all objects.
     pub fn with_tree(culler: &Culler, tree: Hierarchy) -> Self {
         assert_eq!(tree.object_count(), culler.object_count(), "a tree of the culler's objects");
         Self {
@@ -56,10 +56,9 @@ impl OnlineCuller {
         self.tree
     }
 
-    /// Draws a frame by [`Mode::Chc`] or [`Mode::ChcPlus`], with an oracle that has just begun one with `view`, the camera's.
-    /// Returns what was drawn: every object that has a pixel at the oracle's size and no nearer than the near plane, as far as
-    /// [`Culler::cull`] has it. `culler` is that of [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each
-    /// mode.
+    /// Draws a frame by [`Mode::Chc`] or [`Mode::ChcPlus`], with an oracle that has just begun it with `view`, the camera's. Returns the
+    /// drawn objects: all objects of [`Culler::cull`] that have a pixel at the oracle's size beyond the near plane. `culler` is that of
+    /// [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each mode.
     pub fn cull(
         &mut self,
         culler: &Culler,

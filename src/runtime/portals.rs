@@ -1,27 +1,26 @@
-//! Through portals, with the view narrowed at each.
+//! Portal traversal, with the view narrowed at each portal.
 //!
-//! Based on: D. Luebke and C. Georges, *Portals and mirrors: simple, fast evaluation of potentially visible sets*, 1995: a
-//! portal opens the rectangle around its winding on the screen, cut by what the portals before it opened.
+//! Based on: D. Luebke and C. Georges, *Portals and mirrors: simple, fast evaluation of potentially visible sets*, 1995: a portal opens the
+//! rectangle around its winding on the screen, clipped to the rectangles of the portals before it.
 //!
-//! Where it deviates, and why:
+//! Deviations:
 //!
-//! * **A work list instead of recursion.** The paper's cells are convex, here they are unions of pieces (an L-shaped room, the
-//!   outside around a building): one portal is reached along many chains, and recursion over chains is exponential. Here each
-//!   directed portal keeps one rectangle, the union of what all chains open, and is looked at again when that grows:
-//!   `open(Q) = union over P before Q of (open(P) & own(Q))`. The rectangles only grow and their sides come from a finite set,
-//!   so this ends, in the least solution, which no order of work changes. It covers every chain: a sight line that passes P,
-//!   then Q, on a pixel in `open(P)`, has that pixel in `own(Q)`, so in `open(Q)`. Fewer portals or cells to go through (rows
-//!   that prune) give smaller rectangles, so the modes nest: both within portals.
-//! * **A portal leads one way** for one eye, which must be behind its plane; a portal Q is looked for beyond P only if a
-//!   corner of Q is in front of P's plane, and so is an object. This does the work of convexity.
+//! * **A work list instead of recursion.** The paper's cells are convex; here they are unions of pieces (an L-shaped room, the outside
+//!   around a building). Many chains lead to one portal, and recursion over chains is exponential. Here each directed portal keeps one
+//!   rectangle, the union over all chains, and is visited again when that grows: `open(Q) = union over P before Q of (open(P) & own(Q))`.
+//!   The rectangles only grow and their sides come from a finite set, so this ends in the least fixed point, independent of the order of
+//!   work. It covers every chain: a line of sight that passes P, then Q, on a pixel in `open(P)`, has that pixel in `own(Q)`, so in
+//!   `open(Q)`. Fewer portals or cells (pruned by rows) give smaller rectangles, so the modes nest: both within portals.
+//! * **A portal leads one way** for one eye, which must be behind its plane. A portal Q is considered beyond P only if a corner of Q is in
+//!   front of P's plane; the same holds for objects. This replaces convexity.
 //! * **Windings are drawn with a thick pen.** A stored winding is within [`Culler::tolerance`] (rho) of the true opening, so
 //!   each corner is projected as a ball of that radius: with `X = |x|`, `W = |w|` (norms of the camera's rows), a point within
 //!   rho has clip x within `rho X` and w within `rho W`, and x/w within the quotients of those intervals. This holds at any
 //!   opening angle, where a fixed margin in pixels does not. Projection is done in `f64`; the last step to `f32` is covered by
 //!   [`ROUNDING`].
-//! * **Near the eye** windings are cut at `w = 2 rho W`, not at the near plane, so that the quotients exist. What is cut off
-//!   can be on the screen only within [`Eye::touch`] of the eye; where a winding comes that near, the portal opens everything
-//!   ("the eye stands in it"). An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
+//! * **Near the eye** windings are clipped at `w = 2 rho W`, not at the near plane, so that the quotients exist. The clipped part can be on
+//!   the screen only within [`Eye::touch`] of the eye; if a winding is that near, the portal opens everything ("the eye is in the portal").
+//!   An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
 
 use super::culler::{Culler, directed_plane, target};
 use super::frustum::{Camera, Rect};
@@ -32,31 +31,31 @@ use crate::{CellId, DirectedPortal, PortalId};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;
 
-/// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2]
-/// are under 2.4e-7. Larger: a portal beside another's rectangle is looked into. Smaller: a pixel on the edge gets lost.
+/// Rectangles grow by this much (normalised device coordinates) when they are rounded to `f32`, whose steps within [-2, 2] are under
+/// 2.4e-7. Larger: a portal just beside another's rectangle is entered. Smaller: a pixel on the edge is lost.
 const ROUNDING: f64 = 1e-6;
 
-/// A directed portal that is looked at more often than this opens all that it ever can at once, which ends the matter.
-/// Larger: pathological graphs take long. Smaller: ordinary ones draw too much.
+/// Most visits of a directed portal; then it opens its whole outline at once, which ends its visits. Larger: pathological graphs take long.
+/// Smaller: ordinary ones draw too much.
 const MOST_VISITS: u32 = 32;
 
-/// The camera in `f64`, with what is derived from it once a frame.
+/// The camera in `f64`, with derived values, computed once per frame.
 pub(super) struct Eye {
     at: DVec3,
     x: DVec3,
     y: DVec3,
     w: DVec3,
-    /// How far a stored corner may be from the real opening's, metres.
+    /// Largest distance of a stored corner from the real opening's, metres.
     tolerance: f64,
-    /// Clip w of a point moves by at most this when the point moves by the tolerance.
+    /// Largest change of a point's clip w when the point moves by the tolerance.
     portal_margin: f64,
-    /// An eye this near to a plane, metres, may be on either side: twice the tolerance, and what the rounding of the plane's
-    /// normal makes of the eye's distance from the origin.
+    /// Distance from a plane within which an eye may be on either side, metres: twice the tolerance, plus the error of the plane's normal
+    /// times the eye's distance from the origin.
     either_side: f64,
-    /// Within this distance of the eye, metres, a point may be on the screen with `w` under three times `portal_margin`; infinite for
-    /// a camera whose rows are dependent.
+    /// Distance from the eye, metres, within which a point may be on the screen with `w` below three times `portal_margin`; infinite for a
+    /// camera with dependent rows.
     touch: f64,
-    /// What isn't beyond this plane is not seen: a mirror's, looked into from behind it.
+    /// If set, only the space beyond this plane is visible: that of a mirror, for a reflected eye.
     front: Option<(Vec3, f32)>,
 }
 
@@ -75,12 +74,12 @@ impl Eye {
         Self { at, x, y, w, tolerance, portal_margin, either_side, touch, front }
     }
 
-    /// Signed distance of the eye from a directed portal's plane, metres: negative on the side that it leads out of.
+    /// Signed distance of the eye from a directed portal's plane, metres: negative on the source side.
     fn side(&self, culler: &Culler, portal: DirectedPortal) -> f64 {
         self.distance_from(directed_plane(culler, portal))
     }
 
-    /// The part of the screen that a directed portal can open, whatever leads to it.
+    /// The largest rectangle that a directed portal can open.
     fn own_outline(&self, culler: &Culler, portal: DirectedPortal) -> Rect {
         let side = self.side(culler, portal);
         let corners = culler.portal_corners.get(portal.portal().index());
@@ -90,7 +89,7 @@ impl Eye {
         self.outline(corners, side)
     }
 
-    /// The part of the screen that a winding can open, whose plane is `side` metres from the eye.
+    /// The rectangle that a winding can open; `side` is the distance of its plane from the eye, metres.
     pub fn outline(&self, corners: &[Vec3], side: f64) -> Rect {
         if side.abs() <= self.touch && distance(self.at, corners) <= self.touch {
             return Rect::FULL;
@@ -103,7 +102,7 @@ impl Eye {
         n.as_dvec3().dot(self.at) - f64::from(d)
     }
 
-    /// The rectangle around a winding that is drawn with a pen of the tolerance's radius, cut to the screen.
+    /// The rectangle around a winding grown by the tolerance, clipped to the screen.
     fn project(&self, corners: &[Vec3]) -> Rect {
         let margin = DVec2::new(self.x.length(), self.y.length()) * self.tolerance;
         let cut = 2.0 * self.portal_margin;
@@ -160,16 +159,16 @@ fn distance(at: DVec3, corners: &[Vec3]) -> f64 {
     if inside && !corners.is_empty() { n.dot(corner(0)).abs() } else { nearest }
 }
 
-/// Whether an eye is where a portal's leaf may hang, on either side of it: then the leaf may be behind it.
+/// Whether an eye is in a portal's doorway, on either side: then the leaf may be behind the eye.
 pub(super) fn is_in_doorway(culler: &Culler, at: DVec3, portal: PortalId) -> bool {
     let (depth, plane) = (f64::from(culler.doorway(portal.directed(0))), culler.portal_planes[portal.index()]);
     let side = plane.truncate().as_dvec3().dot(at) - f64::from(plane.w);
     side.abs() <= depth && distance(at, culler.portal_corners.get(portal.index())) <= depth
 }
 
-/// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the cells that its eye is in, on `open`.
+/// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the eye's cells, on `open`.
 pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[CellId], open: &Rect, scratch: &mut Scratch) {
-    // 1. The portals that lead out of the eye's own cells.
+    // 1. The portals out of the eye's own cells.
     for &home in homes {
         scratch.reach(home);
         offer(culler, eye, home, None, open, scratch);
@@ -188,7 +187,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[Cel
         offer(culler, eye, target(culler, portal), Some(portal), &open, scratch);
     }
 
-    // 3. What is to be seen there, and through them.
+    // 3. Final rectangles and objects.
     for i in 0..scratch.crossed.len() {
         let portal = scratch.crossed[i].portal;
         let PortalState { open, shut, .. } = scratch.portal_states[portal.0 as usize];
@@ -203,8 +202,7 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[Cel
     scratch.stats.portals = scratch.crossed.len() as u64;
 }
 
-/// A cell is seen on `open`, through portal `through` (or from the eye): of its portals, those of which that opens more than
-/// before are waiting in the queue afterwards.
+/// A cell is visible on `open`, through portal `through` (or from the eye): queues its portals whose rectangles grow by that.
 fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPortal>, open: &Rect, scratch: &mut Scratch) {
     let Range { start, mut end } = ways_out(culler, eye, cell, scratch);
     let mut at = start;
@@ -212,7 +210,7 @@ fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPorta
         let next = scratch.ways[at];
         let state = &mut scratch.portal_states[next.0 as usize];
         let opened = open.intersection(state.own);
-        // No straight line passes one portal twice.
+        // A straight line passes a portal at most once.
         let passes = |through: DirectedPortal| {
             next.portal() != through.portal()
                 && is_beyond(culler, directed_plane(culler, through), culler.portal_corners.get(next.portal().index()))
@@ -230,7 +228,7 @@ fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPorta
             scratch.queue.push(next);
         }
         if state.open.covers(&state.own) {
-            // It can't open more: nobody need look at it again.
+            // It is entirely open: no further visits.
             end -= 1;
             scratch.ways.swap(at, end);
         } else {
@@ -240,9 +238,8 @@ fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPorta
     scratch.cell_ways[cell.index()].end = end as u32;
 }
 
-/// The portals of a cell that the eye might see through, whatever leads to the cell, less those that are wide open already, as
-/// a range of [`Scratch::ways`]: found once a frame, since most portals of a large cell (the outside) face away from the eye or
-/// are off the screen.
+/// The portals of a cell that the eye might see through at all, without those entirely open already, as a range of [`Scratch::ways`].
+/// Computed once per frame, because most portals of a large cell (the outside) face away from the eye or are off the screen.
 fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> Range<usize> {
     let Part { frame, start, end } = scratch.cell_ways[cell.index()];
     if frame == scratch.frame {
@@ -264,7 +261,7 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
     start..end
 }
 
-/// True where one of `corners` is in front of a plane, within the tolerance.
+/// True if one of `corners` is in front of a plane, within the tolerance.
 pub(super) fn is_beyond(culler: &Culler, (n, d): (Vec3, f32), corners: &[Vec3]) -> bool {
     let (n, d) = (n.as_dvec3(), f64::from(d));
     corners.iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)

@@ -1,4 +1,4 @@
-//! What one camera needs from frame to frame: marks, queues and results, all at their final size from the start.
+//! The memory of one camera: marks, queues and results, all allocated at their final size.
 
 use super::boxes::HalfSpaces;
 use super::culler::Culler;
@@ -7,22 +7,22 @@ use super::locate::MOST_HOMES;
 use crate::{CellId, DirectedPortal, ObjectId};
 use std::ops::{Add, AddAssign};
 
-/// What a frame cost and kept.
+/// Counters of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct FrameStats {
-    /// Cells reached (portals, both) or in the row (pvs); 0 where no cell was asked.
+    /// Cells reached (portals, both) or in the row (pvs); 0 in other modes.
     pub cells: u64,
-    /// Directed portals seen through.
+    /// Directed portals crossed.
     pub portals: u64,
     /// Objects in the set.
     pub objects: u64,
     /// Their triangles.
     pub triangles: u64,
-    /// Objects left out because they are too small ([`Culler::set_min_pixels`]).
+    /// Small objects left out ([`Culler::set_min_pixels`]).
     pub small: u64,
-    /// Questions to an occlusion oracle.
+    /// Occlusion queries.
     pub queries: u64,
-    /// Times that a bound on work was met and more was kept instead.
+    /// Times that a limit on work was reached, so that more was kept.
     pub capped: u64,
 }
 
@@ -48,53 +48,53 @@ impl AddAssign for FrameStats {
     }
 }
 
-/// A portal that the frame saw through.
+/// A portal crossed in the frame.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CrossedPortal {
-    /// Which way.
+    /// The directed portal.
     pub portal: DirectedPortal,
-    /// The part of the screen that it opens: covers every pixel that shows something beyond it.
+    /// Its rectangle on the screen: covers every pixel that shows something beyond it.
     pub rect: Rect,
 }
 
-/// The answer, kept in the [`Scratch`] until the next frame.
+/// The result of a frame, kept in the [`Scratch`] until the next one.
 #[derive(Clone, Copy, Debug)]
 pub struct VisibleSet<'s> {
-    /// What to draw: each object once; those of the eye's cell come first in the modes that go through portals.
+    /// The objects to draw, each once; in modes with portals, those of the eye's cell come first.
     pub objects: &'s [ObjectId],
     /// The cells reached (portals, both), the eye's own first.
     pub cells: &'s [CellId],
-    /// The portals seen through, nearest (in portals) first.
+    /// The crossed portals, nearest (in portals) first.
     pub portals: &'s [CrossedPortal],
-    /// The eye's cell; `None` where it is in none, or where the mode doesn't ask.
+    /// The eye's cell; `None` if it is in none, or if the mode does not use cells.
     pub home: Option<CellId>,
     /// Counters.
     pub stats: FrameStats,
 }
 
-/// A cell's part of a list that is filled cell by cell as a frame gets to them.
+/// A cell's part of a list that is filled cell by cell during a frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Part {
-    /// The frame that the rest is of.
+    /// The frame for which the other fields are valid.
     pub frame: u32,
-    /// Where it starts.
+    /// Start.
     pub start: u32,
-    /// And ends, exclusively.
+    /// End, exclusive.
     pub end: u32,
 }
 
-/// A directed portal in the current frame; set when its cell is first looked at.
+/// State of a directed portal in the current frame; set at the first visit of its cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PortalState {
-    /// Its own outline: the most that it can open. Empty where it can't be seen through.
+    /// Its own outline: the largest rectangle that it can open. Empty if nothing is visible through it.
     pub own: Rect,
-    /// What it opens as far as is known.
+    /// The rectangle that it opens so far.
     pub open: Rect,
-    /// Times taken from the queue.
+    /// Number of visits.
     pub visits: u32,
-    /// Waiting in the queue.
+    /// Whether it is in the queue.
     pub queued: bool,
-    /// Something stands in it: what is in the doorway is seen, and nothing beyond.
+    /// Whether it is shut: objects in the doorway are visible, and nothing beyond.
     pub shut: bool,
 }
 
@@ -102,17 +102,17 @@ impl PortalState {
     pub const UNSEEN: Self = Self { own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false, shut: false };
 }
 
-/// The portals that a frame crossed into a cell, as a list linked by [`Scratch::next_in`].
+/// The crossed portals into a cell, as a list linked by [`Scratch::next_in`].
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WaysIn {
-    /// The frame that the rest is of.
+    /// The frame for which the other fields are valid.
     pub frame: u32,
     /// Indices into [`Scratch::crossed`].
     pub first: u32,
     pub last: u32,
 }
 
-/// A first-in-first-out queue of directed portals, each at most once, in a ring that never grows.
+/// A first-in-first-out queue of directed portals, each at most once, in a ring of fixed size.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Queue {
     ring: Vec<DirectedPortal>,
@@ -135,10 +135,10 @@ impl Queue {
     }
 }
 
-/// Everything that changes from frame to frame; one for each camera.
+/// All state of frames; one per camera.
 #[derive(Clone, Debug)]
 pub struct Scratch {
-    /// Counts frames; a mark is set where it equals this.
+    /// Frame counter; a mark is set if it equals this.
     pub(super) frame: u32,
     /// By object: the last frame that took it.
     pub(super) taken: Vec<u32>,
@@ -147,32 +147,32 @@ pub struct Scratch {
     pub(super) cell_ways: Vec<Part>,
     /// Portals that the eye might see through.
     pub(super) ways: Vec<DirectedPortal>,
-    /// Cells that a crossed portal leads into, and by cell which do.
+    /// Target cells of crossed portals, and the portals by cell.
     pub(super) reached: Vec<CellId>,
     pub(super) ways_in: Vec<WaysIn>,
-    /// By crossed portal: the next into the same cell; none there is at the last.
+    /// By crossed portal: the next one into the same cell; invalid at the last.
     pub(super) next_in: Vec<u32>,
-    /// What each portal shows of one cell.
+    /// The half-spaces of each portal into one cell.
     pub(super) spaces: Vec<HalfSpaces>,
     pub(super) portal_states: Vec<PortalState>,
     pub(super) queue: Queue,
     /// The rows of the eye's cells, joined.
     pub(super) object_row: Vec<u64>,
     pub(super) cell_row: Vec<u64>,
-    /// Where the eye was in the last frame.
+    /// The eye's piece in the last frame.
     pub(super) last_piece: u32,
     pub(super) objects: Vec<ObjectId>,
     pub(super) cells: Vec<CellId>,
-    /// The cells that the eye is in; none where it is in none, or where the mode doesn't ask.
+    /// The eye's cells; empty if there are none, or if the mode does not use cells.
     pub(super) homes: Vec<CellId>,
-    /// Cells and how many portals lead to them.
+    /// Cells and the number of portals to them.
     pub(super) hops: Vec<(CellId, u32)>,
     pub(super) crossed: Vec<CrossedPortal>,
     pub(super) stats: FrameStats,
 }
 
 impl Scratch {
-    /// Takes all the memory that frames of this culler need.
+    /// Allocates all memory for frames of this culler.
     pub fn for_culler(culler: &Culler) -> Self {
         let (objects, cells, portals) = (culler.object_count(), culler.cell_count(), culler.portal_count() * 2);
         Self {
@@ -199,7 +199,7 @@ impl Scratch {
         }
     }
 
-    /// Starts a frame. A scratch that was made for another culler is made anew.
+    /// Starts a frame. A scratch of another culler is reallocated.
     pub(super) fn begin(&mut self, culler: &Culler) {
         let fits = self.taken.len() == culler.object_count()
             && self.cell_marks.len() == culler.cell_count()
@@ -223,7 +223,7 @@ impl Scratch {
         self.stats = FrameStats::default();
     }
 
-    /// Marks a cell as reached, once a frame.
+    /// Marks a cell as reached, once per frame.
     pub(super) fn reach(&mut self, cell: CellId) {
         let mark = &mut self.cell_marks[cell.index()];
         if *mark != self.frame {

@@ -1,4 +1,4 @@
-//! Sets that depend on no camera, or on a volume that is none: for lights, sounds, and what to load next.
+//! Sets independent of a camera: for lights, sounds, and loading.
 
 use super::Culler;
 use super::scratch::Scratch;
@@ -10,27 +10,27 @@ use glam::{Vec3, Vec4};
 pub const MOST_PLANES: usize = 64;
 
 impl Culler {
-    /// The cell that a point is in (metres, relative to the file's origin), or the deepest of those that it is on the border of.
+    /// The cell of a point (metres, relative to the file's origin); on a border, the one with the point deepest inside.
     pub fn cell_of(&self, p: Vec3, scratch: &mut Scratch) -> Option<CellId> {
         self.locate(p, scratch).as_slice().first().copied()
     }
 
-    /// The cells that may be seen from a cell, itself included, ascending: its row. All, where the file has no rows or they are only
-    /// sampled. Doors count as open.
+    /// The cells that may be visible from a cell, including itself, ascending: its row. All cells, if the file has no rows or only sampled
+    /// ones. Doors count as open.
     pub fn visible_from(&self, cell: CellId) -> impl Iterator<Item = CellId> + '_ {
         let row = self.cell_rows.as_ref().filter(|_| self.cell_rows_prune).map(|rows| rows.row(cell.index()));
         (0..self.cell_count()).filter(move |&c| row.is_none_or(|row| super::culler::bit(row, c))).map(|c| CellId(c as u32))
     }
 
-    /// The objects of a cell's row, ascending; all, where the file has no rows.
+    /// The objects of a cell's row, ascending; all objects if the file has no rows.
     pub fn objects_from(&self, cell: CellId) -> impl Iterator<Item = ObjectId> + '_ {
         let row = self.object_rows.as_ref().map(|rows| rows.row(cell.index()));
         let all = row.is_none().then(|| 0..self.object_count()).into_iter().flatten();
         row.into_iter().flat_map(bits::ones).chain(all).map(|o| ObjectId(o as u32))
     }
 
-    /// The cells that can be come to from `from` through at most `hops` portals that are open, whatever can be seen: where a sound
-    /// is heard, what may be needed soon. Fewest portals first, `from` itself at the start; each with how many it takes.
+    /// The cells reachable from `from` through at most `hops` open portals, independent of visibility: for sounds and for loading. Ordered
+    /// by the number of portals, which is part of the result; `from` itself is first.
     pub fn within_hops<'s>(&self, from: CellId, hops: u32, scratch: &'s mut Scratch) -> &'s [(CellId, u32)] {
         scratch.begin(self);
         scratch.hops.clear();
@@ -54,9 +54,9 @@ impl Culler {
         &scratch.hops
     }
 
-    /// Objects whose box meets a convex volume: `planes` are `(n, d)` with `n . p <= d` inside, metres relative to the file's origin,
-    /// of any length but zero. With `from`, only objects of those cells' rows: a light's frustum stretched to what the camera sees
-    /// holds all that can throw a shadow there, and nothing throws one that the lit cells can't see. Ascending.
+    /// Objects whose box intersects a convex volume: `planes` are `(n, d)` with `n . p <= d` inside, metres relative to the file's origin,
+    /// with normals of any length except zero. With `from`, only objects of those cells' rows: a light's frustum extended to the camera's
+    /// view contains all shadow casters, and objects hidden from the lit cells cast no visible shadow. Ascending.
     ///
     /// # Panics
     ///
@@ -78,7 +78,7 @@ impl Culler {
     }
 }
 
-/// True where a box is certainly in front of a plane: by more than what rounding may make of the sum.
+/// True if a box is certainly in front of a plane: by more than the rounding error.
 fn is_outside(plane: Vec4, centre: Vec3, half: Vec3) -> bool {
     let n = plane.truncate().as_dvec3();
     let (centre, half) = (centre.as_dvec3(), half.as_dvec3());

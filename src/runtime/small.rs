@@ -1,8 +1,7 @@
-//! Objects with too few pixels to be worth drawing: contribution culling, with a bound that holds.
+//! Contribution culling: leaves out objects with few pixels, by a conservative bound.
 //!
-//! The pixels of an object are at most those whose middles lie in the rectangle around its box on the screen. An object is left out where
-//! that number is below the limit for certain, so nothing is left out that has as many pixels as the limit says. With a limit of 1, no pixel
-//! changes.
+//! The pixels of an object are at most those whose centres are in the rectangle around its box on the screen. An object is left out if that
+//! number is certainly below the limit, so no object with at least that many pixels is left out. With a limit of 1, no pixel changes.
 
 use super::boxes::{Boxes, LANES, SUM_ERROR};
 use super::culler::Culler;
@@ -13,22 +12,21 @@ use crate::ObjectId;
 use crate::bits::ones;
 use crate::simd::{Vectorize, vectorized};
 
-/// Rounding of a place on the screen, as a part of the screen's size: a quotient and two sums, each off by 2^-24 of at most 2. Larger: objects
-/// whose rectangle ends just beside the middle of a pixel are kept. Smaller: some are left out that have one pixel more.
+/// Rounding error of a position on the screen, relative to the screen's size: a quotient and two sums, each with an error of 2^-24 of at
+/// most 2. Larger: objects whose rectangle ends just beside a pixel centre are kept. Smaller: objects with one pixel more are left out.
 const PLACE_ERROR: f32 = 1e-6;
 
 /// A limit below which objects are left out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct MinPixels {
-    /// Objects with fewer pixels are left out, as far as their boxes tell; with 0, none is.
+    /// Objects with fewer pixels, judged by their boxes, are left out; 0: none.
     pub pixels: u32,
-    /// Width and height of the picture that is drawn, pixels, with one sample in the middle of each. A picture with more samples a pixel has
-    /// as many more pixels here.
+    /// Width and height of the picture, pixels, with one sample at each centre. Multiply by the samples if there are more per pixel.
     pub picture: [u32; 2],
 }
 
 impl Culler {
-    /// Takes what is too small out of a frame's objects, if the mode culls at all.
+    /// Removes small objects from a frame, if the mode culls at all.
     pub(super) fn leave_out_small(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
         if self.min_pixels.pixels > 0 && mode != Mode::None {
             let before = scratch.objects.len();
@@ -67,12 +65,12 @@ impl Vectorize for LeaveOut<'_> {
     }
 }
 
-/// A linear form of the place relative to the eye, with what rounding may add to it.
+/// A linear form of the position relative to the eye, with its rounding error.
 struct Form {
     normal: [f32; 3],
-    /// By which a box's half-size widens its range.
+    /// Factor on a box's half size for its range.
     reach: [f32; 3],
-    /// For each metre (in the 1-norm) that the box's middle is from the eye.
+    /// Rounding error per metre of the box centre's distance from the eye (in the 1-norm).
     error: f32,
 }
 
@@ -115,8 +113,7 @@ impl Screen {
         Self { eye: camera.eye.to_array(), axes, w, size, least: limit.pixels as f32 }
     }
 
-    /// A bit for each box that has fewer pixels than the limit for certain. Never set for one that reaches behind the eye, or isn't
-    /// a number.
+    /// A bit for each box that certainly has fewer pixels than the limit. Never set for a box that extends behind the eye or has NaN.
     #[inline(always)]
     fn small(&self, boxes: &Boxes, objects: &[ObjectId; LANES]) -> u32 {
         let (mut at, mut half) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
@@ -134,7 +131,7 @@ impl Screen {
             for i in 0..LANES {
                 let left = low[i] / if low[i] < 0.0 { nearest[i] } else { farthest[i] };
                 let right = high[i] / if high[i] > 0.0 { nearest[i] } else { farthest[i] };
-                // Pixel k has its middle at k + 0.5.
+                // Pixel k has its centre at k + 0.5.
                 let first = ((left * 0.5 + (0.5 - PLACE_ERROR)) * size - 0.5).ceil();
                 let last = ((right * 0.5 + (0.5 + PLACE_ERROR)) * size - 0.5).floor();
                 let count = last - first + 1.0;
@@ -160,7 +157,8 @@ mod tests {
         all.iter().map(|o| !objects.contains(o)).collect()
     }
 
-    /// Upright walls one metre before an eye that sees 45 degrees to each side, 100 pixels: middles are at 0.01, 0.03 ... metres.
+    /// Vertical walls one metre in front of an eye with a view of 45 degrees to each side, 100 pixels: centres are at 0.01, 0.03 ...
+    /// metres.
     #[test]
     fn pixels_are_counted_by_their_middles() {
         let camera = Camera::look_at(DVec3::ZERO, DVec3::NEG_Z, 90f64.to_radians(), 1.0);
@@ -175,9 +173,9 @@ mod tests {
         assert_eq!(count([0.011, 0.029], [0.005, 0.015], wall), Some(0), "between two middles");
         assert_eq!(count([0.01, 0.01], [0.01, 0.01], wall), Some(1), "on a middle");
         assert_eq!(count([0.022, 0.068], [0.022, 0.068], [-2.0, -2.0]), Some(1), "twice as far");
-        // Its front and its back are counted together.
+        // Front and back count together.
         assert_eq!(count([0.005, 0.035], [0.005, 0.015], [-1.6, -1.0]), Some(2));
-        // Around the eye, beside it, behind it, and no number: whatever the limit.
+        // Around the eye, beside it, behind it, and NaN: for any limit.
         for (x, z) in [([-0.01, 0.01], [-0.01, 0.01]), ([0.01, 0.02], [-1.0, 0.0]), ([0.0, 0.01], [1.0, 2.0])] {
             assert_eq!(count(x, [0.0, 0.01], z), None);
         }
@@ -186,7 +184,7 @@ mod tests {
         assert!(!left_out(&camera, &[[Vec3::splat(5.0), Vec3::splat(6.0)]], 0, [100, 100])[0], "0 is no limit");
     }
 
-    /// Pixels whose middles show a box, by rays.
+    /// Pixels whose centres show a box, by rays.
     fn exact(camera: &Camera, [min, max]: [Vec3; 2], picture: [u32; 2]) -> u32 {
         let eye = camera.eye.as_dvec3();
         let (min, max) = (min.as_dvec3() - eye, max.as_dvec3() - eye);
@@ -234,7 +232,7 @@ mod tests {
                 for (i, (&count, left_out)) in counts.iter().zip(left_out).enumerate() {
                     assert!(!left_out || count < limit, "round {round}, box {i}: {count} pixels, limit {limit}");
                     many += usize::from(count >= limit);
-                    // A lens of 1e-5 degrees is narrower than what `f32` tells apart, and a wide one makes rectangles of slanted boxes.
+                    // A lens of 1e-5 degrees is below the resolution of `f32`, and a wide one gives large rectangles for slanted boxes.
                     if limit > 1 && count * 3 < limit && (1..4).contains(&(round % 5)) {
                         few += 1;
                         found += usize::from(left_out);

@@ -1,4 +1,4 @@
-//! Where every importer hands in its meshes: numbers checked, degenerate triangles dropped and counted, large meshes split.
+//! The scene builder, for all importers: checks numbers, drops and counts degenerate triangles, splits large meshes.
 
 use super::objects::split_objects;
 use super::pipes::{self, Prisms};
@@ -13,14 +13,14 @@ use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
-/// Per cent of the triangles. Less: glass halls are told of. More: a building whose walls let one see through them is not.
+/// Per cent of the triangles. Smaller: a note for glass halls. Larger: no note for a building with see-through walls.
 const MUCH: f64 = 30.0;
-/// Beyond this, metres, squares and their products leave the range in which a metre means anything.
+/// Largest coordinate, metres: beyond it, squares and their products lose the precision of a metre.
 const FARTHEST: f64 = 1e12;
-/// Scenes keep their indices in `u32`, with three corners to a triangle at worst.
+/// Scenes have `u32` indices, with at worst three corners per triangle.
 const MOST_TRIANGLES: usize = (u32::MAX / 3) as usize;
-/// A picture that repeats more often across a triangle is seen as its mean; and half of what half precision holds, in which texture
-/// coordinates are drawn.
+/// Most repeats of a texture across a triangle: with more, only its mean is visible. Also half of the range of half precision, in which
+/// texture coordinates are drawn.
 const MOST_REPEATS: f32 = 32_768.0;
 
 /// One mesh primitive in the model's own coordinates: metres, +Y up, `f64`.
@@ -38,34 +38,34 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// What an importer may know of a mesh.
+/// Optional facts about a mesh.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Facts {
-    /// Where it may be: a box around all of its poses, in the model's own coordinates.
+    /// A box around all of its poses, in the model's own coordinates.
     pub reach: Option<Aabb>,
-    /// It is drawn or hidden together with all others of this group: levels of detail of one thing.
+    /// Group of meshes that are drawn or hidden together: levels of detail of one thing.
     pub group: Option<u32>,
-    /// No light changes how it looks.
+    /// Whether its material is unlit.
     pub unlit: bool,
-    /// What its name and its material's say of backdrops.
+    /// The kind of backdrop by its name and its material's name.
     pub backdrop: Backdrop,
-    /// Its role was given by hand, so that neither its name nor its shape says more.
+    /// Whether its role was set by hand, so that its name and shape do not matter.
     pub told: bool,
 }
 
-/// A mesh that was handed in, less its triangles without area.
+/// An added mesh, without its triangles of zero area.
 #[derive(Debug)]
 struct Added {
     mesh: Mesh,
-    /// If they are prisms around tubes: these, and by piece, triangles and segments.
+    /// For prisms around tubes: the tubes, and, by piece, triangles and segments.
     tubes: Tubes,
     pieces: Vec<[Range<u32>; 2]>,
     glass: bool,
-    /// Of those that were handed in.
+    /// Number among the added meshes.
     number: u32,
     look: Look,
     facts: Facts,
-    /// Numbers of the triangles that were left out, ascending.
+    /// Numbers of the dropped triangles, ascending.
     dropped: Vec<u32>,
 }
 
@@ -80,7 +80,7 @@ impl Added {
         }
     }
 
-    /// The numbers that its triangles had when it was handed in.
+    /// The original numbers of its triangles.
     fn numbers(&self) -> Vec<u32> {
         let mut dropped = self.dropped.iter().peekable();
         let all = 0..(self.mesh.triangles.len() + self.dropped.len()) as u32;
@@ -93,21 +93,21 @@ impl Added {
 pub struct SceneBuilder {
     options: ImportOptions,
     meshes: Vec<Added>,
-    /// How many were handed in, empty ones counted.
+    /// Number of added meshes, including empty ones.
     handed_in: u32,
-    /// How the next mesh looks, and what else is known of it.
+    /// Look and facts of the next mesh.
     look: Look,
     facts: Facts,
     materials: Vec<Material>,
     number_of_material: HashMap<String, u32>,
     count: usize,
     degenerate: usize,
-    /// Triangles with a corner that is not a finite number, or too far away, and the first mesh with one.
+    /// Number of triangles with a corner that is not finite or too far away, and the first mesh with one.
     broken: usize,
     first_broken: Option<String>,
     /// In the model's own coordinates; moved to the origin by [`SceneBuilder::finish`].
     pub hints: Hints,
-    /// Where the scene comes from.
+    /// The source of the scene.
     pub source: Source,
 }
 
@@ -131,24 +131,23 @@ impl SceneBuilder {
         }
     }
 
-    /// Whether somebody asked where triangles come from and how they look ([`ImportOptions::trace`]).
+    /// Whether the origin and look of triangles are recorded ([`ImportOptions::trace`]).
     pub fn is_traced(&self) -> bool {
         self.options.trace
     }
 
-    /// What [`ImportOptions::smallest_hole`] says.
+    /// The value of [`ImportOptions::smallest_hole`].
     pub fn smallest_hole(&self) -> Option<f64> {
         self.options.smallest_hole
     }
 
-    /// Whether pipes are tubes, where there are many ([`ImportOptions::tubes`]).
+    /// Whether pipes become tubes, if there are many ([`ImportOptions::tubes`]).
     pub fn has_tubes(&self) -> bool {
         self.options.tubes
     }
 
-    /// Says how the mesh looks that is added next, if somebody asked: its material, and texture coordinates by triangle (or none).
-    /// Materials with one name are one. Coordinates that repeat a picture more than 32,768 times across a triangle, or aren't
-    /// finite, are taken as zeros.
+    /// Sets the look of the next mesh, if traced: its material, and texture coordinates by triangle (or none). Materials with the same name
+    /// are one. Coordinates that repeat a texture more than 32,768 times across a triangle, or are not finite, become zeros.
     pub fn look(&mut self, material: Material, texture_coordinates: Vec<[[f32; 2]; 3]>) {
         if self.is_traced() {
             let mut texture_coordinates = texture_coordinates;
@@ -161,19 +160,19 @@ impl SceneBuilder {
         }
     }
 
-    /// Says what else is known of the mesh that is added next.
+    /// Sets the facts of the next mesh.
     pub fn facts(&mut self, facts: Facts) {
         self.facts = facts;
     }
 
-    /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for
-    /// triangles that end up elsewhere (the surfaces of rooms), before they make them.
+    /// Counts triangles against [`ImportOptions::max_triangles`]. [`SceneBuilder::add`] does so itself; importers call it for triangles
+    /// used elsewhere (the surfaces of rooms), before they make them.
     pub fn count(&mut self, triangles: usize) -> Result<(), ImportError> {
         self.count = self.counted_with(triangles)?;
         Ok(())
     }
 
-    /// Triangles with some more; fails beyond the limit.
+    /// The count plus `triangles`; fails beyond the limit.
     fn counted_with(&self, triangles: usize) -> Result<usize, ImportError> {
         let limit = self.options.max_triangles.min(MOST_TRIANGLES);
         let count = self.count.saturating_add(triangles);
@@ -181,18 +180,18 @@ impl SceneBuilder {
     }
 
     /// Adds a mesh. Fails on indices out of range, and more triangles than the options allow. Triangles without area, up to the rounding of
-    /// their own coordinates, and those with a corner that isn't finite (or beyond 1e12 m) are dropped and counted.
+    /// their own coordinates, and those with a corner that is not finite (or beyond 1e12 m) are dropped and counted.
     pub fn add(&mut self, mesh: Mesh) -> Result<(), ImportError> {
         let glass = !mesh.opaque && !matches!(mesh.role, Role::Door | Role::Window | Role::Helper | Role::Sky);
         self.push(mesh, glass)
     }
 
-    /// As [`SceneBuilder::add`], for a mesh whose material lets light through: of doors and windows, [`Mesh::opaque`] doesn't say.
+    /// As [`SceneBuilder::add`], for a mesh with a transparent material: for doors and windows, [`Mesh::opaque`] does not state that.
     pub fn add_glass(&mut self, mesh: Mesh) -> Result<(), ImportError> {
         self.push(mesh, true)
     }
 
-    /// As [`SceneBuilder::add`], for a mesh that hides nothing because it may move, not because light goes through.
+    /// As [`SceneBuilder::add`], for a mesh that hides nothing because it may move, not because it is transparent.
     pub fn add_moving(&mut self, mesh: Mesh) -> Result<(), ImportError> {
         self.push(mesh, false)
     }
@@ -214,11 +213,11 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds tubes in the model's own coordinates, as one thing. Fails where there are more of their sections than the options allow
-    /// triangles. Where a scene has few of them, or [`ImportOptions::tubes`] says so, they become meshes.
+    /// Adds tubes in the model's own coordinates, as one mesh. Fails if they have more sections than the options allow triangles. If a
+    /// scene has few of them, or [`ImportOptions::tubes`] is off, they become triangles.
     pub fn add_tubes(&mut self, node: String, role: Role, tubes: Tubes) -> Result<(), ImportError> {
         if !self.options.tubes {
-            // Before memory is taken for them.
+            // Before any allocation.
             self.counted_with(pipes::triangles(&tubes))?;
             return self.add(pipes::mesh(node, role, &tubes));
         }
@@ -234,12 +233,12 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Whether there is nothing to see yet.
+    /// Whether there is no mesh yet.
     pub fn is_empty(&self) -> bool {
         self.meshes.is_empty()
     }
 
-    /// Gives tubes their triangles.
+    /// Makes the triangles of tubes.
     fn finish_tubes(&mut self) -> Result<(), ImportError> {
         let segments = |added: &Added| added.tubes.tubes.iter().map(|tube| tube.segments().len()).sum::<usize>();
         let are_few = self.meshes.iter().map(segments).sum::<usize>() < pipes::FEWEST_SEGMENTS;
@@ -263,7 +262,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Gives skies and other backdrops their role, in formats that don't say what things are.
+    /// Sets the role of skies and other backdrops, in formats without types.
     fn find_backdrops(&mut self) {
         if !["glTF", "OBJ", "PLY", "STL"].contains(&self.source.format.as_str()) {
             return;
@@ -286,13 +285,13 @@ impl SceneBuilder {
         }
     }
 
-    /// Counts triangles of a mesh that an importer leaves out because a corner is not a finite number.
+    /// Counts triangles that an importer leaves out because a corner is not finite.
     pub fn leave_out(&mut self, node: &str, triangles: usize) {
         self.broken += triangles;
         self.first_broken.get_or_insert_with(|| node.to_owned());
     }
 
-    /// Takes triangles without area, or without a place, from a mesh. Gives their numbers.
+    /// Removes triangles without area or with invalid corners from a mesh. Returns their numbers.
     fn drop_degenerate(&mut self, mesh: &mut Mesh) -> Vec<u32> {
         let (positions, mut dropped, mut next, mut broken) = (&mesh.positions, Vec::new(), 0.., 0);
         mesh.triangles.retain(|t| {
@@ -310,7 +309,7 @@ impl SceneBuilder {
         dropped
     }
 
-    /// The scene: the origin is the middle of the bounding box, rounded to whole metres; an object's equal corners become one.
+    /// Builds the scene. The origin is the centre of the bounding box, rounded to whole metres; equal corners of an object are merged.
     pub fn finish(mut self, name: &str) -> Result<Scene, ImportError> {
         self.finish_tubes()?;
         self.find_backdrops();
@@ -340,7 +339,7 @@ impl SceneBuilder {
                 for triangle in &mesh.triangles[part.start as usize..part.end as usize] {
                     triangles.push(triangle.map(|i| {
                         let p = mesh.positions[i as usize] - origin;
-                        // Adding zero makes -0.0 and 0.0 one.
+                        // Adding zero makes -0.0 equal to 0.0.
                         *welded.entry((p + 0.0).to_array().map(f64::to_bits)).or_insert_with(|| {
                             bounds = bounds.with(p);
                             positions.push(p);
@@ -390,7 +389,7 @@ fn moved(mut hints: Hints, origin: DVec3) -> Hints {
     hints
 }
 
-/// Groups of two objects or more. Each object of a group gets the reach of all of them.
+/// Groups of at least two objects. Each object of a group gets the reach of the whole group.
 fn joined(groups: impl Iterator<Item = Vec<ObjectId>>, objects: &mut [Object]) -> Vec<Vec<ObjectId>> {
     let groups: Vec<Vec<ObjectId>> = groups.filter(|group| group.len() > 1).collect();
     for group in &groups {
@@ -400,7 +399,7 @@ fn joined(groups: impl Iterator<Item = Vec<ObjectId>>, objects: &mut [Object]) -
     groups
 }
 
-/// A note where much is see-through: exporters of glTF and OBJ often mark whole buildings so.
+/// A note if much is see-through: exporters of glTF and OBJ often mark whole buildings so.
 fn see_through(objects: &[Object], format: &str) -> Option<Note> {
     let count = |is_counted: &dyn Fn(&Object) -> bool| {
         objects.iter().filter(|o| is_counted(o)).map(|o| o.triangles.len()).sum::<usize>()
@@ -415,13 +414,13 @@ fn see_through(objects: &[Object], format: &str) -> Option<Note> {
     })
 }
 
-/// Coordinates are finite, and no farther than 1e12 m.
+/// True if coordinates are finite and within 1e12 m.
 fn is_sound(p: &DVec3) -> bool {
-    // A NaN fails the comparison too.
+    // A NaN fails the comparison, too.
     p.abs().cmple(DVec3::splat(FARTHEST)).all()
 }
 
-/// A name fit for an object: every object of a mesh repeats it, so a file of one endless name must not fill the memory.
+/// A name of limited length for an object: every object of a mesh repeats it, so a file with one endless name must not fill the memory.
 pub fn short_name(name: &str) -> String {
     const LONGEST: usize = 200;
     match name.char_indices().nth(LONGEST) {
@@ -430,7 +429,7 @@ pub fn short_name(name: &str) -> String {
     }
 }
 
-/// Whether a picture with these coordinates of corners is seen as more than its mean.
+/// Whether a texture with these coordinates shows more than its mean.
 fn can_be_seen(corners: &[[f32; 2]; 3]) -> bool {
     let repeats = |k: usize| {
         let along = corners.map(|corner| corner[k]);
@@ -439,8 +438,8 @@ fn can_be_seen(corners: &[[f32; 2]; 3]) -> bool {
     corners.as_flattened().iter().all(|x| x.is_finite()) && repeats(0).max(repeats(1)) <= MOST_REPEATS
 }
 
-/// True where the triangle's least height is above the rounding error of its own coordinates: below it, nobody can tell the
-/// triangle from a segment, and its normal is noise.
+/// True if the triangle's least height is above the rounding error of its coordinates: below it, the triangle is a segment and its normal
+/// is noise.
 fn has_area([a, b, c]: [DVec3; 3]) -> bool {
     let largest = a.abs().max(b.abs()).max(c.abs()).max_element();
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
@@ -539,7 +538,7 @@ mod tests {
             let mut alone = builder(9);
             alone.add(broken()).unwrap();
             assert!(matches!(alone.finish("s"), Err(ImportError::NotFinite { node }) if node == "m"), "{bad}");
-            // Among others it is left out, and told.
+            // Among others it is left out, and reported.
             let mut beside = builder(9);
             beside.add(broken()).unwrap();
             beside.add(triangle([[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])).unwrap();

@@ -1,26 +1,25 @@
-//! Where a model stands: around nearly all of its walls, if its ground goes on far beyond them, and never as far as its sky.
+//! The bulk of a model: the box around nearly all walls, without a much larger ground and without the sky.
 
 use super::{Object, Role, Scene};
 use crate::geom::{Aabb, newell};
 use glam::DVec3;
 
-/// A wall's unit normal has at most this vertical part, up or down; a floor's has more.
+/// Largest vertical component of a wall's unit normal, up or down; a floor's is larger.
 pub(crate) const FLOOR_NORMAL: f64 = 0.7;
-/// And it is at least so high, as a share of its length. More: long facades don't count. Less: the edges of a ground with a thickness do.
+/// Least height of a wall, as a share of its length. Larger: long facades do not count. Smaller: the edges of a ground slab do.
 const LEAST_HEIGHT: f64 = 0.01;
-/// One wall in so many, on each side, tells nothing of where a model stands. More: a fence or a far hut counts. Less: wings of a building are
-/// left out.
+/// One wall in this many is an outlier on each side. Larger: a fence or a far hut counts. Smaller: wings of a building are left out.
 const FEW: usize = 100;
-/// So many triangles tell, of models that have more.
+/// Most triangles in the sample.
 const LOOKED_AT: usize = 100_000;
-/// How far around the rest a model stands, as a share of the longer side of that. Less: nobody stands before a house. More: fields count.
+/// Margin around the other walls, as a share of their longer side. Smaller: no space in front of a house. Larger: fields count.
 const AROUND: f64 = 0.25;
-/// A building is at least so wide, as a share of its length. More: long ones don't count. Less: a lone wall does.
+/// Least width of a building, as a share of its length. Larger: long ones do not count. Smaller: a lone wall does.
 const WIDE: f64 = 0.05;
-/// And only where that is less than this share of the model's ground. More: buildings lose their yards. Less: fields count.
+/// Largest share of the model's ground for the bulk to be used. Larger: buildings lose their yards. Smaller: fields count.
 const SPARSE: f64 = 0.25;
 
-/// The box around nearly all walls, as high as the model; `None` where that is no small part of it, and nothing of it is sky.
+/// The box around nearly all walls, as high as the model; `None` if it is not a small part of the model, and there is no sky.
 pub(crate) fn bulk(scene: &Scene) -> Option<Aabb> {
     let is_sky = |o: &Object| o.role == Role::Sky;
     let below = scene.objects.iter().filter(|o| !is_sky(o)).fold(Aabb::EMPTY, |b, o| b.union(o.bounds));
@@ -68,7 +67,7 @@ mod tests {
     use super::*;
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
-    /// `houses` boxes of 10 x 3 x 8 m without floors, 12 m apart along x, and a square ground that reaches so far to all sides.
+    /// `houses` boxes of 10 x 3 x 8 m without floors, 12 m apart along x, and a square ground that extends by `ground` to all sides.
     fn scene(houses: usize, ground: f64) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut add = |corners: [DVec3; 4]| {

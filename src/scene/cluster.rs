@@ -1,33 +1,32 @@
-//! Splits a mesh into clusters of triangles that tend to be seen together.
+//! Splits a mesh into clusters of triangles that are often visible together.
 //!
-//! Based on: Goldsmith, Salmon, *Automatic creation of object hierarchies for ray tracing*, 1987 (the chance that a random line
-//! meets a box grows with the box's surface), and Wald, *On fast construction of SAH-based bounding volume hierarchies*, 2007
-//! (bins instead of sorting). Deviations: a leaf is a cluster, so the cost of a side is its triangle count (all are drawn if
-//! any is seen) times its box's surface times a facing factor, because triangles that face one way are seen from one side of
-//! their wall only; splits by facing are tried beside splits in space; no side gets less than a sixteenth, which bounds the depth
-//! and keeps clusters from becoming crumbs. A mesh below the limit that is strewn over the scene (levels are often exported with
-//! one group a texture) is split as well.
+//! Based on: Goldsmith, Salmon, *Automatic creation of object hierarchies for ray tracing*, 1987 (the probability that a random line hits a
+//! box is proportional to the box's surface), and Wald, *On fast construction of SAH-based bounding volume hierarchies*, 2007 (bins instead
+//! of sorting). Deviations: a leaf is a cluster, so the cost of a side is its triangle count (all are drawn if any is visible) times its
+//! box's surface times a facing factor, because triangles that face one way are visible from one side of their wall only; splits by facing
+//! are tried besides splits in space; each side gets at least a sixteenth, which bounds the depth and avoids tiny clusters. A mesh below
+//! the limit that is scattered over the scene (levels are often exported with one group per texture) is split, too.
 
 use crate::geom::Aabb;
 use crate::parallel;
 use glam::DVec3;
 
-/// Bins along each axis of the triangles' middles.
+/// Bins along each axis for the triangles' centres.
 const BINS: usize = 16;
-/// No side of a split gets less than this fraction of the triangles.
+/// Each side of a split gets at least one in this many triangles.
 const LEAST_SHARE: usize = 16;
-/// How much cheaper triangles are that all face one way. Of 0, 1/4, 1/2, 3/4 and 1, this one drew the fewest triangles from
-/// points and small regions inside three game levels; at 1 flat clusters cost nothing and are split without end.
+/// Cost reduction for triangles that all face one way. Of 0, 1/4, 1/2, 3/4 and 1, this value drew the fewest triangles from points and
+/// small regions inside three game levels; at 1, flat clusters cost nothing and are split without end.
 const ONE_WAY: f64 = 0.75;
-/// A part below the limit is split while that leaves less than this fraction of its cost: half is what cutting a corridor in
-/// two gives, so well below half means that there is a gap in it.
+/// A part below the limit is split while that leaves less than this fraction of its cost: a corridor cut in two gives half, so well below
+/// half means that there is a gap.
 const STREWN: f64 = 0.25;
-/// A part this many times smaller than the limit is never split.
+/// Parts below the limit by this factor are never split.
 const CRUMB: usize = 8;
-/// Parts of more triangles than this are split on two threads.
+/// Parts with more triangles are split on two threads.
 const FORK: usize = 1 << 14;
 
-/// Triangles, as indices into positions of which they need not use all.
+/// Triangles as indices into positions, which may have unused entries.
 #[derive(Clone, Copy)]
 pub(super) struct Soup<'a> {
     pub positions: &'a [DVec3],
@@ -59,7 +58,7 @@ fn split(mesh: Soup<'_>, part: Vec<u32>, limit: usize) -> Vec<Vec<u32>> {
     out
 }
 
-/// What a split looks at.
+/// A triangle's data for a split.
 struct Triangle {
     middle: DVec3,
     bounds: Aabb,
@@ -77,11 +76,11 @@ impl Triangle {
     }
 }
 
-/// Which triangles go left.
+/// The triangles that go left.
 enum Cut {
     /// Those in this bin or before it.
     Space { axis: usize, least: f64, bins_per_metre: f64, last_left: usize },
-    /// Those whose unit normal times `sign` has more than half along `axis`.
+    /// Those whose unit normal times `sign` has a component of more than half along `axis`.
     Facing { axis: usize, sign: f64 },
 }
 
@@ -100,7 +99,7 @@ fn bin(x: f64, least: f64, bins_per_metre: f64) -> usize {
     (((x - least) * bins_per_metre) as usize).min(BINS - 1)
 }
 
-/// A set of triangles as the cost sees it.
+/// Totals of a set of triangles for the cost.
 #[derive(Clone, Copy)]
 struct Group {
     count: usize,
@@ -132,7 +131,7 @@ impl Group {
         }
     }
 
-    /// Triangles drawn times the chance of drawing them, up to a constant factor.
+    /// Number of triangles times the probability of drawing them, up to a constant factor.
     fn cost(&self) -> f64 {
         let size = self.bounds.size();
         let surface = size.x * size.y + size.y * size.z + size.z * size.x;
@@ -187,7 +186,7 @@ fn best_split(mesh: Soup<'_>, part: &[u32]) -> Option<(Cut, f64)> {
     best.map(|(cut, cost)| (cut, if whole > 0.0 { cost / whole } else { 1.0 }))
 }
 
-/// Where no split leaves each side its share: half of the triangles each, by their middles along the longest axis.
+/// The fallback if no split gives each side its share: halves by the median of centres along the longest axis.
 fn halves(mesh: Soup<'_>, part: Vec<u32>) -> (Vec<u32>, Vec<u32>) {
     let middle = |t: u32| Triangle::of(mesh, t).middle;
     let size = Aabb::of(part.iter().map(|&t| middle(t))).size();
@@ -243,7 +242,7 @@ mod tests {
         for limit in [1, 2, 7, 256, 100_000] {
             check_partition(&clusters(&m, limit), 3200, limit as usize);
         }
-        // Nothing to tell them apart by.
+        // Identical triangles.
         let heap = mesh(std::iter::repeat_n([DVec3::ZERO, DVec3::X, DVec3::Y], 1000));
         check_partition(&clusters(&heap, 10), 1000, 10);
     }

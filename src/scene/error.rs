@@ -1,4 +1,4 @@
-//! Why a file can't be read: one line, with the place in the file and what to do.
+//! Errors of imports: one line, with the place in the file and the remedy.
 
 use std::fmt;
 
@@ -23,7 +23,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why an import failed. The command line puts the path before it.
+/// An error of an import. The command line puts the path before it.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
@@ -33,42 +33,42 @@ pub enum ImportError {
     /// No importer for this extension.
     #[error("no importer for \".{extension}\"; give {known}")]
     UnknownFormat {
-        /// As found, in lower case.
+        /// The extension, in lower case.
         extension: String,
-        /// Those that there are.
+        /// The known extensions.
         known: String,
     },
     /// This binary was built without the format.
     #[error("this binary reads no {format}; build it with `--features {feature}`")]
     MissingFeature {
-        /// What the file is.
+        /// The format of the file.
         format: &'static str,
         /// The cargo feature that reads it.
         feature: &'static str,
     },
-    /// The file isn't what it says, or is broken.
+    /// The file is not of its stated format, or is damaged.
     #[error("{place}{what}")]
     Malformed {
-        /// Where.
+        /// The place.
         place: Place,
-        /// What is wrong, and what to do.
+        /// The fault and the remedy.
         what: String,
     },
-    /// The file is in order but uses what isn't supported.
+    /// The file is valid but uses an unsupported feature.
     #[error("{what} is not supported; {hint}")]
     Unsupported {
-        /// The thing.
+        /// The feature.
         what: String,
-        /// What to do.
+        /// The remedy.
         hint: &'static str,
     },
-    /// A position isn't a finite number.
+    /// A position is not a finite number.
     #[error("{node}: a vertex is not a finite number")]
     NotFinite {
         /// The mesh.
         node: String,
     },
-    /// Nothing to see.
+    /// No triangles.
     #[error("no triangles in it")]
     Empty,
     /// More sections of tubes than one scene can have.

@@ -7,30 +7,30 @@ use crate::geom::{Aabb, Plane, clip, newell};
 use crate::random::SplitMix;
 use glam::DVec3;
 
-/// What is level enough to stand on, drawn from by area.
+/// Nearly horizontal triangles, sampled by area.
 pub(crate) struct Floors {
-    /// Area up to and with each triangle, up to a constant factor.
+    /// Cumulative area, up to a constant factor.
     areas: Vec<(f64, [DVec3; 3])>,
-    /// Points are this far above their floor, metres.
+    /// Height of points above their floor, metres.
     off: f64,
-    /// How large what stands on the ground is, metres.
+    /// Size of the model without its ground, metres.
     size: f64,
 }
 
-/// Lines that look for what is above.
+/// Vertical rays for the covered share.
 const LINES: usize = 1024;
-/// Where nothing is above a floor, an eye is at most this high, as a share of the diagonal of what stands there.
+/// Largest height of an eye over an uncovered floor, as a share of the model's diagonal without its ground.
 const UNDER_THE_SKY: f64 = 0.02;
 
 impl Floors {
-    /// Of all opaque triangles: what is less steep than a roof.
+    /// Floors of all opaque triangles: less steep than a roof.
     pub fn of(scene: &Scene) -> Self {
         let opaque = scene.objects.iter().filter(|o| o.opaque).flat_map(|o| o.triangles.clone());
         Self::new(scene, opaque.map(|t| scene.corners(t as usize)), FLOOR_NORMAL)
     }
 
-    /// Of these triangles those whose unit normal has a vertical part above `level`, up or down. A ground that goes on far beyond what
-    /// stands on it counts near that.
+    /// Floors of these triangles: those whose unit normal has a vertical component above `level`, up or down. A large ground counts only
+    /// near walls.
     pub fn new(scene: &Scene, triangles: impl Iterator<Item = [DVec3; 3]>, level: f64) -> Self {
         let part = bulk(scene);
         let (mut areas, mut sum) = (Vec::new(), 0.0);
@@ -51,7 +51,7 @@ impl Floors {
         Self { areas, off: 4.0 * scene.tolerance().clearance, size }
     }
 
-    /// A point just above a floor; `None` where there is none.
+    /// A random point just above a floor; `None` without floors.
     pub fn draw(&self, random: &mut SplitMix) -> Option<DVec3> {
         let at = random.unit() * self.areas.last()?.0;
         let (_, c) = self.areas[self.areas.partition_point(|a| a.0 <= at).min(self.areas.len() - 1)];
@@ -60,7 +60,7 @@ impl Floors {
         Some(c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v + DVec3::Y * self.off)
     }
 
-    /// The share that something is above; `None` where there is no floor.
+    /// The covered share of floors; `None` without floors.
     pub fn covered(&self, rays: &RayScene<'_>) -> Option<f64> {
         let mut random = SplitMix::new(0);
         let points: Vec<DVec3> = (0..LINES).map_while(|_| self.draw(&mut random)).collect();
@@ -68,7 +68,7 @@ impl Floors {
         (!points.is_empty()).then(|| under as f64 / points.len() as f64)
     }
 
-    /// Eyes between floors and what is above them, lower ones more often.
+    /// Eyes between floors and the surfaces above, more often at low heights.
     pub fn eyes(&self, rays: &RayScene<'_>, count: usize, random: &mut SplitMix) -> Vec<DVec3> {
         let sky = UNDER_THE_SKY * self.size;
         let eye = |_| {
@@ -81,7 +81,7 @@ impl Floors {
     }
 }
 
-/// What of a triangle lies in a box, as seen from above.
+/// The part of a triangle within a box in plan.
 pub(crate) fn within(corners: [DVec3; 3], part: Aabb) -> Vec<[DVec3; 3]> {
     let sides = [(DVec3::X, part.max.x), (-DVec3::X, -part.min.x), (DVec3::Z, part.max.z), (-DVec3::Z, -part.min.z)];
     if corners.iter().all(|&p| sides.iter().all(|&(n, d)| n.dot(p) <= d)) {
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
-    /// Two storeys of sixty floors of 1 x 1 m with walls around them, and a ground that reaches so far to all sides.
+    /// Two storeys of sixty floors of 1 x 1 m with walls around them, and a ground that extends by `ground` to all sides.
     fn scene(ground: f64) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         let mut add = |at: DVec3, u: DVec3, v: DVec3| {
@@ -126,7 +126,7 @@ mod tests {
         };
         let (all, on_fields) = (near(2000.0), near(10.0));
         assert_eq!(all, (400, 400));
-        // A yard stays one.
+        // A yard still counts.
         assert!(on_fields.0 == 400 && on_fields.1 > 200 && on_fields.1 < 400, "{on_fields:?}");
     }
 }

@@ -1,11 +1,11 @@
-//! Scenes for whoever draws triangles: with meshes of tubes in place of prisms around them.
+//! Scenes for drawing: meshes of tubes replace their bounding prisms.
 
 use super::{Object, Scene};
 use enfilade_tubes::part;
 
 impl Scene {
-    /// The scene with meshes of tubes for triangles: `sides` says how many sides rings of a radius (metres) have, 3 or more. What its objects
-    /// are stays as it is. Its hash is another one.
+    /// The scene with triangle meshes of tubes: `sides` gives the number of sides for a radius in metres, at least 3. Objects stay the
+    /// same. The hash changes.
     pub fn meshed(self, sides: impl Fn(f64) -> u32) -> Self {
         if self.tubes.tubes.is_empty() {
             return self;
@@ -25,7 +25,7 @@ impl Scene {
                 }
                 meshed.extend(0..(new.triangles.len() - first) as u32);
             } else {
-                // An object's corners are next to each other.
+                // An object's corners are contiguous.
                 let corners = self.triangles[range.clone()].as_flattened();
                 let start = corners.iter().min().copied().unwrap_or(0);
                 let end = corners.iter().max().map_or(start, |last| last + 1);

@@ -1,5 +1,5 @@
-//! A scene: triangles grouped into objects, and what its author said about rooms and doors. No file format: importers hand their meshes to
-//! [`SceneBuilder`].
+//! A scene: triangles grouped into objects, with the author's hints about rooms and doors. It knows no file format: importers give their
+//! meshes to [`SceneBuilder`].
 
 pub mod builder;
 pub(crate) mod bulk;

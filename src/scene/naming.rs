@@ -1,8 +1,8 @@
-//! What a mesh is by its name, or by its material's: for formats that don't say what is a door.
+//! Roles by names of meshes and materials, for formats without types.
 //!
-//! A rules file comes first, then the words of a name: `door`, `window`, `glass` and the like make a door, a window or glass of it, unless
-//! a word says that the mesh is a larger part (`wall with door`). Words end where letters do, and where a capital follows a small
-//! letter: `SM_FrontDoor.001` has the words sm, front and door.
+//! A rules file takes precedence over the words of a name: `door`, `window`, `glass` and similar words set the role, unless a word means a
+//! larger part (`wall with door`). Words end at non-letters, and between a small and a capital letter: `SM_FrontDoor.001` has the words sm,
+//! front and door.
 
 use crate::scene::{ImportError, Place, whole_file};
 use crate::types::note::Note;
@@ -10,15 +10,15 @@ use crate::types::scene::Role;
 use serde::Deserialize;
 use std::path::Path;
 
-/// What a name makes of a mesh.
+/// The kind of a mesh by its name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Nothing, whatever its words say.
+    /// Unknown, whatever its words mean.
     Unknown,
     /// Walls, floors, roofs.
     Structure,
-    /// What stands in a room.
+    /// Furniture and equipment.
     Furnishing,
     /// Stairs and ramps.
     Stair,
@@ -26,9 +26,9 @@ pub enum Kind {
     Door,
     /// A window.
     Window,
-    /// Of any role, and lets light through.
+    /// Any role, transparent.
     Glass,
-    /// Of any role, and hides what is behind it, whatever its material says.
+    /// Any role, opaque, whatever its material is.
     Opaque,
     /// Not drawn by engines.
     Helper,
@@ -37,7 +37,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// The role, and whether it is glass where that is told.
+    /// The role, and whether it is glass, if known.
     pub fn role(self) -> (Role, Option<bool>) {
         match self {
             Self::Unknown => (Role::Unknown, None),
@@ -54,16 +54,16 @@ impl Kind {
     }
 }
 
-/// What a name makes of a mesh, and whether a rules file says so.
+/// The kind of a mesh, and whether it is from a rules file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Told {
-    /// What it is.
+    /// The kind.
     pub kind: Kind,
-    /// Whether a roles file says so, and not its name.
+    /// Whether it is from a roles file, and not from its name.
     pub by_hand: bool,
 }
 
-/// A line of a rules file: what both patterns fit.
+/// A rule of a rules file: both patterns must match.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Rule {
@@ -78,7 +78,7 @@ struct RulesFile {
     roles: Vec<Rule>,
 }
 
-/// Meshes that names made doors and windows of.
+/// Counts of doors and windows found by name.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ByName {
     doors: usize,
@@ -86,13 +86,13 @@ pub struct ByName {
 }
 
 impl ByName {
-    /// A mesh of this role, `by_name` or not.
+    /// Counts a mesh of this role, if `by_name`.
     pub fn count(&mut self, role: Role, by_name: bool) {
         self.doors += usize::from(by_name && role == Role::Door);
         self.windows += usize::from(by_name && role == Role::Window);
     }
 
-    /// For the report, where there are some.
+    /// A note, if there are any.
     pub fn note(self) -> Option<Note> {
         let Self { doors, windows } = self;
         (doors + windows > 0).then(|| {
@@ -104,7 +104,7 @@ impl ByName {
     }
 }
 
-/// What names say in one model.
+/// The naming rules of one model.
 #[derive(Clone, Debug, Default)]
 pub struct Naming {
     rules: Vec<Rule>,
@@ -132,7 +132,7 @@ const WINDOWS: [&str; 14] = [
     "janelas",
 ];
 const GLASS: [&str; 8] = ["glass", "glazing", "glas", "verre", "vidrio", "vetro", "vidro", "pane"];
-/// A mesh of one of these is more than a leaf or a pane: it stays what hides.
+/// Words of larger parts than a leaf or a pane: such a mesh stays opaque structure.
 const LARGER: [&str; 18] = [
     "wall", "walls", "wand", "mur", "muro", "floor", "roof", "ceiling", "slab", "building", "house", "room", "facade",
     "storey", "level", "map", "frame", "frames",
@@ -152,7 +152,7 @@ impl Naming {
         Ok(Self { rules: file.roles })
     }
 
-    /// Of a mesh with this name and this material; `None` where they say nothing.
+    /// The kind of a mesh with this name and material; `None` if they do not match.
     pub fn of(&self, name: &str, material: &str) -> Option<Told> {
         let by_words = || by_words(name).or_else(|| by_words(material)).map(|kind| Told { kind, by_hand: false });
         self.by_rule(name, material).map(|kind| Told { kind, by_hand: true }).or_else(by_words)
@@ -164,7 +164,7 @@ impl Naming {
     }
 }
 
-/// True where `text` is the pattern with something for each `*`; capitals count for nothing.
+/// True if `text` matches the pattern, with `*` as a wildcard; case-insensitive.
 fn fits(pattern: &str, text: &str) -> bool {
     let (pattern, text) = (pattern.to_lowercase(), text.to_lowercase());
     let mut parts = pattern.split('*');
@@ -198,7 +198,7 @@ fn by_words(name: &str) -> Option<Kind> {
     }
 }
 
-/// The words of a name, in small letters.
+/// The words of a name, in lower case.
 pub fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut was_small = false;

@@ -1,4 +1,4 @@
-//! Objects of a scene that are larger than somebody wants are split.
+//! Splits large objects of a scene.
 
 use super::cluster::{Soup, clusters};
 use super::{Object, Scene};
@@ -7,15 +7,15 @@ use crate::geom::Aabb;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// The scene with objects of at most `limit` triangles each (1 or more): larger ones, and strewn ones, are split into
-/// clusters that tend to be seen together. Parts of tubes stay as they are. Importing with that limit gives the same scene as importing with
-/// none and splitting then; splitting what is split already need not.
+/// The scene with objects of at most `limit` triangles each (1 or more): larger ones, and scattered ones, are split into clusters that are
+/// often visible together. Parts of tubes stay unchanged. Importing with a limit gives the same scene as importing without and splitting
+/// then; splitting twice may not.
 pub fn split_objects(scene: Scene, limit: u32) -> Scene {
     let mut split = Scene { positions: Vec::with_capacity(scene.positions.len()), ..scene };
     let (positions, triangles, objects) =
         (scene.positions, std::mem::take(&mut split.triangles), std::mem::take(&mut split.objects));
     let (mut meshes, mut numbers) = (Vec::new(), Vec::new());
-    // By object: its parts.
+    // The parts of each object.
     let mut parts_of: Vec<Range<u32>> = Vec::with_capacity(objects.len());
     split.triangles.reserve_exact(triangles.len());
     for (o, object) in objects.into_iter().enumerate() {

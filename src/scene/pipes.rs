@@ -1,32 +1,32 @@
-//! Tubes as a scene has them: in pieces that can be seen or hidden, with prisms around them; or as meshes, where there are few.
+//! Tubes in a scene: pieces with bounding prisms, each an object; or meshes, if there are few.
 
 use super::{Mesh, Role};
 use enfilade_tubes::{Prism, Tube, Tubes, part, prism, usual_sides};
 use glam::DVec3;
 use std::ops::Range;
 
-/// Segments of tubes below which a scene has none: a few pipes are meshes.
+/// Least number of segments for tubes: fewer pipes become meshes.
 pub const FEWEST_SEGMENTS: usize = 64;
 
-/// Of prisms around bends, a segment: their lines replace some.
+/// Triangles per segment of a prism around a bend, where its lines replace some sections.
 const TRIANGLES_OF_BEND: u32 = 4;
 
 /// Prisms around tubes, by piece.
 pub(super) struct Prisms {
     /// All of them, in the order of the pieces.
     pub mesh: Mesh,
-    /// The tubes, with more sections where they are cut.
+    /// The tubes, with extra sections at cuts.
     pub tubes: Tubes,
     /// By piece: triangles of the mesh, and segments of the tubes.
     pub pieces: Vec<[Range<u32>; 2]>,
 }
 
-/// Cuts tubes into pieces of no more than `most` triangles, as far as segments allow.
+/// Cuts tubes into pieces of at most `most` triangles, at segments.
 pub(super) fn prisms(node: String, role: Role, tubes: &Tubes, most: u32) -> Prisms {
     let tubes = tubes.divided();
     let mesh = Mesh { node, role, opaque: true, positions: Vec::new(), triangles: Vec::new() };
     let mut all = Prisms { mesh, tubes, pieces: Vec::new() };
-    // Taken from the end.
+    // The stack is taken from the end.
     let mut left = all.tubes.pieces((most / TRIANGLES_OF_BEND).max(1));
     left.reverse();
     while let Some(segments) = left.pop() {

@@ -1,13 +1,13 @@
-//! Rays against a scene's triangles.
+//! Ray queries on a scene's triangles.
 //!
 //! Based on: Woop, Benthin, Wald, *Watertight ray/triangle intersection*, 2013 (the sheared edge functions, here in `f64`, so
 //! that a ray at an edge or corner shared by triangles with the same vertices hits one of them); Ericson, *Real-time collision
 //! detection*, 2005 (closest points of points, segments and triangles).
 //!
-//! [`RayScene`] keeps two hierarchies (obvhs): opaque triangles, which stop a ray, and see-through ones, which it passes and
-//! reports. Boxes are passed in `f32`, padded by more than `f32` can be wrong; hits are settled in `f64` on the original
-//! triangles, so an answer depends on the triangles alone, not on the hierarchy. The binary tree is walked by a loop of our own:
-//! the capsule query of [`RayScene::is_clear`] needs boxes that grow, and a stack that can't overflow.
+//! [`RayScene`] keeps two hierarchies (obvhs): opaque triangles, which stop a ray, and see-through ones, which it passes and reports. Box
+//! tests use `f32`, with padding above the rounding error; hits are computed in `f64` on the original triangles, so a result depends on the
+//! triangles alone, not on the hierarchy. The traversal of the binary tree is our own: the capsule query of [`RayScene::is_clear`] needs
+//! grown boxes and a stack that cannot overflow.
 
 mod distance;
 
@@ -22,7 +22,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
 use std::sync::OnceLock;
 
-/// Where a ray ends.
+/// A hit of a ray.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Hit {
     /// Distance along the ray in units of its direction's length.
@@ -33,25 +33,25 @@ pub struct Hit {
     pub object: ObjectId,
 }
 
-/// A scene made ready for rays.
+/// A scene prepared for ray queries.
 pub struct RayScene<'s> {
     scene: &'s Scene,
-    /// The scene's box, which takes a look at every object to find.
+    /// The scene's box, cached because it visits every object.
     bounds: Aabb,
     holes: Vec<Vec<DVec3>>,
-    /// Triangles of closed holes among them, numbered from the scene's last on. Built for the first ray, as the other one is: of a large
-    /// scene that takes seconds, and who casts none needs neither.
+    /// Includes triangles of closed holes, numbered after the scene's last. Both trees are built at the first ray, because that takes
+    /// seconds for a large scene.
     opaque: OnceLock<Tree>,
     glass: OnceLock<Tree>,
 }
 
 impl<'s> RayScene<'s> {
-    /// The hierarchies are built for the first ray; the same scene gives the same answers.
+    /// The hierarchies are built at the first ray; the same scene gives the same results.
     pub fn new(scene: &'s Scene) -> Self {
         Self::with_closed_holes(scene, &[])
     }
 
-    /// As [`RayScene::new`], with convex polygons that are opaque, too. They belong to no object: rays end there without a hit.
+    /// As [`RayScene::new`], with additional opaque convex polygons. They belong to no object: rays end there without a hit.
     pub fn with_closed_holes(scene: &'s Scene, holes: &[Vec<DVec3>]) -> Self {
         Self { scene, bounds: scene.bounds(), holes: holes.to_vec(), opaque: OnceLock::new(), glass: OnceLock::new() }
     }
@@ -79,14 +79,14 @@ impl<'s> RayScene<'s> {
         Tolerance::for_extent(self.bounds.diagonal())
     }
 
-    /// First opaque triangle that `origin + t * direction` meets for `0 < t <= limit`, from either side; of several at one
-    /// place, the first of the scene. `limit` may be infinite. A ray within a triangle's plane passes it.
+    /// First opaque triangle hit by `origin + t * direction` for `0 < t <= limit`, from either side; of several at one place, the first of
+    /// the scene. `limit` may be infinite. A ray in a triangle's plane misses it.
     pub fn first_opaque(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<Hit> {
         let (t, triangle) = self.nearest(origin, direction, limit).filter(|&(_, triangle)| !self.is_hole(triangle))?;
         Some(Hit { t, triangle, object: self.opaque().owner(self.scene, triangle) })
     }
 
-    /// True where a closed hole is what the ray meets first.
+    /// True if the ray first hits a closed hole.
     pub fn ends_at_hole(&self, origin: DVec3, direction: DVec3, limit: f64) -> bool {
         !self.holes.is_empty() && self.nearest(origin, direction, limit).is_some_and(|(_, triangle)| self.is_hole(triangle))
     }
@@ -95,7 +95,7 @@ impl<'s> RayScene<'s> {
         triangle as usize >= self.scene.triangles.len()
     }
 
-    /// The first triangle of the scene or of a closed hole, and where.
+    /// The first hit on a triangle of the scene or of a closed hole.
     fn nearest(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
         let tree = self.opaque();
         let (ray, start, length) = tree.enter(origin, direction, limit, 0.0)?;
@@ -107,7 +107,7 @@ impl<'s> RayScene<'s> {
                 let Some(t) = sheared.hit(&tree.corners[slot]) else { continue };
                 if t > 0.0 && t <= limit && best.is_none_or(|(bt, bid)| t < bt || (t == bt && id < bid)) {
                     best = Some((t, id));
-                    // Boxes are padded by more than this rounds off.
+                    // Boxes are padded by more than this rounding.
                     *far = ((t * length - start) as f32).max(0.0) + tree.pad as f32;
                 }
             }
@@ -116,13 +116,13 @@ impl<'s> RayScene<'s> {
         best
     }
 
-    /// Where `origin + t * direction` meets this triangle of the scene for `t > 0`, from either side, whatever else is there.
+    /// Intersection of `origin + t * direction` with this triangle for `t > 0`, from either side, ignoring all others.
     pub fn meets(&self, origin: DVec3, direction: DVec3, triangle: u32) -> Option<Hit> {
         let t = meets_triangle(origin, direction, &self.scene.corners(triangle as usize))?;
         Some(Hit { t, triangle, object: self.scene.object_of(triangle as usize) })
     }
 
-    /// Every see-through object that the ray meets for `0 < t <= limit`, before a closed hole, each once, nearest first, appended to `out`.
+    /// Appends every see-through object that the ray hits for `0 < t <= limit`, before a closed hole, to `out`; each once, nearest first.
     pub fn see_through(&self, origin: DVec3, direction: DVec3, limit: f64, out: &mut Vec<Hit>) {
         let tree = self.glass();
         let hole = if !self.holes.is_empty() {
@@ -159,13 +159,13 @@ impl<'s> RayScene<'s> {
         out[first..].sort_by(|a, b| a.t.total_cmp(&b.t).then(a.object.cmp(&b.object)));
     }
 
-    /// True where the segment from `a` to `b` is clear of every opaque triangle but those of `target`:
+    /// True if the segment from `a` to `b` is clear of every opaque triangle except those of `target`:
     ///
-    /// * the segment less `2 * clearance` metres at either end keeps more than `clearance` metres from all of them, and
-    /// * the segment less `clearance` metres at the end `b` crosses none of them.
+    /// * the segment without `2 * clearance` metres at each end keeps more than `clearance` metres from all of them, and
+    /// * the segment without `clearance` metres at the end `b` crosses none of them.
     ///
-    /// So a segment may start beside a wall and end on a surface, but no ray through a crack between two triangles of a closed
-    /// wall passes. `target`'s own triangles never count: an object does not hide itself. False where a number isn't finite.
+    /// So a segment may start beside a wall and end on a surface, but no ray through a crack between two triangles of a closed wall passes.
+    /// `target`'s own triangles never count: an object does not hide itself. False if a number is not finite.
     pub fn is_clear(&self, a: DVec3, b: DVec3, clearance: f64, target: Option<ObjectId>) -> bool {
         let length = a.distance(b);
         if length <= clearance || !length.is_finite() {
@@ -192,9 +192,9 @@ impl<'s> RayScene<'s> {
         })
     }
 
-    /// True where every point of the closed segment from `a` to `b` is more than `clearance` metres from every opaque
-    /// triangle. Of such a segment, a sound [`crate::cells::CellGraph`] promises that it stays in cells and goes from cell to
-    /// cell through portals only. False where a number isn't finite.
+    /// True if every point of the closed segment from `a` to `b` is more than `clearance` metres from every opaque triangle. In a sound
+    /// [`crate::cells::CellGraph`], such a segment stays in cells and goes from cell to cell through portals only. False if a number is not
+    /// finite.
     pub fn keeps_clearance(&self, a: DVec3, b: DVec3, clearance: f64) -> bool {
         let length = a.distance(b);
         if !length.is_finite() {
@@ -206,7 +206,7 @@ impl<'s> RayScene<'s> {
         tree.walk(ray, clearance, |mut slots, _| !slots.any(|slot| comes_within(a, b, &tree.corners[slot], clearance)))
     }
 
-    /// True where `p` is within `distance` metres of a triangle of `object`.
+    /// True if `p` is within `distance` metres of a triangle of `object`.
     pub fn is_near(&self, p: DVec3, object: ObjectId, distance: f64) -> bool {
         let object = &self.scene.objects[object.index()];
         object.bounds.inflated(distance).contains(p)
@@ -216,7 +216,7 @@ impl<'s> RayScene<'s> {
             })
     }
 
-    /// True where `p` is within `distance` metres of a triangle of an opaque object that `counts`.
+    /// True if `p` is within `distance` metres of a triangle of an opaque object that `counts`.
     pub fn is_near_opaque(&self, p: DVec3, distance: f64, counts: impl Fn(ObjectId) -> bool) -> bool {
         let tree = self.opaque();
         let mut found = false;
@@ -227,7 +227,7 @@ impl<'s> RayScene<'s> {
             !found
         };
         if !tree.triangles.is_empty() {
-            // The tree's boxes are padded by more than this rounds off.
+            // The tree's boxes are padded by more than this rounding.
             let around = obvhs::aabb::Aabb::new((p - distance).as_vec3a(), (p + distance).as_vec3a());
             tree.bvh.aabb_traverse(around, |bvh, node| {
                 let node = &bvh.nodes[node as usize];
@@ -242,7 +242,7 @@ impl<'s> RayScene<'s> {
     }
 }
 
-/// Where `origin + t * direction` meets a triangle for `t > 0`, from either side.
+/// Intersection of `origin + t * direction` with a triangle for `t > 0`, from either side.
 pub(crate) fn meets_triangle(origin: DVec3, direction: DVec3, corners: &[DVec3; 3]) -> Option<f64> {
     Sheared::new(origin, direction).hit(corners).filter(|&t| t > 0.0)
 }
@@ -254,7 +254,7 @@ struct Tree {
     corners: Vec<[DVec3; 3]>,
     /// Scene triangles in that order.
     triangles: Vec<u32>,
-    /// Object of each scene triangle; empty where the tree is.
+    /// Object of each scene triangle; empty if the tree is.
     owners: Vec<u32>,
     /// Box around the padded boxes.
     bounds: Aabb,
@@ -263,7 +263,7 @@ struct Tree {
 }
 
 impl Tree {
-    /// Triangles of `holes` are numbered from the scene's last on.
+    /// Triangles of `holes` are numbered after the scene's last.
     fn new(scene: &Scene, opaque: bool, holes: &[Vec<DVec3>]) -> Self {
         let fan = |hole: &Vec<DVec3>| hole[1..].windows(2).map(|p| [hole[0], p[0], p[1]]).collect::<Vec<_>>();
         let of_holes: Vec<[DVec3; 3]> = holes.iter().flat_map(fan).collect();
@@ -280,8 +280,8 @@ impl Tree {
             let (bvh, corners, triangles, owners) = (Bvh2::default(), Vec::new(), Vec::new(), Vec::new());
             return Self { bvh, corners, triangles, owners, bounds, pad: 0.0 };
         }
-        // Positions, origins, directions and slab distances are each off by less than 1e-7 of the largest coordinate or length
-        // (f32: 2^-24); a dozen such errors add up to less than this.
+        // Positions, origins, directions and slab distances each have an error below 1e-7 of the largest coordinate or length (f32: 2^-24);
+        // a dozen such errors add up to less than this.
         let scale = bounds.diagonal().max(bounds.min.abs().max(bounds.max.abs()).max_element());
         let pad = scale * 2e-6 + f64::from(f32::MIN_POSITIVE);
         let boxes: Vec<obvhs::aabb::Aabb> = chosen
@@ -305,8 +305,8 @@ impl Tree {
         self.owners.get(triangle as usize).map_or_else(|| scene.object_of(triangle as usize), |&o| ObjectId(o))
     }
 
-    /// The ray in `f32` with a unit direction, cut to the tree's box grown by `grow` metres, so that what is far outside costs
-    /// no precision; how far along (metres) it starts; and the direction's length. `None` where it passes by.
+    /// The ray in `f32` with a unit direction, clipped to the tree's box grown by `grow` metres, so that far origins lose no precision; the
+    /// distance (metres) to its start; and the direction's length. `None` if it misses the box.
     fn enter(&self, origin: DVec3, direction: DVec3, limit: f64, grow: f64) -> Option<(Ray, f64, f64)> {
         let length = direction.length();
         if self.triangles.is_empty() || !(length > 0.0 && length.is_finite() && origin.is_finite()) {
@@ -333,8 +333,8 @@ impl Tree {
         Some((ray, near, length))
     }
 
-    /// Hands the slots of every leaf that the ray meets to `leaf`, near ones first, boxes grown by `grow` metres. `leaf` may
-    /// draw in the ray's far end (metres from the ray's start), and ends the walk by `false`; then the walk returns `false`.
+    /// Calls `leaf` with the slots of every leaf that the ray hits, near ones first, boxes grown by `grow` metres. `leaf` may shorten the
+    /// ray (metres from its start), and stops the traversal by returning `false`; then this returns `false`.
     #[inline(always)]
     fn walk(&self, mut ray: Ray, grow: f64, mut leaf: impl FnMut(std::ops::Range<usize>, &mut f32) -> bool) -> bool {
         let grow = Vec3A::splat((grow * (1.0 + 1e-6)) as f32);
@@ -377,7 +377,7 @@ impl Tree {
     }
 }
 
-/// A stack that lives on the stack until it is deeper than any sane hierarchy.
+/// A stack with a fixed part for normal depths, and a growing part beyond.
 struct Stack {
     near: [(f32, u32, u32); 64],
     len: usize,
@@ -413,7 +413,7 @@ impl Stack {
     }
 }
 
-/// A ray in the frame where it is the z axis.
+/// A ray in the sheared frame where it is the z axis.
 struct Sheared {
     origin: DVec3,
     axes: [usize; 3],
@@ -436,7 +436,7 @@ impl Sheared {
         Self { origin, axes: [x, y, z], shear }
     }
 
-    /// Where the line meets the triangle, in units of the direction; edges and corners count as met.
+    /// Intersection of the line with the triangle, in units of the direction; edges and corners count.
     #[inline(always)]
     fn hit(&self, corners: &[DVec3; 3]) -> Option<f64> {
         let [x, y, z] = self.axes;

@@ -1,28 +1,28 @@
-//! Files that a model names: read only from the folder that the model lies in, or below it, unless another is allowed.
+//! Sidecar files: read only from the model's folder or below it, unless another folder is allowed.
 
 use super::whole_file;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-/// Where files that a model names are looked for.
+/// Search folders of sidecar files.
 #[derive(Clone, Copy)]
 pub struct Sidecars<'a> {
-    /// The model's own folder; `None` where it came from memory.
+    /// The model's own folder; `None` if it came from memory.
     pub folder: Option<&'a Path>,
-    /// Where they may lie instead of the model's folder ([`super::ImportOptions::files_under`]).
+    /// Allowed folder instead of the model's ([`super::ImportOptions::files_under`]).
     pub under: Option<&'a Path>,
 }
 
 impl Sidecars<'_> {
     /// Reads the file `name` (as the model spells it, `/` or `\` between folders, from the model's folder on).
     ///
-    /// Fails with one clear line where the model came from memory, where `name` is a URL, where it leads out of the folder that files may
-    /// lie in, be it by a link, and where it isn't a regular file.
+    /// Fails with an error of one line if the model came from memory, if `name` is a URL, if it leads out of the allowed folder, even by a
+    /// link, and if it is not a regular file.
     pub fn read(&self, name: &str) -> Result<Vec<u8>, String> {
         whole_file::read(&self.path(name)?).map_err(|e| refusal(name, e))
     }
 
-    /// Whether [`Sidecars::read`] would find something in the file `name`.
+    /// Whether [`Sidecars::read`] would find content in the file `name`.
     pub fn is_there(&self, name: &str) -> bool {
         self.path(name).is_ok_and(|path| whole_file::holds_something(&path))
     }
@@ -31,7 +31,7 @@ impl Sidecars<'_> {
         let Some(folder) = self.folder else {
             return Err(format!("`{name}` is another file, and this model was not read from a folder"));
         };
-        // A model in the working folder has no folder in its name.
+        // The path of a model in the working folder has no folder.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let refuse = |e: io::Error| refusal(name, e);
         let spelt = match self.under {
@@ -39,7 +39,7 @@ impl Sidecars<'_> {
             Some(_) if name.contains("://") => return Err(url(name)),
             Some(_) => PathBuf::from(name.replace('\\', "/")),
         };
-        // An archive may bring links: where they lead counts.
+        // An archive may contain links: the resolved path counts.
         let path = folder.join(spelt).canonicalize().map_err(refuse)?;
         if !path.starts_with(self.under.unwrap_or(folder).canonicalize().map_err(refuse)?) {
             return Err(outside(name));
@@ -58,7 +58,7 @@ fn refusal(name: &str, error: io::Error) -> String {
     }
 }
 
-/// The relative path that `name` spells, if it stays inside the folder.
+/// The relative path of `name`, if it stays inside the folder.
 fn relative(name: &str) -> Result<PathBuf, String> {
     let path: PathBuf = name.replace('\\', "/").split('/').filter(|part| *part != ".").collect();
     let bytes = name.as_bytes();

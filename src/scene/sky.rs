@@ -1,11 +1,11 @@
-//! Skies and other backdrops: shells around everything, seen from inside only, and planes that go on far beyond all else. They bound no room and
-//! have no size in metres.
+//! Detects skies and other backdrops: shells around everything, visible from inside only, and planes far larger than the model. They bound
+//! no room, and their size does not matter.
 
 use super::naming::words;
 use crate::geom::{self, Aabb};
 use glam::DVec3;
 
-/// Words of shells, and of what goes on beyond a model.
+/// Words of shells, and of distant backdrops.
 const SHELLS: [&str; 14] = [
     "sky",
     "skybox",
@@ -38,35 +38,35 @@ const BEYOND: [&str; 14] = [
     "meer",
     "backplate",
 ];
-/// A shell without a name is so many times as wide as what is in it, if no light changes it, and if light does. Smaller: the walls of a room are a
-/// sky to its furniture.
+/// Least width of an unnamed shell, relative to its contents, if it is unlit, and if it is lit. Smaller: the walls of a room are a sky to
+/// its furniture.
 const WIDE_UNLIT: f64 = 1.5;
 const WIDE_LIT: f64 = 2.0;
-/// A shell that light changes has so many meshes in it at least.
+/// Least number of meshes in a lit shell.
 const FEWEST_WITHIN: usize = 8;
-/// A plane that goes on beyond a model is so many times as wide at least.
+/// Least width of a plane beyond the model, relative to the model.
 const BEYOND_WIDE: f64 = 1.5;
-/// A shell by its name is no narrower than this share of what is in it: spheres of few faces are.
+/// Least width of a named shell, as a share of its contents: below 1 because of spheres with few faces.
 const NARROW: f64 = 0.9;
-/// So much of its area faces what is in it.
+/// Least share of a shell's area that faces its contents.
 const INWARD: f64 = 0.95;
-/// A mesh lower than this share of its width is a ground.
+/// A mesh is a ground if its height is below this share of its width.
 const FLAT: f64 = 0.02;
 
-/// What a name says of backdrops.
+/// The kind of backdrop by a name.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Backdrop {
-    /// Nothing.
+    /// None.
     #[default]
     Unnamed,
-    /// It is around everything, as a sky is.
+    /// Around everything, like a sky.
     Shell,
-    /// It stands in the distance.
+    /// A distant backdrop.
     Beyond,
 }
 
 impl Backdrop {
-    /// Of the names of a mesh and its material.
+    /// By the names of a mesh and its material.
     pub fn named(name: &str, material: &str) -> Self {
         let words: Vec<String> = [name, material].iter().flat_map(|text| words(text)).collect();
         let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
@@ -78,13 +78,13 @@ impl Backdrop {
     }
 }
 
-/// A mesh as far as it matters here.
+/// The data of a mesh for this test.
 pub(super) struct Shape<'a> {
     pub positions: &'a [DVec3],
     pub triangles: &'a [[u32; 3]],
     pub named: Backdrop,
     pub unlit: bool,
-    /// Whether its role was given by hand.
+    /// Whether its role was set by hand.
     pub told: bool,
 }
 
@@ -97,7 +97,7 @@ pub(super) fn backdrops(shapes: &[Shape<'_>]) -> Vec<bool> {
     let around =
         |is_in: &dyn Fn(usize) -> bool| (0..boxes.len()).filter(|&i| is_in(i)).fold(Aabb::EMPTY, |b, i| b.union(boxes[i]));
     let mut found = vec![false; shapes.len()];
-    // 1. What has a name, all parts of a box together.
+    // 1. Named shells, all parts of a box together.
     let shells: Vec<usize> = (0..shapes.len()).filter(|&i| shapes[i].named == Backdrop::Shell && !shapes[i].told).collect();
     let rest = around(&|i| shapes[i].named == Backdrop::Unnamed && !is_flat(boxes[i]));
     if rest.is_empty() {
@@ -110,7 +110,7 @@ pub(super) fn backdrops(shapes: &[Shape<'_>]) -> Vec<bool> {
     for i in (0..shapes.len()).filter(|&i| shapes[i].named == Backdrop::Beyond && !shapes[i].told) {
         found[i] = wider(boxes[i], rest, BEYOND_WIDE);
     }
-    // 2. What has none: the widest first, as shells may be in shells.
+    // 2. Unnamed ones: the widest first, because shells may contain shells.
     let mut order: Vec<usize> = (0..shapes.len()).filter(|&i| !found[i] && !shapes[i].told && !is_flat(boxes[i])).collect();
     order.sort_by(|&a, &b| width(boxes[b]).total_cmp(&width(boxes[a])).then(a.cmp(&b)));
     for i in order {
@@ -128,13 +128,13 @@ pub(super) fn backdrops(shapes: &[Shape<'_>]) -> Vec<bool> {
     found
 }
 
-/// True where a box is so many times as wide as another, both ways, and around it.
+/// True if a box is `times` as wide as another, in both directions, and around it.
 fn wider(outer: Aabb, inner: Aabb, times: f64) -> bool {
     let (o, i) = (outer.size(), inner.size());
     o.x >= times * i.x && o.z >= times * i.z
 }
 
-/// The same, and higher.
+/// The same, and also at least as high.
 fn surrounds(outer: Aabb, inner: Aabb, times: f64) -> bool {
     wider(outer, inner, times) && outer.max.y >= inner.max.y && outer.touches(&inner)
 }
@@ -158,7 +158,7 @@ fn inward(shape: &Shape<'_>, point: DVec3) -> f64 {
 mod tests {
     use super::*;
 
-    /// A box whose sides face in, or out.
+    /// A box with sides that face in, or out.
     fn cuboid(size: DVec3, inwards: bool) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let at = |i: u32| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 1 { size[k] } else { -size[k] }));
         let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];

@@ -1,12 +1,12 @@
-//! How many tubes a scene has, and what they save.
+//! Counts of tubes, and their savings.
 
 use super::Scene;
 use serde::Serialize;
 use std::fmt;
 
-/// Sides of the mesh that tubes are compared with: those of the studies of tubes.
+/// Sides of the reference mesh, as in the studies of tubes.
 const SIDES: u32 = 18;
-/// Bytes of a triangle in it: three corners of a place and what shades it, as the viewer has them.
+/// Bytes per triangle of the reference mesh: three corners with position and shading data, as in the viewer.
 const TRIANGLE: u64 = 48;
 
 /// Tubes of a scene.
@@ -16,18 +16,18 @@ pub struct TubeCount {
     pub tubes: usize,
     /// Their sections.
     pub sections: usize,
-    /// Objects that are parts of them.
+    /// Objects that are parts of tubes.
     pub objects: usize,
     /// Bytes of the sections.
     pub section_bytes: u64,
-    /// Triangles of a mesh of them, with 18 sides.
+    /// Triangles of a mesh with 18 sides.
     pub triangles_of_18_sides: u64,
-    /// Bytes of such a mesh, 48 a triangle.
+    /// Bytes of this mesh, 48 per triangle.
     pub triangle_bytes: u64,
 }
 
 impl Scene {
-    /// How many tubes it has; `None` without any.
+    /// The counts; `None` without tubes.
     pub fn tube_count(&self) -> Option<TubeCount> {
         let all = &self.tubes;
         let triangles: u64 = all.tubes.iter().map(|tube| tube.triangles(SIDES)).sum();

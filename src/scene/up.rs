@@ -1,6 +1,6 @@
-//! Whether a model lies on its side: floors are few large planes, walls are many small ones; what stands, stands on a floor.
+//! Whether a model lies on its side: floors are few large planes, walls are many small ones, and objects stand on floors.
 //!
-//! Silence is better than wrong advice: what speaks against it counts for more than what speaks for it.
+//! A missing note is better than a wrong one: evidence against weighs more than evidence for it.
 
 use super::{Scene, triangle_area};
 use crate::geom::newell;
@@ -8,34 +8,36 @@ use crate::types::note::Note;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// A triangle faces along an axis if its normal's cosine with it is above this (8 degrees).
+/// A triangle faces an axis if its normal's cosine with it is above this (8 degrees).
 const ALONG: f64 = 0.99;
-/// And is upright to it if that is below this (1.1 degrees); between them it is slanted.
+/// A triangle is parallel to an axis if that cosine is below this (1.1 degrees); in between it is slanted.
 const ACROSS: f64 = 0.02;
-/// Planes of an axis are told apart by this share of the diagonal. Less: floors with a step fall apart. More: storeys run into each other.
+/// Resolution of plane offsets along an axis, as a share of the diagonal. Smaller: floors with a step fall apart. Larger: storeys are
+/// merged.
 const PLANE: f64 = 1.0 / 2000.0;
-/// Planes of an axis that are compared: the floors and ceilings of two storeys.
+/// Largest planes of an axis that are compared: the floors and ceilings of two storeys.
 const PLANES: usize = 4;
-/// The largest planes that face along Z hold so many times the area of those along X and along Y. In a dozen buildings and levels those
-/// along Y hold at least 1.26 times as much as others.
+/// Least ratio of the area of the largest planes along Z to those along X and along Y. In a dozen upright buildings and levels, those along
+/// Y have at least 1.26 times the area of others.
 const MORE: f64 = 1.25;
-/// All that faces along Z is at least this share of all that faces along Y: the front of a slab of flats is its largest plane, but its
-/// floors are more.
+/// Least ratio of all area that faces Z to that facing Y: the facade of a block of flats is its largest plane, but its floors have more
+/// area.
 const SHARE: f64 = 0.9;
-/// And those largest planes are this share of everything. Less: a heap of rocks has planes by chance.
+/// Least share of these largest planes in the total area. Smaller: a heap of rocks has planes by chance.
 const LEAST: f64 = 0.01;
-/// What faces along X and along Y are both walls then: the lesser is at least this share of the other. Less: the ends of a high corridor
-/// pass for walls, and its sides for floors.
+/// The areas that face X and Y are then both walls: least ratio of the smaller to the larger. Smaller: the ends of a high corridor pass for
+/// walls, and its sides for floors.
 const WALLS: f64 = 0.25;
-/// Of all area, so much more may be slanted to Z than to Y. More: round towers that stand lie down. Less: so do roofs along Y.
+/// Largest excess of area slanted to Z over that slanted to Y, as a share of all area. Larger: a wrong note for upright round towers.
+/// Smaller: also for roofs along Y.
 const SLANTED: f64 = 0.2;
-/// Of all things, so many more may begin on the same planes along Y than along Z. More: walls without floors, all on one ground, lie down.
-/// Less: rooms in a row stand up.
+/// Largest excess of components that start on common planes along Y over those along Z, as a share of all. Larger: a wrong note for walls
+/// without floors on one ground. Smaller: no note for rooms in a row.
 const STAND: f64 = 0.1;
-/// Fewer things than this tell nothing.
+/// Least number of components for this test.
 const THINGS: usize = 8;
 
-/// A note where a scene whose +Y is taken to be up seems to lie on its side; `None` elsewhere.
+/// A note if a scene with +Y as the up direction seems to lie on its side.
 pub fn note(scene: &Scene) -> Option<Note> {
     is_on_its_side(scene).then(|| Note::fault("its largest planes face along Z: where +Z is up in the model, give --up z"))
 }
@@ -48,12 +50,12 @@ pub(crate) fn is_on_its_side(scene: &Scene) -> bool {
     has_floors && has_walls && slanted[2] <= slanted[1] + SLANTED * all && !stands(scene)
 }
 
-/// Areas, square metres; of three, those of each axis.
+/// Areas, square metres; arrays are by axis.
 struct Faces {
     all: f64,
-    /// Of the largest [`PLANES`] planes along it.
+    /// Area of the largest [`PLANES`] planes of each axis.
     largest: [f64; 3],
-    /// Of all that faces along it.
+    /// Area of all triangles that face each axis.
     along: [f64; 3],
     slanted: [f64; 3],
 }
@@ -87,13 +89,13 @@ impl Faces {
     }
 }
 
-/// Whether more things begin on the same few planes along Y than along Z. A thing is triangles that share corners.
+/// Whether more connected components (over common corners) start on the same few planes along Y than along Z.
 fn stands(scene: &Scene) -> bool {
     let mut number: HashMap<[u64; 3], usize> = HashMap::new();
     let (mut parent, mut lowest): (Vec<usize>, Vec<DVec3>) = (Vec::new(), Vec::new());
     for t in 0..scene.triangles.len() {
         let [a, b, c] = scene.corners(t).map(|p| {
-            // 0 + p, because -0 is where 0 is.
+            // Adding zero makes -0.0 equal to 0.0.
             let corner = *number.entry((DVec3::ZERO + p).to_array().map(f64::to_bits)).or_insert(parent.len());
             if corner == parent.len() {
                 parent.push(corner);
@@ -119,7 +121,7 @@ fn stands(scene: &Scene) -> bool {
     things.len() >= THINGS && together(1) > together(2) + STAND * things.len() as f64
 }
 
-/// The corner that stands for all that are one thing with `corner`.
+/// The representative of the connected component of `corner`.
 fn root(parent: &mut [usize], mut corner: usize) -> usize {
     while parent[corner] != corner {
         parent[corner] = parent[parent[corner]];
@@ -139,8 +141,7 @@ mod tests {
     struct Model(Vec<[DVec3; 4]>);
 
     impl Model {
-        /// Walls around a polygon in plan (x, z) from `low` to `high`; a floor and a ceiling as well where it has four corners and
-        /// `is_closed`.
+        /// Walls around a polygon in plan (x, z) from `low` to `high`; also a floor and a ceiling if it has four corners and `is_closed`.
         fn walls(mut self, plan: &[(f64, f64)], [low, high]: [f64; 2], is_closed: bool) -> Self {
             let at = |i: usize, y: f64| DVec3::new(plan[i % plan.len()].0, y, plan[i % plan.len()].1);
             let quads = (0..plan.len()).map(|i| [at(i, low), at(i + 1, low), at(i + 1, high), at(i, high)]);
@@ -151,12 +152,12 @@ mod tests {
             self
         }
 
-        /// A closed box from a corner (x, y, z), and how large it is.
+        /// A closed box from a corner (x, y, z) with a size.
         fn block(self, (x, y, z): (f64, f64, f64), (w, h, d): (f64, f64, f64)) -> Self {
             self.walls(&[(x, z), (x + w, z), (x + w, z + d), (x, z + d)], [y, y + h], true)
         }
 
-        /// Its two ways round in plan, standing or with +Z up.
+        /// The model in two rotations in plan, upright or with +Z up.
         fn scenes(&self, is_turned: bool) -> [Scene; 2] {
             [false, true].map(|is_round| {
                 let place = |p: &DVec3| {
@@ -174,7 +175,7 @@ mod tests {
         }
     }
 
-    /// Storeys of a size on each other, without furniture.
+    /// Stacked storeys of equal size, without furniture.
     fn storeys((w, h, d): (f64, f64, f64), count: usize) -> Model {
         (0..count).fold(Model::default(), |model, i| model.block((0.0, h * i as f64, 0.0), (w, h, d)))
     }
@@ -195,7 +196,7 @@ mod tests {
         row(row(Model::default().block((0.0, 0.0, 0.0), (32.8, 2.8, 2.0)), 2.1), -5.1)
     }
 
-    /// Four towers with so many corners, curtain walls between them and a keep: much wall, and no floor but the tops of the walls.
+    /// Four towers with `corners` corners, curtain walls between them and a keep: much wall, and no floor except the tops of the walls.
     fn castle(corners: usize) -> Model {
         let mut castle = Model::default().walls(&[(12.0, 8.0), (20.0, 8.0), (20.0, 14.0), (12.0, 14.0)], [0.0, 14.0], false);
         for (x, z) in [(0.0, 0.0), (32.0, 0.0), (0.0, 22.0), (32.0, 22.0)] {
@@ -226,7 +227,7 @@ mod tests {
         Model((0..400).map(|i| quad(i % 20, i / 20)).collect())
     }
 
-    /// Walls of 3 m on a ground, as a comb of passages that turn.
+    /// Walls of 3 m on a ground, as a winding passage.
     fn maze() -> Model {
         let ground = Model::default().walls(&[(0.0, 0.0), (24.0, 0.0), (24.0, 18.0), (0.0, 18.0)], [0.0, 3.0], false);
         let rows = (1..9).fold(ground, |m, i| m.block((f64::from(i % 2) * 2.0, 0.0, 2.0 * f64::from(i)), (22.0, 3.0, 0.3)));
@@ -271,7 +272,7 @@ mod tests {
         }
     }
 
-    /// Without what speaks against it these would be told to lie down.
+    /// Without the evidence against it, these would get a wrong note.
     #[test]
     fn castles_and_corridors_have_their_largest_planes_upright() {
         for model in [castle(4), castle(12), storeys((40.0, 4.0, 3.0), 1)] {

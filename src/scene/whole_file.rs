@@ -1,13 +1,13 @@
-//! A model's file, or one that it names, as bytes; and what a file is that is something else than its name says.
+//! Reads model files and sidecar files as bytes, and recognizes files of other kinds.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// The mark that some editors put before a text.
+/// The byte order mark that some editors write.
 pub const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// What stands in the place of a file that was not fetched: how it starts, in small letters, and what it is.
+/// Placeholders of files that were not fetched: their first bytes, in lower case, and a description.
 const STAND_INS: [(&[u8], &str); 3] = [
     (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer, not the file itself; `git lfs pull` fetches that"),
     (b"<!doctype html", WEB_PAGE),
@@ -16,10 +16,10 @@ const STAND_INS: [(&[u8], &str); 3] = [
 const WEB_PAGE: &str =
     "a web page (HTML), not the file itself; fetch that from the address that the page gives for the raw file";
 
-/// Bytes that are enough to tell these, with a few blanks before.
+/// Bytes sufficient to recognize these, after a few blanks.
 const START: u64 = 256;
 
-/// How files of other kinds start, and what they are.
+/// First bytes of files of other kinds, with a description.
 const KINDS: [(&[u8], &str); 10] = [
     (b"PK\x03\x04", "a zip archive: unpack it"),
     (b"\x1F\x8B", "packed with gzip: unpack it"),
@@ -33,16 +33,16 @@ const KINDS: [(&[u8], &str); 10] = [
     (b"BLENDER", "a file of Blender: export it as glTF"),
 ];
 
-/// Most characters of a text that a message tells.
+/// Most characters of a text in a message.
 const TOLD: usize = 40;
-/// Most bytes of a file that isn't text that a message tells.
+/// Most bytes of a binary file in a message.
 const TOLD_BYTES: usize = 8;
 
 /// Reads a whole model.
 ///
 /// # Errors
 ///
-/// As [`read`], and where nothing is in it.
+/// As [`read`], and if it is empty.
 pub fn model(path: &Path) -> io::Result<Vec<u8>> {
     let bytes = read(path)?;
     if bytes.is_empty() { Err(io::Error::other("the file is empty")) } else { Ok(bytes) }
@@ -52,7 +52,7 @@ pub fn model(path: &Path) -> io::Result<Vec<u8>> {
 ///
 /// # Errors
 ///
-/// Where it can't be read, or is only a pointer to the file that is meant, or a page about it.
+/// If it cannot be read, or is only a pointer to the real file, or a web page.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let absent = |e: io::Error| match e.kind() {
         io::ErrorKind::NotFound => io::Error::new(e.kind(), "there is no such file"),
@@ -65,7 +65,7 @@ pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     }
 }
 
-/// Whether a file can be read and is more than nothing, a pointer or a page.
+/// Whether a file can be read and is not empty, a pointer or a web page.
 pub(super) fn holds_something(path: &Path) -> bool {
     let mut start = Vec::new();
     let read = File::open(path).and_then(|file| file.take(START).read_to_end(&mut start));
@@ -78,12 +78,12 @@ fn stand_in(bytes: &[u8]) -> Option<&'static str> {
     STAND_INS.iter().find(|(this, _)| starts_with(this)).map(|(_, what)| *what)
 }
 
-/// A text without the mark and the blanks before it.
+/// A text without the byte order mark and leading blanks.
 pub fn text_of(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes).trim_ascii_start()
 }
 
-/// What a file is that isn't what it should be, as the end of a sentence: its kind, or how it begins.
+/// Description of a file of the wrong kind, as the end of a sentence: its kind, or its first characters.
 pub fn nature(bytes: &[u8]) -> String {
     if let Some((_, what)) = KINDS.iter().find(|(start, _)| bytes.starts_with(start)) {
         return format!("it is {what}");
@@ -91,7 +91,7 @@ pub fn nature(bytes: &[u8]) -> String {
     let start = text_of(bytes);
     let line = start.split(|&b| b == b'\n' || b == b'\r').next().unwrap_or_default();
     let is_text = |text: &&str| !text.is_empty() && !text.chars().any(char::is_control);
-    // A cut through a character is no damage.
+    // A cut within a character is not an error.
     let whole = |line: &[u8]| line.utf8_chunks().next().map(|chunk| chunk.valid().to_owned());
     match whole(&line[..line.len().min(4 * TOLD)]).as_deref().map(|text| text.replace('\t', " ")).as_deref().filter(is_text)
     {

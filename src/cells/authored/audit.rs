@@ -1,8 +1,8 @@
-//! What is wrong in what a model's author wrote: rooms, doors and relations, held against the triangles and the finished graph.
+//! Audit of the author's rooms, doors and relations against the triangles and the finished graph.
 //!
-//! The graph is always what the triangles say; a finding says where the author says otherwise, one line each, by the author's own
-//! ids. [`audit_rooms`] needs no graph and tells whether the author's rooms are worth labelling with; [`audit`] adds what only
-//! the graph shows. New: exporters' faults are usually looked for in the relations (MVD checkers), not in the geometry.
+//! The graph always follows the triangles. Each finding is one line that names a contradiction by the author's own ids. [`audit_rooms`]
+//! needs no graph and tells whether the author's rooms are good enough to label cells; [`audit`] adds faults that need the graph. New: MVD
+//! checkers look for exporters' faults in the relations, not in the geometry.
 
 mod doors;
 mod finding;
@@ -22,17 +22,16 @@ use std::collections::BTreeMap;
 
 pub use finding::{Finding, FindingKind};
 
-/// All that is wrong, and how much of the author's word stands.
+/// All findings, and how much of the author's description is correct.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Audit {
-    /// By kind, then in the author's order.
+    /// Ordered by kind, then as in the model.
     pub findings: Vec<Finding>,
-    /// Rooms that the author wrote.
+    /// Number of authored rooms.
     pub rooms: usize,
-    /// Those without a fault that keeps them from naming space: they are closed, have a volume, lie in free space, and smaller
-    /// rooms don't hold most of them.
+    /// Number of sound rooms: closed, with a volume, in free space, and not mostly inside smaller rooms.
     pub sound_rooms: usize,
-    /// Of the free space indoors, the share in cells that a room gave its name to; 1 before there is a graph.
+    /// Share of the indoor free space that is in cells named by a room; 1 without a graph.
     pub claimed: f64,
 }
 
@@ -48,29 +47,29 @@ impl Audit {
     }
 }
 
-/// Rooms that share more than this part of the smaller one overlap; a room that smaller ones hold this much of names nothing.
+/// Two rooms overlap if they share more than this part of the smaller one. A room names no cell if smaller rooms cover `MOST` of it.
 const OVERLAP: f64 = 0.02;
 const MOST: f64 = 0.5;
-/// Cubic metres: less is no room, or no overlap worth a line.
+/// Smallest volume of a room and of an overlap, cubic metres.
 const LEAST_VOLUME: f64 = 0.05;
-/// Of lines that cross a room, those that cross it an odd number of times: more, and it is open.
+/// A room is not closed if more than this share of lines crosses its surface an odd number of times.
 const OPEN: f64 = 0.03;
-/// Free space of less than this, cubic metres, needs no room: shafts, plenums.
+/// Smallest free space that is reported as unclaimed, cubic metres; smaller ones are shafts and plenums.
 const LEAST_UNCLAIMED: f64 = 10.0;
 
-/// What can be told of the rooms before any split.
+/// The findings about rooms that need no graph.
 pub fn audit_rooms(scene: &Scene) -> Audit {
     let metre = HumanScale::of(&RayScene::new(scene)).metre;
     let (findings, unsound) = of_rooms(&scene.hints, metre);
     Audit::of(scene.hints.rooms.len(), findings, &unsound)
 }
 
-/// Which rooms are of no use to name space with, as far as can be told before any split.
+/// Which rooms must not name cells, judged without a graph.
 pub(in crate::cells) fn unsound(hints: &Hints, metre: f64) -> Vec<bool> {
     of_rooms(hints, metre).1
 }
 
-/// What is wrong, given the graph that was made of it. Sound rooms are those of [`audit_rooms`] that name a cell.
+/// All findings, with the graph of the scene. A sound room is sound in [`audit_rooms`] and names a cell.
 pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     let hints = &scene.hints;
     let rays = RayScene::new(scene);
@@ -79,7 +78,7 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     if hints.rooms.is_empty() {
         return Audit::of(0, findings, &unsound);
     }
-    // The first room of an id is the one that its cell is named after.
+    // A cell is named after the first room with its id.
     let mut number: BTreeMap<&str, usize> = BTreeMap::new();
     for (i, room) in hints.rooms.iter().enumerate() {
         number.entry(&room.id).or_insert(i);
@@ -87,7 +86,7 @@ pub fn audit(scene: &Scene, graph: &CellGraph) -> Audit {
     let room_of: Vec<Option<usize>> =
         graph.cells.iter().map(|c| c.source.as_deref().and_then(|id| number.get(id).copied())).collect();
     for (i, room) in hints.rooms.iter().enumerate() {
-        // Reported once, as what it is.
+        // Other faults are reported already.
         if !unsound[i] && !room_of.contains(&Some(number[room.id.as_str()])) {
             unsound[i] = true;
             findings.push(one(FindingKind::NoFreeSpace, room, "holds no free space"));
@@ -108,7 +107,7 @@ fn one(kind: FindingKind, room: &RoomHint, what: &str) -> Finding {
     Finding { kind, ids: vec![room.id.clone()], text: format!("{} {what}", called(room)) }
 }
 
-/// Ids, surfaces and overlaps, and which rooms are of no use.
+/// Findings about ids, surfaces and overlaps, and which rooms are unsound.
 fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
     let mut findings = duplicates(hints);
     let mut unsound = vec![false; hints.rooms.len()];
@@ -129,7 +128,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
     for &(i, j, shared) in &overlaps {
         let (a, b) = if solids[j].volume <= solids[i].volume { (j, i) } else { (i, j) };
         let share = shared / solids[a].volume;
-        // Boxes around meshes reach into each other's walls: nobody drew them.
+        // Boxes around meshes are not authored, and overlap each other's walls.
         let drawn = hints.rooms[a].drawn && hints.rooms[b].drawn;
         if unsound[a] || unsound[b] || share < OVERLAP || shared < LEAST_VOLUME * cubic || !(drawn || share > MOST) {
             continue;
@@ -146,7 +145,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
             ),
         });
     }
-    // Shared space is the smaller room's, of equal ones the first's: a copy, and a space drawn around others, name nothing.
+    // Shared space belongs to the smaller room, or to the first of two equal ones. So copies and enclosing spaces are unsound.
     let mut order: Vec<usize> = (0..solids.len()).collect();
     order.sort_by(|&a, &b| solids[a].volume.total_cmp(&solids[b].volume).then(a.cmp(&b)));
     let mut taken = vec![0.0; solids.len()];
@@ -159,7 +158,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
     (findings, unsound)
 }
 
-/// Closed cells that no room gave its name to, and the share of the free space indoors that isn't in one of them.
+/// Findings for closed cells without a room, and the share of the indoor free space in cells with one.
 fn unclaimed(graph: &CellGraph, room_of: &[Option<usize>], origin: DVec3, metre: f64) -> (Vec<Finding>, f64) {
     let mut findings = Vec::new();
     let [mut whole, mut claimed] = [0.0; 2];

@@ -1,14 +1,13 @@
-//! The author's rooms as labels: which piece lies in which room.
+//! Labels from the author's rooms: which piece lies in which room.
 //!
 //! In: the middles of pieces, and the author's [`Hints`]. Out: [`Claims`], the room that claims each piece; which rooms lie under the open
-//! sky; and, from [`audit`], what is wrong in what the author wrote.
+//! sky; and the findings of [`audit`].
 //!
-//! The steps: [`audit`] tells which rooms are sound; [`claims`] gives pieces to the smallest sound room that holds their middle, and the
-//! holes of doors to a room that they lead to; [`plan`](super::plan) does the rest, as if the claimed pieces were labelled already.
-//! A room holds a point where a line from it straight up leaves its surface an odd number of times (for polygons: Shimrat, *Algorithm 112*, 1962).
+//! The steps: [`audit`] tells which rooms are sound; [`claims`] assigns each piece to the smallest sound room that contains its centre, and
+//! each doorway to an adjacent room; [`plan`](super::plan) labels the remaining pieces. A room contains a point if a vertical ray from the
+//! point crosses the room's surface an odd number of times (for polygons: Shimrat, *Algorithm 112*, 1962).
 //!
-//! Exporters get rooms wrong too often to take their walls for granted, so an author's room only names pieces; what closes it
-//! and where its doors are is read from the triangles.
+//! Exported rooms are often wrong. So an authored room only names pieces; walls and doors come from the triangles.
 
 pub(in crate::cells) mod audit;
 
@@ -18,33 +17,33 @@ use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningHint, OpeningKind, RoomHint, Scene};
 use glam::DVec3;
 
-/// What stands in a doorway's thickness lies this near to it, metres.
+/// A piece belongs to a doorway within this distance of it, metres.
 const REVEAL: f64 = 0.02;
-/// From a doorway's mouth into the room before it, metres.
+/// Distance from a doorway into the adjacent room, at which the room is looked up, metres.
 const STEP: f64 = 0.3;
-/// Lines along each side of a room's box that look for a roof.
+/// Vertical rays along each side of a room's box.
 const LINES: usize = 12;
-/// Less of a room than this is covered: open air.
+/// A room with less than this share covered is in the open air.
 const COVERED: f64 = 0.5;
 
-/// Which of the author's rooms pieces belong to, as indices into [`Hints::rooms`].
+/// The authored room of each piece, an index into [`Hints::rooms`].
 #[derive(Clone, PartialEq, Debug)]
 pub(in crate::cells) struct Claims {
-    /// The room that holds the piece's middle; the smallest where several do.
+    /// The smallest room that contains the piece's centre.
     pub rooms: Vec<Option<u32>>,
-    /// Of pieces that no room holds, the room that the doorway which holds it leads to, the one on its normal's side before the
-    /// other: a doorway must not go to a plenum over it.
+    /// For pieces in a doorway and in no room: a room next to the doorway, first the one on the side of its normal. So a doorway does not
+    /// join a plenum above it.
     pub doorways: Vec<Option<u32>>,
 }
 
 impl Claims {
-    /// No rooms, for so many pieces.
+    /// No claims.
     pub fn none(pieces: usize) -> Self {
         Self { rooms: vec![None; pieces], doorways: vec![None; pieces] }
     }
 }
 
-/// Whose pieces with these middles are; rooms that are `unsound` claim nothing.
+/// Claims of the pieces with these centres; `unsound` rooms claim nothing.
 pub(in crate::cells) fn claims(points: &[DVec3], hints: &Hints, unsound: &[bool]) -> Claims {
     let boxes: Vec<Aabb> = hints.rooms.iter().map(|r| Aabb::of(r.surface.iter().flatten().copied())).collect();
     let room = |p: DVec3| {
@@ -61,7 +60,7 @@ pub(in crate::cells) fn claims(points: &[DVec3], hints: &Hints, unsound: &[bool]
     Claims { rooms, doorways }
 }
 
-/// The hole of a door in its wall, and whose it is.
+/// A doorway, and the room that claims it.
 struct Doorway<'h> {
     around: Aabb,
     opening: &'h OpeningHint,
@@ -70,7 +69,7 @@ struct Doorway<'h> {
 }
 
 impl<'h> Doorway<'h> {
-    /// `None` where no room is on either side.
+    /// `None` if no room is on either side.
     fn new(opening: &'h OpeningHint, room: impl Fn(DVec3) -> Option<u32>) -> Option<Self> {
         let centre = middle(&opening.winding);
         let local: Vec<DVec3> = opening.winding.iter().map(|&p| p - centre).collect();
@@ -93,7 +92,7 @@ impl<'h> Doorway<'h> {
     }
 }
 
-/// For each of the author's rooms, whether it lies under the open sky: over less than half of it is anything, glass included.
+/// For each authored room, whether less than half of it is covered, even by glass.
 pub(in crate::cells) fn open_air(scene: &Scene) -> Vec<bool> {
     let rays = RayScene::new(scene);
     let far = 2.0 * scene.bounds().diagonal();
@@ -116,8 +115,8 @@ pub(in crate::cells) fn open_air(scene: &Scene) -> Vec<bool> {
     parallel::map(&scene.hints.rooms, |room| room.outside || is_open(room))
 }
 
-/// True where a line straight up leaves the room's surface an odd number of times. The line starts a tenth of a micrometre beside
-/// `p`, off both axes and diagonals, so that it meets no edge that two triangles share: this only names a piece.
+/// True if a vertical ray crosses the room's surface an odd number of times. The ray starts a tenth of a micrometre beside `p`, off axes
+/// and diagonals, so that it misses edges between triangles.
 fn holds(room: &RoomHint, p: DVec3) -> bool {
     let p = p + DVec3::new(1.0e-7, 0.0, 0.618e-7);
     let above = |t: &&[DVec3; 3]| {

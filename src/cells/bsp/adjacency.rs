@@ -1,7 +1,7 @@
-//! Where two leaves of the tree meet, and what is open there.
+//! The faces between leaves of the tree, and their open parts.
 //!
-//! Each face of a leaf behind a node's plane is pushed down the tree in front of it (as level compilers make portals), and what
-//! no shell triangle on that plane covers is open (Teller 1992; see [`crate::cells::complex::coverage`] for why that is sound).
+//! Each face of a leaf behind a node's plane is pushed down the tree in front of it (as level compilers make portals). The parts without a
+//! shell triangle on that plane are open (Teller 1992; for the proof of soundness see [`crate::cells::complex::coverage`]).
 
 use super::tree::{Bsp, Child, Face, RIM, cut, reach};
 use crate::cells::complex::coverage::{Open, open_part};
@@ -14,36 +14,36 @@ use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 
-/// Planes whose normals have a smaller cosine with the vertical than this count as walls.
+/// A plane is a wall if its normal's cosine with the vertical is below this.
 const UPRIGHT: f64 = 0.9;
 
 /// A face between two leaves.
 pub struct Contact {
-    /// Behind the plane, in front of it.
+    /// The leaf behind the plane, the leaf in front of it.
     pub leaves: [u32; 2],
     /// The node whose plane it lies on.
     pub node: u32,
     /// The face in the plane's coordinates, counter-clockwise.
     pub polygon: Vec<DVec2>,
-    /// What is open of it.
+    /// Its open part.
     pub open: Open,
-    /// Its area, and that of what is open, square metres.
+    /// Its area, and the area of the open part, square metres.
     pub area: f64,
     /// See `area`.
     pub open_area: f64,
-    /// Whether any open part of it may be of a hole that is certain to be kept open; see [`smallest_hole`].
+    /// Whether an open part may belong to a hole that is certain to stay open; see [`smallest_hole`].
     pub wide: bool,
 }
 
-/// The narrowest opening that is certain to be kept open, metres. Coverage draws it in by a seal on every side, in whatever direction
-/// it lies, and what is left must be wider than the crumbs where the planes of two triangles that share an edge meet a third: with
-/// those kept, rock is flooded through its facets' edges.
+/// The narrowest opening that is certain to stay open, metres. Coverage shrinks it by a seal on every side, in any direction. The rest must
+/// be wider than the crumbs where the planes of two adjacent triangles meet a third: if those stayed open, rock would be flooded through
+/// the edges of its facets.
 pub fn smallest_hole(tolerance: &Tolerance) -> f64 {
     tolerance.smallest_hole() + 8f64.sqrt() * tolerance.seal
 }
 
-/// Openings that are narrower than this, in seals, get no portal. Larger than what is left of [`smallest_hole`]: holes that are
-/// certain to be kept would get none. Smaller: crumbs along the edges of facets get one each.
+/// Narrower openings get no portal, in seals. Larger than the rest of [`smallest_hole`]: guaranteed holes would get none. Smaller: each
+/// crumb along the edges of facets gets one.
 pub const CRUMB: f64 = 2.0;
 
 /// Coordinates in a plane: `u x v` is its normal. On walls `v` points up.
@@ -55,7 +55,7 @@ pub struct Flat {
 }
 
 impl Flat {
-    /// `along` is the first axis on floors, as far as it lies in the plane.
+    /// `along` gives the first axis on floors, projected into the plane.
     pub fn new(plane: &Plane, along: DVec3) -> Self {
         let n = plane.n;
         let u = if n.y.abs() < UPRIGHT { DVec3::Y.cross(n) } else { along - n * along.dot(n) };
@@ -63,27 +63,27 @@ impl Flat {
         Self { u, v: n.cross(u), origin: n * plane.d }
     }
 
-    /// Into the plane.
+    /// World to plane.
     pub fn to(self, p: DVec3) -> DVec2 {
         DVec2::new(self.u.dot(p), self.v.dot(p))
     }
 
-    /// Back.
+    /// Plane to world.
     pub fn from(self, q: DVec2) -> DVec3 {
         self.origin + self.u * q.x + self.v * q.y
     }
 }
 
-/// What narrows a plane down to a place: boxes of the covers of each node, where there are many.
+/// Spatial index of each node's covers, if there are many.
 struct Covers<'b> {
     bsp: &'b Bsp,
     trees: Vec<Option<BoxTree>>,
 }
 
-/// Covers of a node that need no tree.
+/// Most covers of a node without a tree.
 const FEW: usize = 12;
-/// Sine of the angle up to which planes meet so that what their triangles are off them matters: one degree. Smaller: slits between
-/// nearly level facets stay open. Larger: covers of planes that part at once are looked at in vain.
+/// Sine of the angle between planes below which the distance of triangles from their plane matters: one degree. Smaller: slits between
+/// nearly horizontal facets stay open. Larger: useless covers of other planes are tested.
 const SHALLOW: f64 = 0.0175;
 
 impl<'b> Covers<'b> {
@@ -96,9 +96,9 @@ impl<'b> Covers<'b> {
         Self { bsp, trees }
     }
 
-    /// What lies on a node's plane between two leaves, near a box: its own covers, what grazes the leaves, and what of the covers
-    /// of other planes around them is nowhere farther off than `coplanar`. Where planes meet at a shallow angle, the leaf between
-    /// them goes on beyond the edge of the triangles on the one, as their planes are a little off, and so under those on the other.
+    /// The polygons on a node's plane between two leaves, near a box: its own covers, the leaves' stray triangles, and the parts of other
+    /// covers within `coplanar` of the plane. At a shallow angle between planes, the leaf between them extends beyond the edge of the
+    /// triangles on one plane, because the planes are not exact, and so under those on the other.
     fn near(&self, node: u32, bounds: &Aabb, leaves: [u32; 2], coplanar: f64) -> Vec<Cow<'b, [DVec3]>> {
         let plane = self.bsp.nodes[node as usize].plane;
         let mut out: Vec<Cow<'b, [DVec3]>> = Vec::new();
@@ -190,14 +190,14 @@ pub fn contacts(bsp: &Bsp, along: DVec3, tolerance: &Tolerance, work: &Job<'_>) 
     work.go_on().map(|()| found)
 }
 
-/// The parts of a polygon that border on each leaf below a child, on the side that `ahead` points to.
+/// Splits a polygon among the adjacent leaves below a child, on the side of `ahead`.
 pub fn push(bsp: &Bsp, child: Child, points: Vec<DVec3>, ahead: DVec3, thin: f64, out: &mut Vec<(u32, Vec<DVec3>)>) {
     match child {
         Child::Leaf(leaf) => out.push((leaf, points)),
         Child::Node(node) => {
             let node = &bsp.nodes[node as usize];
             let (low, high) = reach(&points, &node.plane);
-            // On the plane itself: what lies ahead of it.
+            // On the plane itself: the child ahead.
             let eps = 1e-3 * thin;
             if low >= -eps && high <= eps {
                 let side = usize::from(node.plane.n.dot(ahead) > 0.0);
@@ -222,7 +222,7 @@ fn open(polygon: &[DVec2], covers: &[Cow<'_, [DVec3]>], flat: Flat, seal: f64) -
     for cover in covers {
         let q: Vec<DVec2> = cover.iter().map(|&p| flat.to(p)).collect();
         let sign = area(&q).signum();
-        // Most faces lie under one triangle.
+        // Most faces are covered by one triangle.
         let inside = |p: &DVec2| {
             (0..q.len()).all(|i| {
                 let e = q[(i + 1) % q.len()] - q[i];

@@ -1,9 +1,8 @@
-//! A tree of bounded size: where the walls of a scene cut space, and one another, into more leaves than there may be, those of the least
-//! planes part nothing.
+//! A tree of bounded size: if the walls give too many leaves, the planes with the least area do not split space.
 //!
-//! Everything after the tree takes time and memory by the leaf. In rubble, foliage or terrain each wall cuts many others, so that there are
-//! more leaves to a triangle the more triangles there are, and none of them hides much. The graph stays sound: what parts nothing may
-//! stand in a cell.
+//! All later steps take time and memory per leaf. In rubble, foliage or terrain each wall cuts many others, so the number of leaves per
+//! triangle grows with the number of triangles, and none hides much. The graph stays sound: triangles that do not split may stand in a
+//! cell.
 
 use super::planes::Shell;
 use super::tree::{self, Bsp, Limits, Tiling};
@@ -13,16 +12,15 @@ use crate::job::{Job, Stopped};
 use crate::types::note::Note;
 use glam::DVec3;
 
-/// Leaves that a scene may have, and so many more for each of its triangles. Buildings and levels have up to 13,000, or 3 a triangle; soups of thin
-/// triangles 30. More: time and memory go into leaves that hide nothing. Less: small scenes of large walls that cross lose some.
+/// Most leaves of a small scene: a base, plus a number per triangle. Buildings and levels have up to 13,000, or 3 per triangle; soups of
+/// thin triangles have 30. More: time and memory go into leaves that hide nothing. Fewer: small scenes of large crossing walls lose some.
 const LEAVES: usize = 20_000;
 const LEAVES_A_TRIANGLE: usize = 4;
-/// What a large scene may have, and one more for so many of its triangles. More: soups of a hundred thousand triangles take more than a gigabyte.
-/// Less: large buildings are coarser than they need be.
+/// Most leaves of a large scene: a base, plus one for each group of triangles. More: soups of a hundred thousand triangles take more than a
+/// gigabyte. Fewer: large buildings are unnecessarily coarse.
 const LEAVES_OF_MANY: usize = 200_000;
 const TRIANGLES_A_LEAF_OF_MANY: usize = 16;
-/// What a leaf takes, with all that is made of it until the graph is there, bytes. More: large scenes are coarser than they need be.
-/// Less: a split takes more memory than it may.
+/// Memory per leaf, with all data made from it, bytes. More: large scenes are unnecessarily coarse. Less: a split exceeds its memory limit.
 const LEAF_BYTES: u64 = 5 << 10;
 
 /// The limits for a scene of so many triangles, in `memory` bytes.
@@ -33,7 +31,7 @@ pub fn limits<'w>(triangles: usize, memory: u64, work: &'w Job<'w>) -> Limits<'w
     Limits { leaves: few.min(many).min(affordable), work }
 }
 
-/// The tree of the shell, from which as many planes are taken as it takes to fit. Other arguments as for [`tree::bsp`].
+/// The tree of the shell, without as many planes as necessary to fit. Other arguments as for [`tree::bsp`].
 pub fn tree(
     shell: &mut Shell,
     domain: Aabb,
@@ -47,14 +45,14 @@ pub fn tree(
         limits.work.go_on()?;
         match found {
             Some(bsp) => return Ok(bsp),
-            // Tiles alone are too many.
+            // The tiles alone are too many.
             None if shell.triangles.is_empty() => tiling = None,
             None => shell.keep_larger_half(),
         }
     }
 }
 
-/// What users should know where planes were left out of a shell.
+/// A note if planes were left out of the shell.
 pub fn note(shell: &Shell, limits: &Limits<'_>) -> Option<Note> {
     let (left_out, kept, most) = (shell.left_out, shell.triangles.len(), limits.leaves);
     let says = || {

@@ -1,4 +1,4 @@
-//! What shows its front and what its back: who looks at a level from behind its walls sees backs.
+//! Front and back faces as seen by rays: from behind the walls of a level, only backs are visible.
 
 use crate::random::SplitMix;
 use crate::scene::rays::RayScene;
@@ -6,20 +6,20 @@ use glam::DVec3;
 
 /// Rays from far outside.
 const RAYS: usize = 256;
-/// Backs are far more than fronts beyond this factor.
+/// Backs dominate if they exceed fronts by this factor.
 const MANY: usize = 3;
 
-/// A scene, asked by rays.
+/// Ray queries for front and back faces.
 pub struct Facing<'s> {
     rays: &'s RayScene<'s>,
-    /// From far outside more fronts are seen than backs, as of buildings with outer walls.
+    /// From far outside, more fronts than backs are visible, as on buildings with outer walls.
     pub outside_in: bool,
-    /// From far outside backs are seen far more often than fronts, as of levels that are walls around rooms.
+    /// From far outside, far more backs than fronts are visible, as on levels of inner walls only.
     pub shows_backs: bool,
 }
 
 impl<'s> Facing<'s> {
-    /// Looks at it from outside.
+    /// Casts rays from outside.
     pub fn new(rays: &'s RayScene<'s>) -> Self {
         let mut facing = Self { rays, outside_in: false, shows_backs: false };
         let mut random = SplitMix::new(0);
@@ -39,14 +39,14 @@ impl<'s> Facing<'s> {
         facing
     }
 
-    /// What a ray shows: 1 for a back, -1 for a front, 0 for nothing.
+    /// The result of a ray: 1 for a back, -1 for a front, 0 for nothing.
     fn shown(&self, from: DVec3, direction: DVec3) -> i32 {
         let Some(hit) = self.rays.first_opaque(from, direction, f64::INFINITY) else { return 0 };
         let [a, b, c] = self.rays.scene().corners(hit.triangle as usize);
         if (b - a).cross(c - a).dot(direction) > 0.0 { 1 } else { -1 }
     }
 
-    /// Backs and fronts that `rays` rays from a point show.
+    /// Numbers of backs and fronts hit by `rays` rays from a point.
     pub fn around(&self, from: DVec3, rays: usize, seed: u64) -> [usize; 2] {
         let mut random = SplitMix::new(seed);
         let mut counts = [0; 2];

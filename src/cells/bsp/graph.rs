@@ -13,9 +13,9 @@ use crate::parallel;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// What hulls grow by on every side, in seals.
+/// Growth of hulls on every side, in seals.
 const GROWN: f64 = 1.5;
-/// Cells of the regions that have pieces, and the cell of each region; `beyond` is the one beyond the rim of the domain.
+/// Cells of the regions with pieces, and the cell of each region; `beyond` is the region outside the domain.
 pub fn cells(pieces: Vec<Vec<Piece>>, beyond: Option<u32>, domain: Aabb) -> (Vec<Cell>, Vec<Option<u32>>) {
     let mut cells: Vec<Cell> = Vec::new();
     let mut number: Vec<Option<u32>> = vec![None; pieces.len()];
@@ -32,7 +32,7 @@ pub fn cells(pieces: Vec<Vec<Piece>>, beyond: Option<u32>, domain: Aabb) -> (Vec
         cells.push(Cell { name, source: None, open: outside, pieces, portals: Vec::new() });
     }
     if cells.is_empty() {
-        // Nothing is wider than a voxel: what can't be told apart is one cell.
+        // No region has pieces: everything is one cell.
         let mut pieces = around(domain);
         let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(domain.max, n), Plane::through(domain.min, -n)]);
         pieces.push(Piece { planes: planes.collect(), bounds: domain });
@@ -50,7 +50,7 @@ pub fn portals(
     seal: f64,
     work: &Job<'_>,
 ) -> Result<Vec<Portal>, Stopped> {
-    /// Cells in order, the plane's bits, whether the lower cell is behind it.
+    /// Cells in ascending order, the plane's bits, whether the lower cell is behind it.
     type Key = (u32, u32, [u64; 4], bool);
     let mut groups: BTreeMap<Key, (Plane, Vec<Shape>)> = BTreeMap::new();
     for c in contacts {
@@ -91,9 +91,9 @@ pub fn portals(
     work.go_on().map(|()| found)
 }
 
-/// Hulls whose common hull holds little else are one: what a narrow ledge parts from an opening.
+/// Joins hulls whose common hull is hardly larger, such as an opening divided by a narrow ledge.
 fn joined(mut hulls: Vec<Vec<DVec2>>) -> Vec<Vec<DVec2>> {
-    /// A common hull may be larger than both by this factor.
+    /// Largest area of a common hull, relative to both hulls.
     const LOOSE: f64 = 1.02;
     hulls.sort_by(|a, b| area(b).total_cmp(&area(a)));
     let mut out: Vec<Vec<DVec2>> = Vec::new();

@@ -1,15 +1,14 @@
-//! The bsp strategy: game levels, and whatever has walls and isn't like a plan.
+//! The bsp strategy: for game levels, and other scenes with walls but without a plan.
 //!
 //! Based on: Airey, Rohlf, Brooks, *Towards image realism with interactive update rates in complex virtual building environments*, 1990,
-//! and Teller, Séquin, *Visibility preprocessing for interactive walkthroughs*, 1991: space is split along the walls that cover most
-//! of a cut, down to cells that hold little that hides. Deviates: a part that is still large is halved; what is smaller than the smallest
-//! occluder makes no cut, and may stand in a cell; a cell is what is connected within such a part, not the part itself. All other walls
-//! cut below that, so that faces are open exactly where nothing covers them, and the graph is sound like those of all strategies.
+//! and Teller, Séquin, *Visibility preprocessing for interactive walkthroughs*, 1991: space is split along the walls that cover most of a
+//! cut, until cells contain few occluders. Deviations: a part that is still large is halved; surfaces smaller than the smallest occluder do
+//! not split space, and may stand in a cell; a cell is a connected component within such a part, not the part itself. All other walls split
+//! below that, so that faces are open exactly where nothing covers them, and the graph is sound.
 //!
-//! The steps, one file each: [`planes`] (which triangles part space), [`tree`] (the leaves), [`bounded`] (as many as there may be),
-//! [`adjacency`] (what is open between them),
-//! [`tiles`] (where to cut first; which leaves are a cell), [`solid`] and [`void`] (what nobody can be in), [`pieces`] and [`graph`] (cells and
-//! portals).
+//! The steps, one file each: [`planes`] (the splitting triangles), [`tree`] (the leaves), [`bounded`] (the limit on leaves), [`adjacency`]
+//! (open faces), [`tiles`] (the first cuts; leaves to cells), [`solid`] and [`void`] (space without viewers), [`pieces`] and [`graph`]
+//! (cells and portals).
 
 pub mod adjacency;
 pub mod bounded;
@@ -35,28 +34,28 @@ use glam::DVec3;
 use planes::Shell;
 use tiles::Tiles;
 
-/// Tiles are at most so many smallest occluders large. More: few cells, which see much. Less: portals across empty halls, which cost and
-/// narrow nothing.
+/// Largest edge of a tile, in smallest occluders. Larger: few cells, which see much. Smaller: portals across empty halls, which cost time
+/// and narrow nothing.
 const TILE: f64 = 4.0;
-/// Tiles for each object, where nobody says how large the smallest occluder is; and at least and at most so many. More: cells that differ
-/// in less than an object. Fewer: cells that see most of what there is.
+/// Tiles per object for the default smallest occluder, with a minimum and a maximum. More: cells that differ by less than an object. Fewer:
+/// cells that see most objects.
 const TILES_AN_OBJECT: f64 = 1.5;
 const TILES: [f64; 2] = [256.0, 2048.0];
-/// One in so many of the leaves that there may be is a tile at most, where somebody says how large those are. More: what they ask for is not
-/// met. Less: no leaves are left for walls.
+/// With a given smallest occluder, tiles take at most one in this many of the allowed leaves. Larger: the requested size is not reached.
+/// Smaller: no leaves are left for walls.
 const TILES_OF_LEAVES: usize = 4;
-/// The largest occluder that is tried first, as a share of the model's diagonal; each further one is smaller by a factor.
+/// Trial sizes of the smallest occluder: the first, as a share of the model's diagonal; the factor between trials; their number.
 const LARGEST: f64 = 0.1;
 const SMALLER: f64 = 0.84;
 const TRIALS: u32 = 31;
-/// A leaf is a sliver below this thickness, in smallest holes. Larger: thin rooms go to others. Smaller: openings are lost between planes
-/// that are nearly one.
+/// A leaf is a sliver below this thickness, in smallest holes. Larger: thin rooms join others. Smaller: openings are lost between nearly
+/// coplanar planes.
 const SLIVER: f64 = 2.0;
-/// A cell that borders on the outside over this share of the largest side of its box is open. More: yards are closed. Less: rooms with a
-/// large window are open.
+/// A cell is open if its border with the outside has this share of the largest side of its box. Larger: yards are closed. Smaller: rooms
+/// with a large window are open.
 const OPEN_SHARE: f64 = 0.5;
 
-/// Splits a scene; `smallest_occluder` in metres, `None` takes what gives three tiles for two objects.
+/// Splits a scene; `smallest_occluder` in metres; `None`: the size that gives three tiles for two objects.
 pub(super) fn bsp(
     rays: &RayScene<'_>,
     human: HumanScale,
@@ -67,7 +66,7 @@ pub(super) fn bsp(
     let scene = rays.scene();
     let tolerance = scene.tolerance();
     let (around, domain) = (bulk(scene).unwrap_or(scene.bounds()), human.domain(scene.bounds()));
-    // 1. What parts space.
+    // 1. The splitting planes.
     let triangles: Vec<[DVec3; 3]> = planes::opaque_structure(scene).collect();
     let main = planes::main_axis(&triangles);
     let axes = [DVec3::new(main.x, 0.0, main.y), DVec3::Y, DVec3::new(-main.y, 0.0, main.x)];
@@ -96,11 +95,11 @@ pub(super) fn bsp(
         occluder *= 2.0;
     }
     let (mut shell, tiles) = (shell(occluder), tiles(occluder));
-    // 2. The leaves, and what is open between them.
+    // 2. The leaves, and the open faces between them.
     let cut: tree::Tiling<'_> = &|poly, inside| tiles.cut(poly, inside);
     let bsp = bounded::tree(&mut shell, domain, axes, tolerance.coplanar, Some(cut), &limits)?;
     let contacts = adjacency::contacts(&bsp, axes[0], &tolerance, work)?;
-    // 3. Which leaves are a cell.
+    // 3. Leaves to cells.
     let slivers = tiles::slivers(&bsp, &contacts, SLIVER * adjacency::smallest_hole(&tolerance));
     let mut parts = tiles.parts(&bsp, &contacts, &slivers);
     let solid = solid::solid(&facing, &bsp, &contacts, &slivers, around, occluder);
@@ -122,7 +121,7 @@ pub(super) fn bsp(
     Ok(CellGraph { strategy: Strategy::Bsp, reason, cells, portals, smallest_hole, closed_holes: Vec::new(), notes })
 }
 
-/// Marks the cells that are wide open to the outside; `labels` are the cells of leaves.
+/// Marks cells with a wide border to the outside as open; `labels` are the cells of leaves.
 fn open_to_the_sky(cells: &mut [Cell], contacts: &[Contact], labels: &[Option<u32>]) {
     let mut area = vec![0.0; cells.len()];
     for c in contacts.iter().filter(|c| c.wide) {
@@ -138,7 +137,7 @@ fn open_to_the_sky(cells: &mut [Cell], contacts: &[Contact], labels: &[Option<u3
     }
 }
 
-/// The first number for which something holds that holds for all after it; the last where it holds for none.
+/// Binary search: the first number for which a monotone condition holds; `last` if there is none.
 fn first(last: u32, holds: impl Fn(u32) -> bool) -> u32 {
     let (mut low, mut high) = (0, last);
     while low < high {

@@ -1,8 +1,8 @@
-//! Leaves of one region into few convex pieces.
+//! Merges the leaves of a region into few convex pieces.
 //!
-//! Based on: Hertel, Mehlhorn, *Fast triangulation of the plane with respect to simple polygons*, 1983, a dimension up: two
-//! pieces become one across their common face, the largest faces first, wherever the result is convex: where each lies
-//! within all planes of the other but the common one. Then every point within both sets of planes but that one is in either.
+//! Based on: Hertel, Mehlhorn, *Fast triangulation of the plane with respect to simple polygons*, 1983, a dimension up: two pieces merge
+//! across their common face, the largest faces first, if the result is convex: if each lies within all planes of the other except the
+//! common one. Then every point within both sets of planes without that one is in one of the two.
 
 use super::adjacency::Contact;
 use super::tree::{Bsp, Poly};
@@ -14,7 +14,7 @@ use glam::DVec3;
 
 /// A piece while it grows.
 struct Growing {
-    /// Planes, normals out.
+    /// Planes with outward normals.
     planes: Vec<Plane>,
     corners: Vec<DVec3>,
 }
@@ -31,7 +31,7 @@ impl Growing {
         Self { planes, corners }
     }
 
-    /// True where all of `other` is inside every plane but `common` (whichever way that looks).
+    /// True if all of `other` is inside every plane except `common` (in either orientation).
     fn holds(&self, other: &Self, common: &Plane, eps: f64) -> bool {
         let is_common = |p: &Plane| same(p, common) || same(&p.flipped(), common);
         self.planes.iter().filter(|p| !is_common(p)).all(|p| other.corners.iter().all(|&c| p.distance(c) <= eps))
@@ -45,7 +45,7 @@ impl Growing {
                 self.corners.push(c);
             }
         }
-        // Planes bound something that have three corners off one line on them, or without which the piece would reach farther.
+        // Keeps planes with three non-collinear corners, or without which the piece would be larger.
         let on = |p: &Plane, c: &DVec3| p.distance(*c).abs() <= 2.0 * eps;
         let spans = |p: &Plane| {
             let mut on = self.corners.iter().filter(|c| on(p, c));
@@ -83,7 +83,7 @@ fn same(a: &Plane, b: &Plane) -> bool {
     a.n == b.n && a.d == b.d
 }
 
-/// Convex pieces of each region; `eps`, metres, is how far pieces may overlap.
+/// Convex pieces of each region; `eps`: largest overlap of pieces, metres.
 pub fn pieces(
     bsp: &Bsp,
     contacts: &[Contact],

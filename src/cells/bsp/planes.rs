@@ -1,4 +1,4 @@
-//! Triangles that part space, and the planes that they lie in.
+//! The triangles that split space, and their planes.
 
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::{Aabb, Plane, area, newell};
@@ -6,25 +6,25 @@ use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, HashMap};
 
-/// A triangle is upright if its normal's cosine with the vertical is below this (84 degrees).
+/// A triangle is vertical if its normal's cosine with the vertical is below this (84 degrees).
 const UPRIGHT: f64 = 0.1;
 
-/// What is nearer than this share of the coplanar tolerance to a cut isn't cut. Where surfaces meet at an angle, that leaves a
-/// slit as much wider as the angle is shallow; down to half a degree the seal still closes it. Less would cut along rounding.
+/// Polygons within this share of the coplanar tolerance of a splitting plane are not split. Where surfaces meet at a shallow angle, that
+/// leaves a slit, which the seal closes down to half a degree. Smaller: rounding makes cuts.
 pub const TOUCH: f64 = 0.02;
 
 /// Triangles and their planes.
 pub struct Shell {
-    /// Planes, the one with the largest triangle first.
+    /// Planes, ordered by their largest triangle.
     pub planes: Vec<Plane>,
-    /// Triangles, each with the index of a plane that it lies in to within [`TOUCH`] of the coplanar tolerance.
+    /// Triangles, each with the index of its plane, to within [`TOUCH`] of the coplanar tolerance.
     pub triangles: Vec<([DVec3; 3], u32)>,
-    /// Triangles left out for the tree's size.
+    /// Number of triangles left out because of the tree's size.
     pub left_out: usize,
 }
 
 impl Shell {
-    /// Takes the triangles in the smaller half of the planes out: those that hold the least area of them.
+    /// Removes the triangles of half of the planes: those with the least area.
     pub fn keep_larger_half(&mut self) {
         let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
         self.triangles.iter().for_each(|(t, plane)| *areas.entry(*plane).or_default() += area(t));
@@ -38,12 +38,12 @@ impl Shell {
     }
 }
 
-/// A corner, to a fraction of the tolerance.
+/// A corner, quantized to a fraction of the tolerance.
 pub fn key(p: DVec3, coplanar: f64) -> [i64; 3] {
     (p / (0.25 * coplanar)).round().to_array().map(|x| x as i64)
 }
 
-/// Triangles that hang together over shared corners, ascending.
+/// Connected components of triangles over shared corners, ascending.
 pub fn parts(triangles: &[[DVec3; 3]], coplanar: f64) -> Vec<Vec<u32>> {
     let mut first: HashMap<[i64; 3], u32> = HashMap::new();
     let mut set = DisjointSets::new(triangles.len());
@@ -60,8 +60,7 @@ pub fn parts(triangles: &[[DVec3; 3]], coplanar: f64) -> Vec<Vec<u32>> {
     out.into_values().collect()
 }
 
-/// How large the surface of each triangle is: the diagonal, metres, of the box around what hangs together over shared corners; `coplanar`
-/// in metres.
+/// Size of each triangle's surface: the diagonal of the box around its connected component, metres; `coplanar` in metres.
 pub fn extents(triangles: &[[DVec3; 3]], coplanar: f64) -> Vec<f64> {
     let mut out = vec![0.0; triangles.len()];
     for part in parts(triangles, coplanar) {
@@ -71,7 +70,7 @@ pub fn extents(triangles: &[[DVec3; 3]], coplanar: f64) -> Vec<f64> {
     out
 }
 
-/// Groups triangles into planes, larger triangles first, so that a plane is the one of its largest member.
+/// Groups triangles into planes, larger triangles first, so that the largest member defines the plane.
 pub fn planes(mut triangles: Vec<[DVec3; 3]>, coplanar: f64) -> Shell {
     let size = |t: &[DVec3; 3]| newell(&t.map(|p| p - t[0])).length_squared();
     triangles.retain(|t| size(t) > 0.0);
@@ -88,7 +87,7 @@ pub fn planes(mut triangles: Vec<[DVec3; 3]>, coplanar: f64) -> Shell {
         let fits = |&i: &u32| t.iter().all(|&p| out.planes[i as usize].distance(p).abs() <= coplanar);
         let mut found: Option<u32> = None;
         for n in [n, -n] {
-            // The buckets that a little noise may have moved it to.
+            // Adjacent buckets within a little noise.
             let range = at(n).map(|x| ((x - 0.2).floor() as i64, (x + 0.2).floor() as i64));
             for a in range[0].0..=range[0].1 {
                 for b in range[1].0..=range[1].1 {
@@ -112,13 +111,13 @@ pub fn planes(mut triangles: Vec<[DVec3; 3]>, coplanar: f64) -> Shell {
     out
 }
 
-/// Triangles that may part space: what is opaque, and a part of the building for all that is known.
+/// Triangles that may split space: opaque, and of role structure or unknown.
 pub fn opaque_structure(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> {
     let objects = scene.objects.iter().filter(|o| o.opaque && matches!(o.role, Role::Structure | Role::Unknown));
     objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize))
 }
 
-/// The direction in plan (x and z) that most wall area runs along or across.
+/// The main direction in plan (x and z): most wall area is parallel or perpendicular to it.
 pub fn main_axis(triangles: &[[DVec3; 3]]) -> DVec2 {
     const STEPS: usize = 360;
     let mut votes = vec![(0.0f64, DVec2::ZERO); STEPS];
@@ -126,7 +125,7 @@ pub fn main_axis(triangles: &[[DVec3; 3]]) -> DVec2 {
         let n = newell(&t.map(|p| p - t[0]));
         let flat = DVec2::new(n.x, n.z);
         if n.y.abs() < UPRIGHT * n.length() && n.length() > 0.0 {
-            // Four times the angle is the same for all four directions at right angles.
+            // Four times the angle is equal for all four perpendicular directions.
             let four = |z: DVec2| {
                 let two = z.rotate(z);
                 two.rotate(two)

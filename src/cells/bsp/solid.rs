@@ -1,7 +1,7 @@
-//! What nobody can be in: the insides of walls and rock, closed off from everything else.
+//! Solid space: the sealed insides of walls and rock.
 //!
-//! A part of space that nothing leads into shows the fronts of its triangles if it is a room, and their backs if it is solid; what is as
-//! thin as a wall is solid, too. A solid part is no cell; an eye that gets there all the same is in no cell, and draws what the frustum holds.
+//! From within a sealed part of space, triangles show their fronts if it is a room, and their backs if it is solid; parts as thin as a wall
+//! are solid, too. A solid part is no cell; an eye there is in no cell, and draws everything in the frustum.
 
 use super::adjacency::Contact;
 use super::facing::Facing;
@@ -10,15 +10,15 @@ use crate::cells::disjoint_sets::DisjointSets;
 use crate::geom::Aabb;
 use std::collections::BTreeMap;
 
-/// A part that is closed off and larger than this share of the model's box is kept where the model shows its backs from outside, too: then
-/// it is a room of a level, or the model is turned inside out.
+/// A sealed part larger than this share of the model's box is kept if the model shows its backs outside, too: it is a room of a level, or
+/// the model is inside out.
 const LARGE: f64 = 0.1;
-/// A part that is nowhere thicker than this, as a share of the smallest occluder, is solid.
+/// A part thinner than this everywhere is solid, as a share of the smallest occluder.
 const THIN: f64 = 0.4;
 /// Rays from a part.
 const RAYS: usize = 64;
 
-/// Whether each leaf is solid; `bounds` is the model's box, and `slivers` are leaves and what each is a part of.
+/// Whether each leaf is solid; `bounds` is the model's box, and `slivers` are pairs of a sliver and its leaf.
 pub fn solid(
     facing: &Facing<'_>,
     bsp: &Bsp,

@@ -1,8 +1,8 @@
-//! Where space is cut first, and which leaves are a cell.
+//! The first cuts of space, and the assignment of leaves to cells.
 //!
-//! The first cuts make *tiles*: along the wall that covers the largest share of its cut, while there are walls that hide much; then in
-//! halves, while a tile is large. A cell is a part of a tile whose leaves are open to each other. Small parts go to what they are most open
-//! to: a niche is no cell.
+//! The first cuts make *tiles*: along the wall that covers the largest share of its cut, while there are large walls; then in halves, while
+//! a tile is large. A cell is a connected component of a tile's leaves. Small parts join the neighbour with the largest opening: a niche is
+//! no cell.
 
 use super::adjacency::Contact;
 use super::tree::{Bsp, Cut, Face, Fragment, Poly, reach};
@@ -11,43 +11,43 @@ use crate::geom::{Aabb, Plane, area};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// A wall that covers less than this share of its cut makes no tile: the rest of the cut would be portals that hide nothing. More: walls
-/// that end in a hall are lost. Less: parapets and steps cut halls up.
+/// A wall that covers less than this share of its cut makes no tile: the rest of the cut would be useless portals. Larger: walls that end
+/// in a hall are lost. Smaller: parapets and steps divide halls.
 const LEAST_COVERED: f64 = 0.25;
-/// A plane that leaves less than this on a side of a part, as a share of the model's diagonal, only grazes it and is no cut. Larger: thin
-/// walls are no cuts. Smaller: a cut that can't be made ends the tile.
+/// A plane that leaves less than this on one side of a part only grazes it and makes no cut, as a share of the model's diagonal. Larger:
+/// thin walls make no cuts. Smaller: an impossible cut ends the tile.
 const GRAZING: f64 = 1e-7;
-/// Planes that are tried for a cut.
+/// Candidate planes for a cut.
 const TRIED: usize = 16;
-/// A part of a tile is small where it is in no direction longer than this, or in volume no larger than its cube, in smallest occluders.
+/// A part of a tile is small if its longest extent is at most this, or its volume at most the cube of this, in smallest occluders.
 const SMALL: f64 = 1.5;
-/// The number of what lies around the model.
+/// The number of the outside.
 pub const OUTSIDE: u32 = 0;
 
 /// How to cut.
 pub struct Tiles<'t> {
-    /// Of the triangles.
+    /// Planes of the triangles.
     pub planes: &'t [Plane],
-    /// Halves are cut across these.
+    /// Tiles are halved across these axes.
     pub axes: [DVec3; 3],
-    /// The model's box: what lies around it is no tile.
+    /// The model's box: space outside is no tile.
     pub around: Aabb,
-    /// Tiles are no larger, metres.
+    /// Largest edge of a tile, metres.
     pub edge: f64,
-    /// Walls of a smaller edge, metres, make no tiles.
+    /// Smallest edge of a wall that makes tiles, metres.
     pub occluder: f64,
 }
 
 /// Labels of leaves.
 pub struct Parts {
-    /// By leaf; [`OUTSIDE`] at the rim.
+    /// Label of each leaf; [`OUTSIDE`] at the rim.
     pub labels: Vec<Option<u32>>,
     /// Number of labels.
     pub count: usize,
 }
 
 impl Tiles<'_> {
-    /// The cut of a part of space; `None` where it is a tile.
+    /// The cut of a part of space; `None` if it is a tile.
     pub fn cut(&self, poly: &Poly, inside: &[Fragment]) -> Option<Cut> {
         let bounds = poly.bounds();
         let touch = 1e-9 * self.around.diagonal();
@@ -82,7 +82,7 @@ impl Tiles<'_> {
         Some((self.planes[best.1 as usize], Some(best.1)))
     }
 
-    /// Across the direction in which it is longest, where that is longer than a tile.
+    /// A cut across the longest direction, if that is longer than a tile.
     fn half(&self, poly: &Poly) -> Option<Cut> {
         let along = |n: DVec3| {
             let origin = Plane { n, d: 0.0 };
@@ -120,7 +120,7 @@ impl Tiles<'_> {
         Parts { labels, count: numbers.len() }
     }
 
-    /// Joins each small part to the one that it is most open to; false where there is none.
+    /// Joins each small part to the neighbour with the largest opening; false if there is none.
     fn join_small(&self, bsp: &Bsp, contacts: &[Contact], rim: Option<u32>, sets: &mut DisjointSets) -> bool {
         let mut boxes: BTreeMap<u32, Aabb> = BTreeMap::new();
         for (leaf, l) in (0..).zip(&bsp.leaves) {
@@ -154,15 +154,15 @@ impl Tiles<'_> {
     }
 }
 
-/// Whether a plane leaves more than `least` metres of a part on either side.
+/// Whether a plane leaves more than `least` metres of a part on both sides.
 fn crosses(poly: &Poly, plane: &Plane, least: f64) -> bool {
     let sides = poly.faces.iter().map(|f| reach(&f.points, plane));
     let (low, high) = sides.fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
     low < -least && high > least
 }
 
-/// Leaves thinner than `least` metres, each with the leaf that it is most open to. Openings into a sliver may all be narrower than the smallest
-/// hole although a wide one leads through it: so a sliver is a part of what it is open to, and never solid by itself.
+/// Leaves thinner than `least` metres, each with the neighbour of the largest opening. All openings into a sliver may be narrower than the
+/// smallest hole although a wide opening leads through it. So a sliver belongs to its neighbour, and is never solid by itself.
 pub fn slivers(bsp: &Bsp, contacts: &[Contact], least: f64) -> Vec<(u32, u32)> {
     let is_sliver = |leaf: u32| {
         let poly = &bsp.leaves[leaf as usize].poly;

@@ -1,10 +1,9 @@
-//! Space cut along the shell's planes into convex leaves: every shell triangle ends up on faces of leaves.
+//! Splits space along the shell's planes into convex leaves: every shell triangle ends up on faces of leaves.
 //!
-//! Based on: Fuchs, Kedem, Naylor, *On visible surface generation by a priori tree structures*, 1980; Teller, *Visibility
-//! computations in densely occluded polyhedral environments*, 1992, for cells as the leaves of such a tree. The cutting plane
-//! is the one with the least expected size of both halves (n log n of the triangles in each, those cut counting twice), of the
-//! planes with the most area and a few others; while there are many triangles, also of three planes along the grid's axes, so that
-//! the work stays n log n.
+//! Based on: Fuchs, Kedem, Naylor, *On visible surface generation by a priori tree structures*, 1980; Teller, *Visibility computations in
+//! densely occluded polyhedral environments*, 1992, for cells as the leaves of such a tree. The splitting plane minimizes the expected size
+//! of both halves (n log n of the triangles in each; split triangles count twice). Candidates are the planes with the most area and a few
+//! others; while there are many triangles, also three planes along the main axes, so that the work stays n log n.
 
 use super::planes::{Shell, TOUCH};
 use crate::geom::{Aabb, Plane, clip};
@@ -14,13 +13,13 @@ use glam::DVec3;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// A face of a leaf that no node made.
+/// The node of a face on the domain's boundary.
 pub const RIM: u32 = u32::MAX;
 
 /// A face of a convex polyhedron.
 #[derive(Clone, Debug)]
 pub struct Face {
-    /// Its plane; the same bits wherever the same plane cuts.
+    /// Its plane, with identical bits for all faces of one plane.
     pub plane: Plane,
     /// The polyhedron lies on the side that the plane's normal points to.
     pub front: bool,
@@ -37,7 +36,7 @@ pub struct Poly {
     pub faces: Vec<Face>,
 }
 
-/// What is left of a shell triangle in a part of space.
+/// The part of a shell triangle in a part of space.
 #[derive(Clone, Debug)]
 pub struct Fragment {
     /// Index into the shell's planes.
@@ -55,14 +54,14 @@ pub enum Child {
     Leaf(u32),
 }
 
-/// A cut.
+/// An inner node.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// Where.
+    /// The splitting plane.
     pub plane: Plane,
-    /// Shell triangles that lie on it, as polygons.
+    /// Polygons of the shell triangles on the plane.
     pub covers: Vec<Vec<DVec3>>,
-    /// Behind it (`n . p <= d`) and in front.
+    /// The children behind (`n . p <= d`) and in front.
     pub children: [Child; 2],
 }
 
@@ -71,21 +70,21 @@ pub struct Node {
 pub struct Leaf {
     /// Its shape.
     pub poly: Poly,
-    /// Shell triangles that cut it no more than the tolerance and lie on no node.
+    /// Shell triangles that intersect it by less than the tolerance and lie on no node.
     pub stray: Vec<Vec<DVec3>>,
-    /// The tile that it is in: leaves of one have one number.
+    /// The number of its tile.
     pub tile: u32,
 }
 
 /// The tree.
 pub struct Bsp {
-    /// The topmost.
+    /// The root.
     pub root: Child,
     /// Nodes.
     pub nodes: Vec<Node>,
     /// Leaves.
     pub leaves: Vec<Leaf>,
-    /// A cut that leaves less than this on a side is none, metres.
+    /// Least thickness on each side of a split, metres.
     pub thin: f64,
 }
 
@@ -96,13 +95,13 @@ impl Bsp {
     }
 }
 
-/// A plane to cut along, with its index where it is a triangle's.
+/// A splitting plane, with its index if it belongs to a triangle.
 pub type Cut = (Plane, Option<u32>);
 
-/// Chooses the first cuts, those between tiles: of a part of space and what is in it; `None`: this is a tile.
+/// Chooses the cuts between tiles, from a part of space and its fragments; `None`: this is a tile.
 pub type Tiling<'t> = &'t (dyn Fn(&Poly, &[Fragment]) -> Option<Cut> + Sync);
 
-/// How large a tree may be, and what stops it.
+/// Limit on a tree's size, and the job that can stop it.
 pub struct Limits<'w> {
     /// Leaves at most.
     pub leaves: usize,
@@ -116,15 +115,15 @@ enum Tree {
     Node(Plane, Vec<Vec<DVec3>>, Box<[Tree; 2]>),
 }
 
-/// Nodes with more triangles than this are built side by side, and cut along axes where that is better.
+/// Nodes with more triangles are built in parallel, and may be split along axes.
 const MANY: usize = 400;
-/// Triangles that a cut is tried on.
+/// Sampled triangles for the cost of a cut.
 const TRIED: usize = 200;
-/// What a cut triangle costs, in triangles.
+/// Cost of a split triangle, in triangles.
 const CUT: f64 = 1.5;
 
-/// Builds the tree in `domain`; `axes` are those of most walls, `coplanar` in metres. Without a tiling, all is one tile. `None` where it
-/// would have more leaves than it may, or was stopped.
+/// Builds the tree in `domain`; `axes` are the main directions of walls, `coplanar` in metres. Without a tiling, all is one tile. `None` if
+/// it has too many leaves or was stopped.
 pub fn bsp(
     shell: &Shell,
     domain: Aabb,
@@ -141,7 +140,7 @@ pub fn bsp(
     Some(out)
 }
 
-/// Whether there are `enough` tiles that count; other arguments as for [`bsp`].
+/// Whether there are `enough` tiles with viewers; other arguments as for [`bsp`].
 pub fn has_tiles(
     shell: &Shell,
     domain: Aabb,
@@ -165,9 +164,9 @@ fn fragments(shell: &Shell) -> Vec<Fragment> {
 struct Builder<'s> {
     planes: &'s [Plane],
     axes: [DVec3; 3],
-    /// What is nearer than this to a plane touches it, metres.
+    /// Points within this distance of a plane touch it, metres.
     touch: f64,
-    /// Leaves that there may still be.
+    /// Leaves left within the limit.
     may: AtomicUsize,
     work: &'s Job<'s>,
 }
@@ -191,12 +190,12 @@ impl Builder<'_> {
         }
         let Some((plane, id, [back, front])) = halves.or_else(|| self.best_halves(&poly, &mut fragments, &mut stray, depth))
         else {
-            // However many threads build it, the last one is missing where one is.
+            // The result does not depend on the number of threads: it fails exactly if the total exceeds the limit.
             self.may.fetch_update(Relaxed, Relaxed, |n| n.checked_sub(1)).ok()?;
             return Some(Tree::Leaf(poly, stray));
         };
         let (covers, sides) = self.divide(fragments, &plane, id);
-        // What grazed the whole may lie on a face of either half.
+        // Stray triangles of the whole may lie on a face of either half.
         let (mut stray_behind, mut stray_before) = (Vec::new(), Vec::new());
         for points in stray {
             let (low, high) = reach(&points, &plane);
@@ -215,7 +214,7 @@ impl Builder<'_> {
         Some(Tree::Node(plane, covers, Box::new([a?, b?])))
     }
 
-    /// What lies on a plane, behind it, and in front of it; `id` is the plane's index where it is a triangle's.
+    /// Divides fragments into those on a plane, behind it, and in front of it; `id` is the plane's index if it belongs to a triangle.
     fn divide(&self, fragments: Vec<Fragment>, plane: &Plane, id: Option<u32>) -> (Vec<Vec<DVec3>>, [Vec<Fragment>; 2]) {
         let mut covers = Vec::new();
         let mut sides: [Vec<Fragment>; 2] = [Vec::new(), Vec::new()];
@@ -239,7 +238,7 @@ impl Builder<'_> {
         (covers, sides)
     }
 
-    /// Takes one from `missing` for each tile, until that is 0.
+    /// Decrements `missing` for each tile, until it is 0.
     fn take_tiles(
         &self,
         poly: Poly,
@@ -271,7 +270,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The halves of the best cut; what only grazes this part of space goes to `stray`.
+    /// The halves of the best cut; fragments that only graze this part of space go to `stray`.
     fn best_halves(
         &self,
         poly: &Poly,
@@ -296,7 +295,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The best cut, with the index of its plane where it is a triangle's.
+    /// The best cut, with the index of its plane if it belongs to a triangle.
     fn choose(&self, fragments: &[Fragment], along_axes: bool) -> Option<Cut> {
         if fragments.is_empty() {
             return None;
@@ -342,7 +341,7 @@ impl Builder<'_> {
                     (false, false) => {}
                 }
             }
-            // An axis' plane that parts nothing would be tried for ever.
+            // An axis plane that separates nothing would be tried for ever.
             if id.is_none() && (back == 0.0 || front == 0.0) {
                 return f64::INFINITY;
             }
@@ -413,7 +412,7 @@ impl Poly {
         all.clone().sum::<DVec3>() / all.count().max(1) as f64
     }
 
-    /// The part of a plane inside it, corners counter-clockwise seen from the tip of the normal.
+    /// The section with a plane, corners counter-clockwise seen from the tip of the normal.
     pub fn section(&self, plane: &Plane) -> Vec<DVec3> {
         let b = self.bounds();
         let centre = b.centre() - plane.n * plane.distance(b.centre());
@@ -427,7 +426,7 @@ impl Poly {
         section
     }
 
-    /// The halves behind and in front of a plane; `None` where one of them would be thinner than `thin`.
+    /// The halves behind and in front of a plane; `None` if one would be thinner than `thin`.
     pub fn split(&self, plane: &Plane, node: u32, thin: f64) -> Option<[Self; 2]> {
         let (low, high) =
             self.faces.iter().map(|f| reach(&f.points, plane)).fold((0.0f64, 0.0f64), |a, r| (a.0.min(r.0), a.1.max(r.1)));
@@ -440,7 +439,7 @@ impl Poly {
         }
         let mut halves = [Self::default(), Self::default()];
         for f in &self.faces {
-            // Rounding alone must not make a face of a side that only touches.
+            // Rounding must not make a face of a side that only touches.
             for (half, points) in halves.iter_mut().zip(cut(&f.points, plane, 1e-3 * thin)) {
                 if points.len() >= 3 {
                     half.faces.push(Face { points, ..*f });
@@ -463,8 +462,8 @@ pub fn reach(points: &[DVec3], plane: &Plane) -> (f64, f64) {
     (low, high)
 }
 
-/// What of a convex polygon is behind and in front of a plane; corners within `eps` metres are on it, and belong to both unless
-/// nothing else of that side is left.
+/// The parts of a convex polygon behind and in front of a plane. Corners within `eps` metres are on the plane, and belong to both parts,
+/// except to a part with no other corner.
 pub fn cut(points: &[DVec3], plane: &Plane, eps: f64) -> [Vec<DVec3>; 2] {
     let (low, high) = reach(points, plane);
     if high <= eps {

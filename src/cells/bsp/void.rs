@@ -1,6 +1,6 @@
-//! What lies behind the walls of a level: nobody is there, so that it is all outside, and takes none of the tiles.
+//! Space behind the walls of a level: no viewer is there, so it belongs to the outside, and takes no tiles.
 //!
-//! Models of one-sided walls show their backs from there, and nothing else. What shows a front anywhere is kept: there may be a room before it.
+//! From there, models with one-sided walls show only backs. A part where any front is visible is kept: it may be a room.
 
 use super::facing::Facing;
 use super::tiles::OUTSIDE;
@@ -8,18 +8,18 @@ use super::tree::{Bsp, Poly};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Points that are tried in a part, and rays from each.
+/// Sample points in a part, and rays from each.
 const POINTS: usize = 12;
 const RAYS: usize = 24;
-/// A point behind walls may show fronts by this share of its rays: through cracks, and of what is shown from both sides.
+/// Largest share of rays from behind walls that hit fronts: through cracks, or on two-sided surfaces.
 const FRONTS: f64 = 0.02;
 
-/// Whether a tile is of use to anyone: a front is seen from within, or nothing at all.
+/// Whether a tile may have viewers: from within, a front is visible, or nothing at all.
 pub fn counts(facing: &Facing<'_>, tile: &Poly) -> bool {
     facing.outside_in || !is_behind(facing, &points(tile), 0)
 }
 
-/// Gives parts of space behind the walls to the outside; `labels` by leaf.
+/// Joins space behind walls to the outside; `labels` by leaf.
 pub fn join_outside(facing: &Facing<'_>, bsp: &Bsp, labels: &mut [Option<u32>]) {
     if facing.outside_in {
         return;
@@ -41,7 +41,7 @@ pub fn join_outside(facing: &Facing<'_>, bsp: &Bsp, labels: &mut [Option<u32>]) 
     labels.iter_mut().filter(joined).for_each(|label| *label = Some(OUTSIDE));
 }
 
-/// Backs are seen from some of the points, and fronts from none.
+/// True if backs are visible from some of the points, and fronts from none.
 fn is_behind(facing: &Facing<'_>, points: &[DVec3], seed: u64) -> bool {
     let mut any = false;
     for (point, seed) in points.iter().zip(seed..) {
@@ -54,7 +54,7 @@ fn is_behind(facing: &Facing<'_>, points: &[DVec3], seed: u64) -> bool {
     any
 }
 
-/// The middle of a part of space, and points halfway to its faces.
+/// The centre of a part of space, and points halfway to its faces.
 fn points(poly: &Poly) -> Vec<DVec3> {
     let middle = poly.middle();
     let towards = |points: &Vec<DVec3>| middle.midpoint(points.iter().sum::<DVec3>() / points.len().max(1) as f64);

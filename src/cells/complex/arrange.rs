@@ -1,7 +1,7 @@
-//! The plan: every wall and outline as constraints of one triangulation, crossings resolved.
+//! The plan: a triangulation with every wall and outline as constraints, crossings resolved.
 //!
-//! Corners live on a grid finer than the coplanar tolerance, so two of them are the same or clearly apart. A segment that stops
-//! just short of another is lengthened to meet it: a line too long costs a triangle, a line too short leaves a slit open.
+//! Corners live on a grid finer than the coplanar tolerance, so two of them are equal or clearly distinct. A segment that ends just short
+//! of another is extended to it: a line too long costs a triangle, a line too short leaves a slit open.
 
 use super::bands::Band;
 use super::limits::{Count, Limits};
@@ -13,20 +13,20 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
-/// A corner lies on a line if it is nearer than this share of the reach.
+/// A corner lies on a line within this share of the reach.
 const ON_LINE: f64 = 0.05;
 
-/// Lines with a sine of at most this between them have no crossing that is worth a corner.
+/// Lines with at most this sine of their angle have no crossing.
 const NEARLY_PARALLEL: f64 = 1e-7;
 
-/// Triangles of the plan and who is beside whom.
+/// The triangles of the plan and their adjacency.
 #[derive(Debug, Default)]
 pub struct Plan {
     /// Corners.
     pub points: Vec<DVec2>,
     /// Corners of each triangle, counter-clockwise.
     pub triangles: Vec<[u32; 3]>,
-    /// Edge `i` of a triangle runs from its corner `i` to the next; the triangle beyond it, if it isn't the rim.
+    /// Edge `i` of a triangle runs from its corner `i` to the next; the triangle beyond it, except at the rim.
     pub neighbours: Vec<[Option<u32>; 3]>,
     /// Whether that edge lies on a wall or an outline.
     pub constrained: Vec<[bool; 3]>,
@@ -41,7 +41,7 @@ impl Plan {
     }
 }
 
-/// Triangulates the rectangle of `domain` along the lines of each band; `None` where they cross more often than `limits` let them.
+/// Triangulates the rectangle of `domain` along the lines of each band; `None` if there are more crossings than `limits` allow.
 pub fn arrange(bands: &[Band], domain: Aabb, coplanar: f64, reach: f64, limits: &Limits<'_>) -> Option<Plan> {
     let count = limits.count();
     let plans: Vec<Option<Plan>> = parallel::map(bands, |band| arrange_band(band, domain, coplanar, reach, &count));
@@ -100,8 +100,8 @@ fn arrange_band(band: &Band, domain: Aabb, coplanar: f64, reach: f64, count: &Co
     Some(triangulate(corners, edges.into_iter().collect(), grid))
 }
 
-/// For each segment, where others cross it, as fractions of its length; beyond 0 or 1 where it stops short by up to `reach`. Of no use
-/// where the count is over.
+/// Crossings on each segment, as fractions of its length; beyond 0 or 1 if it ends short by up to `reach`. Incomplete if the count is over
+/// the limit.
 fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<Vec<f64>> {
     let cell = segments.iter().map(|(a, b)| a.distance(*b)).sum::<f64>() / (segments.len().max(1)) as f64 + 4.0 * reach;
     let cells_of = |&(a, b): &(DVec2, DVec2)| {
@@ -136,7 +136,7 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<
             let (c, d) = segments[j as usize];
             let (r, q) = (b - a, d - c);
             let cross = r.perp_dot(q);
-            // Nearly parallel lines have no crossing worth a corner: their ends are corners of one another instead.
+            // Nearly parallel lines have no crossing: their ends become corners of each other instead.
             if cross.abs() <= NEARLY_PARALLEL * length * q.length() {
                 at.extend([c, d].into_iter().filter_map(|end| corner_at(*s, end, reach)));
                 continue;
@@ -161,7 +161,7 @@ fn crossings(segments: &[(DVec2, DVec2)], reach: f64, count: &Count<'_>) -> Vec<
     })
 }
 
-/// How many corners crossings make within a line: where many lines end in one corner of it, or cross it in one place, they make no corner more.
+/// Number of corners that crossings add within a line: lines that cross at one point add one corner.
 fn corners_within(at: &[f64], length: f64, reach: f64) -> usize {
     let mut along: Vec<f64> = at.iter().map(|t| t * length).filter(|&u| u > reach && length - u > reach).collect();
     along.sort_by(f64::total_cmp);
@@ -178,7 +178,7 @@ fn triangulate(mut corners: Vec<Corner>, edges: Vec<[usize; 2]>, grid: f64) -> P
         (cdt, conflicts)
     };
     let (mut cdt, conflicts) = triangles(&corners, edges.clone());
-    // Moved to the grid, two neighbours can cross by a hair.
+    // After snapping to the grid, two neighbours can cross slightly.
     if conflicts > 0 {
         let edges = snap_round(&mut corners, &edges);
         cdt = triangles(&corners, edges).0;
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
     use crate::job::Job;
 
-    /// Storeys one above the other draw their walls on one line: what crosses those in one place makes one corner, however many they are.
+    /// Walls of stacked storeys lie on one line: any number of crossings at one point adds one corner.
     #[test]
     fn crossings_in_one_place_count_once() {
         let job = Job::quiet();
@@ -225,9 +225,9 @@ mod tests {
             crossings(&segments, 0.03, &count);
             count.is_over()
         };
-        // Ten lines across 60 in one place: 600 corners of the 60, and one of each of the ten.
+        // Ten lines across 60 coincident ones: 600 corners on the 60, and one on each of the ten.
         assert!(!is_over(60, 0.0, 610) && is_over(60, 0.0, 609));
-        // Beside one another: 600 of each.
+        // Side by side: 600 on each set.
         assert!(!is_over(60, 0.1, 1200) && is_over(60, 0.1, 1199));
     }
 }

@@ -1,7 +1,7 @@
-//! From labelled pieces to a cell graph: portals from the open faces between labels, pieces merged while they stay convex.
+//! From labelled pieces to a cell graph: portals from the open faces between labels, and pieces merged while they stay convex.
 //!
-//! Portals only grow on the way: the open parts of one plane between two cells are united, each part is taken as its convex
-//! hull (split first where the hull would be much larger), and the hull grows by the width that coverage took away.
+//! Portals only grow on the way: the open parts of one plane between two cells are united, each part is replaced by its convex hull (split
+//! first if the hull would be much larger), and the hull grows by the width that coverage removed.
 
 use super::arrange::Plan;
 use super::bands::Cut;
@@ -22,18 +22,18 @@ use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 use std::collections::{BTreeMap, HashMap};
 
-/// Upright planes whose unit normals are nearer than this are one.
+/// Vertical planes are equal if their unit normals are nearer than this.
 const SAME_NORMAL: f64 = 1e-9;
 
-/// A portal's hull is cut in two where the parts' hulls have less than this share of its area.
+/// A hull is split if the hulls of its halves have less than this share of its area.
 const WORTH: f64 = 0.98;
 
-/// A hull this much larger than what it holds is split once more.
+/// A hull is split if its area exceeds that of its contents by this factor.
 const LOOSE_HULL: f64 = 1.2;
 /// Most halvings of one opening.
 const MOST_SPLITS: u32 = 4;
 
-/// What a labelled complex is made of.
+/// The parts of a column complex.
 pub struct Complex<'c> {
     /// The plan.
     pub plan: &'c Plan,
@@ -50,7 +50,7 @@ pub struct Complex<'c> {
 }
 
 impl Complex<'_> {
-    /// For each piece whether it touches the rim of the domain, beyond which is the outside.
+    /// For each piece, whether it touches the rim of the domain, so that it borders on the outside.
     pub fn at_rim(&self) -> Vec<bool> {
         let mut rim = Vec::with_capacity(self.columns.pieces());
         for (t, slices) in self.columns.slices.iter().enumerate() {
@@ -60,9 +60,9 @@ impl Complex<'_> {
         rim
     }
 
-    /// The plane of a face with its normal from piece `a` to piece `b`, and the way from face coordinates to the world.
+    /// The plane of a face with its normal from piece `a` to piece `b`, and the map from face coordinates to the world.
     fn frame(&self, face: &Face) -> (Plane, Box<dyn Fn(DVec2) -> DVec3 + '_>) {
-        // Told by the edge of the plan and not by a point of the column, which may be thinner than the wall is flat.
+        // Decided by the edge of the plan, because the column may be thinner than the wall's flatness.
         let upright = |along: DVec2, on: DVec2| {
             let right = -along.perp();
             Plane::through(lift(on, 0.0), lift(if face.a_is_left { right } else { -right }, 0.0))
@@ -150,7 +150,7 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64, work: &
     work.go_on().map(|()| found)
 }
 
-/// False where what is open of a face is too thin for a portal of its own.
+/// False if the open part of a face is too thin for a portal.
 pub fn has_portal(face: &Face, seal: f64) -> bool {
     match &face.open {
         _ if face.is_thin => false,
@@ -159,9 +159,9 @@ pub fn has_portal(face: &Face, seal: f64) -> bool {
     }
 }
 
-/// Convex polygons that hold every part, each grown to make good what coverage took.
+/// Convex polygons that contain all parts, each grown to compensate for coverage.
 pub fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
-    // Neighbouring faces round to the same corners, so that their parts unite.
+    // Corners are rounded, so that parts of neighbouring faces unite.
     let grid = seal / 8.0;
     for p in parts.iter_mut().flatten().flatten() {
         *p = p.map(|x| (x / grid).round() * grid);
@@ -182,7 +182,7 @@ pub fn hulls(mut parts: Vec<Shape>, seal: f64) -> Vec<Vec<DVec2>> {
         .collect()
 }
 
-/// The hull of a shape; of its two halves, along the best of the lines through its corners, where it is too loose.
+/// The hull of a shape; if it is too loose, the hulls of its two halves along the best line through its corners.
 fn split(shape: Shape, splits: u32, out: &mut Vec<Vec<DVec2>>) {
     let Some(outer) = shape.first() else { return };
     let hull = convex_hull(points(outer));
@@ -268,7 +268,7 @@ pub fn pieces(complex: &Complex<'_>, labels: &[Option<u32>], cells: usize) -> Ve
                 bounds = bounds.with(lift(a, low)).with(lift(a, high));
                 let b = q[(i + 1) % q.len()];
                 let out = -(b - a).perp().normalize();
-                // Edges in one line give one plane.
+                // Collinear edges give one plane.
                 let known = |p: &Plane| p.n.y == 0.0 && p.n.distance(lift(out, 0.0)) < SAME_NORMAL;
                 if !planes.iter().any(known) {
                     planes.push(Plane::through(lift(a, 0.0), lift(out, 0.0)));
@@ -308,7 +308,7 @@ pub fn around(domain: Aabb) -> Vec<Piece> {
     out
 }
 
-/// Unions of triangles that are convex, as corner lists, with the lowest and highest point of their prisms.
+/// Convex unions of triangles, as corner lists, with the lowest and highest point of their prisms.
 fn convex_unions(plan: &Plan, members: &[(u32, f64, f64)]) -> Vec<(Vec<u32>, f64, f64)> {
     let mut polygons: Vec<Option<(Vec<u32>, f64, f64)>> =
         members.iter().map(|&(t, low, high)| Some((plan.triangles[t as usize].to_vec(), low, high))).collect();
@@ -357,14 +357,14 @@ fn join(plan: &Plan, p: &[u32], q: &[u32], a: u32, b: u32) -> Option<Vec<u32>> {
         let at = ring.iter().position(|&v| v == start)?;
         Some(ring[at..].iter().chain(&ring[..at]).copied().collect())
     };
-    // p: b ... a, q: a ... b (both counter-clockwise, the shared edge left out).
+    // p: b ... a, q: a ... b (both counter-clockwise, without the shared edge).
     let mut ring = from(p, b)?;
     let other = from(q, a)?;
     if *ring.last()? != a || *other.last()? != b {
         return None;
     }
     ring.extend(&other[1..other.len() - 1]);
-    // Where they share more than one edge, going there and back is cut off.
+    // If they share more than one edge, degenerate spikes are removed.
     while ring.len() > 3 {
         let n = ring.len();
         let Some(i) = (0..n).find(|&i| ring[i] == ring[(i + 2) % n]) else {

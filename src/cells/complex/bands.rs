@@ -1,8 +1,8 @@
-//! Storeys of a tall building as bands, each with a plan of its own.
+//! The storeys of a tall building as bands, each with its own plan.
 //!
-//! One plan for all storeys holds a line for every wall of every storey, so what they cut grows with the square of the number of
-//! storeys. A band lies between two levels; its plan has the lines of what stands in it, and where two bands meet, the pieces
-//! below and above share a face for every two triangles that overlap ([`super::faces`]). Low buildings have one band.
+//! One plan for all storeys has a line for every wall of every storey, so crossings grow with the square of the number of storeys. A band
+//! is the space between two levels; its plan has only its own lines. Between two bands, each pair of overlapping triangles gives a face
+//! ([`super::faces`]). Low buildings have one band.
 
 use super::facets::Facets;
 use super::to_plan;
@@ -12,32 +12,32 @@ use crate::parallel;
 use crate::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 
-/// Fewer storeys than this share one plan, unless it would have more lines than that. Fewer lines: buildings are cut at their levels,
-/// which gives them pieces that they don't need; more: what one storey's walls cut of the others takes longer than all else.
+/// Fewer storeys share one plan, unless it has more than `MANY_LINES` lines. Fewer lines: unnecessary pieces from cuts at levels. More:
+/// crossings between storeys dominate the time.
 const LEAST_STOREYS: usize = 5;
 const MANY_LINES: usize = 24_000;
-/// Levels nearer to the last one than this share its band, metres.
+/// Levels within this distance of the previous one share its band, metres.
 const LEAST_STOREY: f64 = 2.0;
 
-/// What cuts a column.
+/// A cut of a column.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Cut {
     /// The lower rim of the domain.
     Bottom,
     /// A sheet of [`Facets::sheets`].
     Sheet(u32),
-    /// A storey's level where nothing real is, by its index.
+    /// A storey's level without a sheet, by its index.
     Level(u32),
     /// The upper rim of the domain.
     Top,
 }
 
-/// The space between two levels, or all of it.
+/// The space between two levels, or the whole domain.
 #[derive(Clone, Debug)]
 pub struct Band {
-    /// Where it begins and ends, metres.
+    /// Bottom and top, metres.
     pub heights: [f64; 2],
-    /// What bounds it below and above.
+    /// The cuts at bottom and top.
     pub rims: [Cut; 2],
     /// Triangles on walls that reach into it, indices of [`Facets::wall_facets`], ascending.
     pub wall_facets: Vec<u32>,
@@ -48,14 +48,14 @@ pub struct Band {
 }
 
 impl Band {
-    /// True where a rim is the next band's too.
+    /// True if the next band shares a rim.
     pub fn goes_on(&self, rim: usize) -> bool {
         matches!(self.rims[rim], Cut::Level(_))
     }
 }
 
-/// The bands between two heights, from below. `levels` ascend; the first and the last are the model's own rims. `scale` is that
-/// of [`super::facets::facets`].
+/// The bands between two heights, from below. `levels` ascend; the first and the last are the model's bottom and top. `scale` as for
+/// [`super::facets::facets`].
 pub fn bands(
     facets: &Facets,
     levels: &[f64],
@@ -81,7 +81,7 @@ pub fn bands(
             segments: Vec::new(),
         })
         .collect();
-    // The bands that a range of heights, grown by `by`, meets.
+    // The bands that overlap a range of heights, grown by `by`.
     let met = |ys: [f64; 3], by: f64| {
         let (low, high) = (ys[0].min(ys[1]).min(ys[2]) - by, ys[0].max(ys[1]).max(ys[2]) + by);
         let first = rims[1..rims.len() - 1].partition_point(|r| r.0 < low);
@@ -115,7 +115,7 @@ pub fn bands(
     bands
 }
 
-/// Where along each wall there is enough of it within the band, as in [`super::facets::Wall::spans`].
+/// The spans of each wall with enough area within the band, as in [`super::facets::Wall::spans`].
 fn spans(facets: &Facets, band: &Band, seal: f64, least: f64) -> Vec<(DVec2, DVec2)> {
     let within = [Plane { n: DVec3::Y, d: band.heights[1] }, Plane { n: -DVec3::Y, d: -band.heights[0] }];
     let mut out = Vec::new();
@@ -150,7 +150,7 @@ fn spans(facets: &Facets, band: &Band, seal: f64, least: f64) -> Vec<(DVec2, DVe
     out
 }
 
-/// Where sheets that slope cross the band's rims: no column may have a sheet on both sides of one.
+/// Lines where sloping sheets cross the band's rims: no column may have a sheet on both sides of a rim.
 fn crossings(facets: &Facets, band: &Band, coplanar: f64) -> Vec<(DVec2, DVec2)> {
     let mut out = Vec::new();
     for facet in band.sheet_facets.iter().map(|&f| &facets.sheet_facets[f as usize]) {

@@ -1,4 +1,4 @@
-//! Columns over the triangles of the plan, cut into pieces by the sheets that cross them.
+//! Columns over the triangles of the plan, cut into pieces by sheets.
 
 use super::arrange::Plan;
 use super::bands::{Band, Cut};
@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 /// A cut of one column.
 #[derive(Clone, Debug)]
 pub struct Slice {
-    /// What cuts.
+    /// Its source.
     pub cut: Cut,
     /// Height above the column's three corners, metres.
     pub heights: [f64; 3],
@@ -22,12 +22,12 @@ pub struct Slice {
     pub facets: Vec<u32>,
 }
 
-/// Every column, and how its pieces are numbered.
+/// All columns, and the numbers of their pieces.
 #[derive(Debug)]
 pub struct Columns {
     /// For each triangle of the plan, its cuts from bottom to top; two at least.
     pub slices: Vec<Vec<Slice>>,
-    /// Columns over which part of an opaque sheet lies that could not cut them: what is open in them may really be closed.
+    /// Columns with part of an opaque sheet that could not cut them: their open faces may really be closed.
     pub torn: Vec<bool>,
     /// Number of the lowest piece of each column; piece `k` lies between slices `k` and `k + 1`. One entry more than columns.
     pub first_piece: Vec<u32>,
@@ -56,21 +56,21 @@ impl Columns {
 pub struct Levels<'l> {
     /// Metres, ascending.
     pub heights: &'l [f64],
-    /// Each is used where no sheet is nearer than this, metres.
+    /// A level cuts where no sheet is nearer than this, metres.
     pub near: f64,
-    /// Heights nearer than this are one, metres.
+    /// Heights within this distance are equal, metres.
     pub coplanar: f64,
 }
 
-/// A sheet cuts a column if it lies over this share of it: less is dropped, which only leaves more open.
+/// A sheet cuts a column if it covers this share of it. Others are dropped, which only leaves more open.
 const LEAST_SHARE: f64 = 0.15;
-/// Where sheets that don't cut lie over this share of a column, it is torn: under a dome of fine facets all of it, beside the edge
-/// of a stair's soffit little.
+/// A column is torn if sheets that do not cut it cover this share: all of it under a dome of fine facets, little beside the edge of a
+/// stair's soffit.
 const TORN_SHARE: f64 = 0.3;
-/// Less than this share is a neighbour's sheet that rounding let in.
+/// A smaller share is rounding from a neighbour's sheet.
 const ROUNDING_SHARE: f64 = 1e-3;
 
-/// Cuts the columns of each band; `None` where there would be more pieces than `limits` let there be.
+/// Cuts the columns of each band; `None` if there are more pieces than `limits` allow.
 pub fn columns(plan: &Plan, bands: &[Band], facets: &Facets, levels: &Levels<'_>, limits: &Limits<'_>) -> Option<Columns> {
     let count = limits.count();
     let cut: Vec<(Vec<Slice>, bool)> = parallel::flat_map_range(0..bands.len(), |k| {
@@ -89,7 +89,7 @@ pub fn columns(plan: &Plan, bands: &[Band], facets: &Facets, levels: &Levels<'_>
     Some(Columns { slices, torn, first_piece })
 }
 
-/// The cuts of a band's columns, and which of those are torn.
+/// The cuts of a band's columns, and whether each is torn.
 fn columns_of(
     band: &Band,
     corners: &[[DVec2; 3]],
@@ -118,7 +118,7 @@ fn columns_of(
         let mut stack = vec![rim(band.rims[0], bottom), rim(band.rims[1], top)];
         for (sheet, share, list) in by_share {
             let heights = q.map(|p| facets.sheets[sheet as usize].height(p));
-            // What lies on the next band's rim closes the face between the two; what lies beyond is the next band's.
+            // A sheet on the common rim closes the face between two bands; one beyond belongs to the next band.
             let under = band.goes_on(0) && heights.iter().all(|h| *h <= bottom + coplanar);
             let above = band.goes_on(1) && heights.iter().all(|h| *h >= top - coplanar);
             if under || above {
@@ -143,8 +143,8 @@ fn columns_of(
     })
 }
 
-/// Puts a cut between its neighbours. One that would cross another is dropped, which only leaves more open, and the answer is
-/// false. Heights within the coplanar tolerance of a neighbour's are taken to be the neighbour's.
+/// Inserts a cut between its neighbours. A cut that would cross another is dropped, which only leaves more open, and the result is false.
+/// Heights within the coplanar tolerance of a neighbour snap to it.
 fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     for other in stack.iter() {
         for (h, o) in new.heights.iter_mut().zip(other.heights) {
@@ -156,7 +156,7 @@ fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     let below = |a: &Slice, b: &Slice| a.heights.iter().zip(b.heights).all(|(x, y)| *x <= y);
     let at = stack.iter().take_while(|s| below(s, &new) && s.heights != new.heights).count();
     let fits = at > 0 && at < stack.len() && stack[at..].iter().all(|s| below(&new, s) && s.heights != new.heights);
-    // In the same place as another is as good as cut.
+    // A cut in the same place has the same effect.
     let there = stack.iter().any(|s| s.heights == new.heights);
     if fits {
         stack.insert(at, new);
@@ -164,7 +164,7 @@ fn insert(stack: &mut Vec<Slice>, mut new: Slice, coplanar: f64) -> bool {
     fits || there
 }
 
-/// Which triangles of sheets are over a place in plan.
+/// Grid index of sheet triangles over the plan.
 struct SheetGrid<'s> {
     /// The triangles, and the boxes around them.
     some: &'s [u32],
@@ -173,7 +173,7 @@ struct SheetGrid<'s> {
     bounds: (DVec2, DVec2),
     cell: f64,
     cells: HashMap<(i64, i64), Vec<u32>>,
-    /// Large ones would fill the grid: those wider than 16 cells are kept apart.
+    /// Triangles wider than 16 cells, kept outside the grid.
     large: Vec<u32>,
 }
 
@@ -203,7 +203,7 @@ impl<'s> SheetGrid<'s> {
         [a.x as i64..=b.x as i64, a.y as i64..=b.y as i64]
     }
 
-    /// Those whose boxes touch that of a triangle, ascending.
+    /// Entries whose boxes touch that of a triangle, ascending.
     fn over(&self, q: &[DVec2; 3]) -> Vec<u32> {
         let (a, b) = reach(q);
         let touches = |&i: &u32| {

@@ -1,9 +1,9 @@
-//! What part of a face is open: the face less every opaque triangle that lies on it.
+//! The open part of a face: the face minus all opaque triangles on it.
 //!
-//! Soundness: triangles grow by a square of half-width `seal` before they are taken away, so a point that counts as closed is
-//! within `sqrt(2) * seal` of a triangle's projection (and half a `seal` more in a sliver), and that triangle is within the
-//! coplanar tolerance of the face. No segment with more clearance than the sum gets through ([`crate::tolerance`]). Polygon
-//! booleans are done on integers (i_overlay), at a resolution of 2^-30 of the face.
+//! Soundness: triangles grow by a square of half-width `seal` before subtraction, so a point that counts as closed is within `sqrt(2) *
+//! seal` of a triangle's projection (and half a `seal` more in a sliver), and that triangle is within the coplanar tolerance of the face.
+//! No segment with more clearance than the sum passes a closed point ([`crate::tolerance`]). Polygon booleans use integers (i_overlay), at
+//! a resolution of 2^-30 of the face.
 
 use super::polygon::{Shape, area, convex_hull, counter_clockwise, points, width};
 use super::tiling::{joined, shared};
@@ -12,23 +12,23 @@ use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 
-/// Corners of a polygon's rim.
+/// A closed contour.
 type Contour = Vec<[f64; 2]>;
 
-/// What is open of a face.
+/// The open part of a face.
 #[derive(Clone, Debug)]
 pub enum Open {
-    /// Nothing lies on it.
+    /// All of it.
     Whole,
     /// These parts; empty where the face is closed.
     Parts(Vec<Shape>),
 }
 
-/// What is narrower than this, in seals, is left over from rounding. It adds to the distance at which a closed point may be from
-/// its triangle, so it counts in the nesting of tolerances.
+/// Narrower parts are rounding, in seals. This adds to the largest distance of a closed point from its triangle, so it is part of the
+/// nesting of tolerances.
 const CRUMB: f64 = 0.5;
 
-/// The open part of a convex `face` under triangles in the same coordinates, all of either winding.
+/// The open part of a convex `face` under triangles in the same coordinates, in any winding.
 pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     if triangles.is_empty() {
         return Open::Whole;
@@ -49,14 +49,14 @@ pub fn open_part(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Open {
     let subject: Vec<[f64; 2]> = face.iter().map(|p| p.to_array()).collect();
     let grown = united(over.iter().map(|polygon| grown(polygon, seal)).collect());
     let mut parts = subject.overlay(&grown, OverlayRule::Difference, FillRule::NonZero);
-    // Slivers along a triangle are rounding; a face that is itself no wider closes nothing.
+    // Slivers along a triangle are rounding, unless the face is as thin itself.
     let least = (CRUMB * seal).min(0.9 * width(face));
     parts.retain(|shape| shape.first().is_some_and(|outer| width(&convex_hull(points(outer))) >= least));
     Open::Parts(parts)
 }
 
-/// What of the triangles may close something of a face, counter-clockwise. Where they are many, they are cut to what is around the face, and
-/// those that tile are joined.
+/// The triangles that may cover part of a face, counter-clockwise. If they are many, they are clipped to the surroundings of the face, and
+/// adjacent ones are joined.
 fn over(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Vec<Vec<DVec2>> {
     let ends =
         |points: &[DVec2]| points.iter().fold([DVec2::INFINITY, DVec2::NEG_INFINITY], |[a, b], p| [a.min(*p), b.max(*p)]);
@@ -74,18 +74,17 @@ fn over(face: &[DVec2], triangles: &[[DVec2; 3]], seal: f64) -> Vec<Vec<DVec2>> 
     joined(near.iter().map(|t| shared(t, &corners)), (SLIP * seal).powi(2))
 }
 
-/// Triangles farther from a face than so many seals close nothing of it; they grow by one, across by its root of two.
+/// Triangles farther than this from a face cover none of it, in seals: they grow by one seal, or by sqrt(2) along a diagonal.
 const AROUND: f64 = 2.0;
-/// Most contours that are taken from a face as they are, and most that are united at once. Triangles narrower than a seal cross each other all,
-/// once they are grown, and time is the square of their number and more. More: a curved wall of ten thousand faces takes minutes. Fewer: more
-/// booleans than need be.
+/// Most contours subtracted at once, and most united at once. Grown triangles narrower than a seal all overlap, and the time is at least
+/// quadratic. More: a curved wall of ten thousand faces takes minutes. Fewer: unnecessary booleans.
 const AT_ONCE: usize = 48;
 const TOGETHER: usize = 16;
-/// Where triangles are many, those that tile are joined first, if the whole has no more than the square of so many seals that they have not.
-/// More: what is beside a triangle counts as closed. Less: rounding keeps them apart.
+/// If triangles are many, adjacent ones are joined first, if the extra area is at most the square of this, in seals. Larger: points beside
+/// a triangle count as closed. Smaller: rounding prevents joining.
 const SLIP: f64 = 0.1;
 
-/// A convex polygon that grows by `seal`.
+/// A convex polygon grown by `seal`.
 fn grown(polygon: &[DVec2], seal: f64) -> Contour {
     let corners = polygon
         .iter()
@@ -93,7 +92,7 @@ fn grown(polygon: &[DVec2], seal: f64) -> Contour {
     convex_hull(corners.collect()).iter().map(|p| p.to_array()).collect()
 }
 
-/// Contours of which many are united, a few at a time, then what comes of these, until one union is left.
+/// Unites many contours, a few at a time, then the results, until one union is left.
 fn united(contours: Vec<Contour>) -> Vec<Contour> {
     if contours.len() <= AT_ONCE {
         return contours;
@@ -108,17 +107,17 @@ fn united(contours: Vec<Contour>) -> Vec<Contour> {
     parts.concat()
 }
 
-/// Faces wider than this many seals don't change by more than a fiftieth where triangles that only touch them are left out.
+/// Width in seals from which triangles that only touch a face change it by at most a fiftieth, so that they are ignored.
 const WIDE: f64 = 100.0;
-/// Faces narrower than this many seals are left to the booleans: a crumb would be much of them.
+/// Narrower faces go to the booleans, in seals: a crumb would be much of them.
 const NARROW: f64 = 4.0;
-/// Most convex parts that are kept on the way; what falls into more is left to the booleans.
+/// Most convex parts on the way; faces with more go to the booleans.
 const MOST_PARTS: usize = 12;
 
-/// What most faces are: wholly open, because every triangle passes them by (`true`), or wholly closed (`false`).
+/// The fast path for most faces: entirely open, because no triangle meets them (`true`), or entirely closed (`false`).
 ///
-/// Closed is told by cutting the triangles out of the face, one after the other, into convex parts. Where parts are left that
-/// are together no wider than a crumb, no point of them is farther than that from a triangle.
+/// To prove that a face is closed, triangles are subtracted one after the other, which leaves convex parts. If all parts together are no
+/// wider than a crumb, no point of them is farther than that from a triangle.
 fn at_a_glance(face: &[DVec2], polygons: &[Vec<DVec2>], seal: f64) -> Option<bool> {
     let wide = width(face);
     if wide <= NARROW * seal {
@@ -138,11 +137,11 @@ fn at_a_glance(face: &[DVec2], polygons: &[Vec<DVec2>], seal: f64) -> Option<boo
     (parts.iter().map(|p| width(p)).sum::<f64>() <= CRUMB * seal).then_some(false)
 }
 
-/// Corners of a part nearer than this to the one before, in the least width of a part, are rounding: an edge between them leads anywhere,
-/// and would part what meets. Larger: parts change. Smaller: nothing of a face is taken away where its corners are doubled.
+/// Distance within which a corner duplicates the previous one, in least widths of a part: the edge between them has a random direction, and
+/// would separate polygons that overlap. Larger: parts change. Smaller: nothing is subtracted from faces with duplicate corners.
 const SAME_CORNER: f64 = 1e-3;
 
-/// The open part of a convex `face`, counter-clockwise, as convex polygons; what is no wider than `least` is left out.
+/// The open part of a convex `face`, counter-clockwise, as convex polygons; parts no wider than `least` are left out.
 pub fn open_pieces(face: &[DVec2], triangles: &[[DVec2; 3]], least: f64) -> Vec<Vec<DVec2>> {
     let tidy = |mut part: Vec<DVec2>| {
         let is_same = |a: DVec2, b: DVec2| a.distance(b) <= SAME_CORNER * least;
@@ -159,7 +158,7 @@ pub fn open_pieces(face: &[DVec2], triangles: &[[DVec2; 3]], least: f64) -> Vec<
     parts
 }
 
-/// Convex polygons less another, all counter-clockwise.
+/// Convex polygons minus another, all counter-clockwise.
 fn without(parts: Vec<Vec<DVec2>>, t: &[DVec2]) -> Vec<Vec<DVec2>> {
     let mut rest = Vec::new();
     for part in parts {
@@ -168,7 +167,7 @@ fn without(parts: Vec<Vec<DVec2>>, t: &[DVec2]) -> Vec<Vec<DVec2>> {
     rest
 }
 
-/// False only where an edge of one of two convex polygons, both counter-clockwise, has all of the other beyond it.
+/// False only if an edge of one of two convex polygons, both counter-clockwise, separates them.
 fn meet(a: &[DVec2], b: &[DVec2]) -> bool {
     let parts = |a: &[DVec2], b: &[DVec2]| {
         (0..a.len()).any(|i| {
@@ -179,7 +178,7 @@ fn meet(a: &[DVec2], b: &[DVec2]) -> bool {
     !parts(a, b) && !parts(b, a)
 }
 
-/// A convex polygon less another, as convex polygons: what is beyond each edge of the other, and not beyond those before.
+/// A convex polygon minus another, as convex polygons: the part beyond each edge of the other and inside all previous edges.
 fn less(mut part: Vec<DVec2>, t: &[DVec2], out: &mut Vec<Vec<DVec2>>) {
     for i in 0..t.len() {
         let (p, edge) = (t[i], t[(i + 1) % t.len()] - t[i]);
@@ -241,7 +240,7 @@ mod tests {
         assert!((open_area(&open, 15.0) - 2.1).abs() < 1e-3);
     }
 
-    /// A wall with a door, of ever more and ever narrower strips; half as wide as a seal at last.
+    /// A wall with a door, of more and narrower strips, down to half a seal.
     #[test]
     fn walls_of_many_triangles_leave_the_door_too() {
         let (face, seal) = (square(0.0, 0.0, 5.0, 3.0), 1e-3);
@@ -276,7 +275,7 @@ mod tests {
         let [mut a, b] = halves(&face);
         a.reverse();
         assert_eq!(open_area(&open_part(&face, &[a, b], 1e-6), 1.0), 0.0);
-        // One that holds all of it, either way round.
+        // One that contains all of it, in either winding.
         let mut large = [DVec2::new(-1.0, -1.0), DVec2::new(4.0, -1.0), DVec2::new(-1.0, 4.0)];
         for _ in 0..2 {
             assert_eq!(open_area(&open_part(&face, &[large], 1e-6), 1.0), 0.0);
@@ -287,7 +286,7 @@ mod tests {
     #[test]
     fn pieces_are_what_triangles_leave() {
         let p = DVec2::new;
-        // A square with a corner twice, under two triangles that cover it, under one of them, and under neither.
+        // A square with a duplicate corner, covered by two triangles, by one of them, and by none.
         let square = [p(0.0, 0.0), p(4.0, 0.0), p(4.0, 4.0), p(4.0, 4.0 - 1e-16), p(0.0, 4.0)];
         let halves = [[p(0.0, 0.0), p(4.0, 0.0), p(4.0, 4.0)], [p(0.0, 0.0), p(0.0, 4.0), p(4.0, 4.0)]];
         for (covers, open) in [(0, 16.0), (1, 8.0), (2, 0.0)] {

@@ -1,4 +1,4 @@
-//! Where two pieces meet, and what is open there.
+//! The faces between pieces, and their open parts.
 
 use super::arrange::Plan;
 use super::bands::{Band, Cut};
@@ -16,12 +16,12 @@ use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// The plane that a face lies in, and how its coordinates are read.
+/// The plane of a face, and its coordinates.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug)]
 pub enum Surface {
     /// On a wall's line: coordinates are (metres along the wall, height).
     Wall(u32),
-    /// On an edge of the plan that follows no wall: (metres from the edge's start, height).
+    /// On an edge of the plan without a wall: (metres from the edge's start, height).
     Edge {
         /// A triangle of the plan.
         triangle: u32,
@@ -33,7 +33,7 @@ pub enum Surface {
 }
 
 impl Surface {
-    /// The same for faces of one plane only; ordered.
+    /// A key that is equal only for faces of one plane; ordered.
     pub fn key(&self) -> [u32; 3] {
         match *self {
             Self::Wall(w) => [0, w, 0],
@@ -46,7 +46,7 @@ impl Surface {
     }
 }
 
-/// Where piece `a` meets piece `b`. On a wall or edge, `a`'s column has the lower number; on a cut, `a` is below.
+/// The face between pieces `a` and `b`. On a wall or edge, `a`'s column has the lower number; on a cut, `a` is below.
 #[derive(Clone, Debug)]
 pub struct Face {
     /// One piece.
@@ -55,31 +55,31 @@ pub struct Face {
     pub b: u32,
     /// Its plane.
     pub surface: Surface,
-    /// The face, convex, counter-clockwise in the surface's coordinates.
+    /// Its polygon, convex, counter-clockwise in the surface's coordinates.
     pub polygon: Vec<DVec2>,
-    /// What is open of it.
+    /// Its open part.
     pub open: Open,
-    /// Area of what is open, square metres of the surface's coordinates (a sheet's slope isn't counted).
+    /// Area of the open part in the surface's coordinates, square metres (without a sheet's slope).
     pub open_area: f64,
     /// Area of the face.
     pub area: f64,
     /// On a wall or edge: whether `a` is to the left of the direction in which the first coordinate grows.
     pub a_is_left: bool,
-    /// Area of opaque triangles on it whose front looks into `a`, and into `b`.
+    /// Area of opaque triangles on it that face `a`, and of those that face `b`.
     pub fronts: [f64; 2],
-    /// Area of leaves and panes on it.
+    /// Area of door leaves and panes on it.
     pub leaves: f64,
-    /// On a wall or edge: whether it is no higher than heights are off, so that the two pieces need not meet there.
+    /// On a wall or edge: whether it is within the error of heights, so that the two pieces may not really meet.
     pub is_thin: bool,
 }
 
-/// Walls within this many coplanar tolerances of an edge of the plan lie on it. Larger: walls beside it close it. Smaller: rounding of
-/// corners to the plan's grid takes walls off their own edges.
+/// A wall lies on an edge of the plan within this distance, in coplanar tolerances. Larger: walls beside an edge close it. Smaller:
+/// snapping to the plan's grid separates walls from their own edges.
 const ON_LINE: f64 = 1.5;
-/// Thinner than this, in seals, is nothing: coverage would take it away.
+/// Thinner faces are dropped, in seals: coverage would remove them.
 const CRUMB: f64 = 1e-3;
-/// In each column the height of a cut is moved to that of another that is as near as the coplanar tolerance, so two columns differ by so many
-/// of those where they meet. Larger: thin slits close. Smaller: portals where no cells meet.
+/// Cuts snap to others within the coplanar tolerance, per column, so heights of two neighbours may differ by this many of those. Larger:
+/// thin slits close. Smaller: portals between cells that do not meet.
 const SNAPPED: f64 = 2.0;
 
 /// All faces between pieces, in a fixed order: bands ascending; in each its columns, each with its cuts, then its edges; then the
@@ -106,7 +106,7 @@ pub fn faces(
     work.go_on().map(|()| found)
 }
 
-/// What lies around the faces of a band.
+/// The surroundings of a band's faces.
 struct Around<'a> {
     plan: &'a Plan,
     columns: &'a Columns,
@@ -119,13 +119,13 @@ struct Around<'a> {
     work: &'a Job<'a>,
 }
 
-/// What of an upright face lies where: its columns, its polygon, and how its coordinate runs.
+/// An edge of the plan under vertical faces, with its coordinates and walls.
 struct Line<'l> {
     /// The ends of the edge of the plan.
     ends: [DVec2; 2],
     /// Coordinates of the ends, along the first wall's line, so that faces of one wall share coordinates.
     at: [f64; 2],
-    /// The walls on it, each with its triangles.
+    /// Its walls, each with its triangles.
     walls: &'l [(u32, Vec<u32>)],
 }
 
@@ -149,7 +149,7 @@ impl Around<'_> {
         parallel::flat_map_range(triangles, of_column)
     }
 
-    /// The faces between the uppermost pieces of a band and the lowest of the next: what every two triangles share.
+    /// The faces between the uppermost pieces of a band and the lowest of the next: the intersections of all pairs of triangles.
     fn between_bands(&self, [low, high]: [usize; 2]) -> Vec<Face> {
         let Self { plan, columns, facets, seal, .. } = self;
         let corners = |t: usize| plan.triangles[t].map(|i| plan.points[i as usize]);
@@ -170,7 +170,7 @@ impl Around<'_> {
             for n in above.into_iter().filter(|_| !self.work.is_stopped()) {
                 let polygon = shared(corners(n), &corners(t));
                 let whole = area(&polygon);
-                // Thinner than what coverage takes away.
+                // Coverage would remove it.
                 if polygon.len() < 3 || width(&polygon) <= CRUMB * seal {
                     continue;
                 }
@@ -255,7 +255,7 @@ impl Around<'_> {
         }
     }
 
-    /// The face between two pieces on an edge of the plan; `None` where it has no area.
+    /// The face between two pieces on an edge of the plan; `None` without area.
     fn side(&self, line: &Line<'_>, pieces: [u32; 2], surface: Surface, polygon: Vec<DVec2>) -> Option<Face> {
         let (facets, seal) = (self.facets, self.seal);
         let ([pa, pb], [ua, ub]) = (line.ends, line.at);
@@ -272,7 +272,7 @@ impl Around<'_> {
         let is_thin = !is_upright && width(&polygon) <= thin;
         for (w, list) in line.walls {
             let wall = &facets.walls[*w as usize];
-            // Another wall on the same line may run the other way.
+            // Another wall on the same line may have the opposite direction.
             let sign = first.map_or(1.0, |f| f.along().dot(wall.along()).signum());
             let shift = ua - sign * wall.along().dot(pa);
             // Left of a -> b is the first piece; the wall's normal is left of its `along`.
@@ -315,7 +315,7 @@ impl Face {
     }
 }
 
-/// The polygon over `ua..ub` above both floors and below both ceilings, counter-clockwise with the coordinate growing.
+/// The polygon over `ua..ub` above both floors and below both ceilings, counter-clockwise.
 fn between(ua: f64, ub: f64, floors: &[[f64; 2]], ceilings: &[[f64; 2]]) -> Vec<DVec2> {
     let (lo, hi) = (
         floors.iter().flatten().fold(f64::INFINITY, |a, &b| a.min(b)),
@@ -349,14 +349,14 @@ fn between(ua: f64, ub: f64, floors: &[[f64; 2]], ceilings: &[[f64; 2]]) -> Vec<
     polygon
 }
 
-/// Which wall triangles are near a place in plan.
+/// Grid index of wall triangles in plan.
 struct WallGrid {
     cell: f64,
     buckets: HashMap<(i64, i64), Vec<u32>>,
 }
 
 impl WallGrid {
-    /// A grid of some wall triangles.
+    /// A grid of the given wall triangles.
     fn new(facets: &Facets, some: &[u32]) -> Self {
         let spans = some.iter().map(|&f| {
             let q = facets.wall_facets[f as usize].corners.map(to_plan);
@@ -394,7 +394,7 @@ impl WallGrid {
         out
     }
 
-    /// The walls whose line holds both ends of an edge, with the triangles of walls and leaves nearby; ordered by wall.
+    /// The walls whose line contains both ends of an edge, with nearby triangles of walls and door leaves; ordered by wall.
     fn along(&self, a: DVec2, b: DVec2, facets: &Facets, tolerance: f64) -> Vec<(u32, Vec<u32>)> {
         if self.buckets.is_empty() {
             return Vec::new();
@@ -410,7 +410,7 @@ impl WallGrid {
             if !on(wall, a) || !on(wall, b) {
                 continue;
             }
-            // A very short edge lies on lines across it as well; those close nothing.
+            // A very short edge also lies on perpendicular lines; those close nothing.
             if (b - a).dot(wall.along()).abs() < 0.5 * a.distance(b) {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Which planes bound space: vertical ones (walls, as lines in plan) and all others (sheets: floors, ceilings, roofs, ramps).
+//! The splitting planes: vertical ones (walls, as lines in plan) and all others (sheets: floors, ceilings, roofs, ramps).
 
 use super::to_plan;
 use crate::cells::scale::HumanScale;
@@ -18,20 +18,20 @@ pub struct Facet {
     pub corners: [DVec3; 3],
     /// Index of its wall or sheet.
     pub owner: u32,
-    /// What it does to a face that it lies on.
+    /// Its effect on a face.
     pub matter: Matter,
-    /// Whether its front is on the side that the owner's normal points to.
+    /// Whether its front faces the same way as the owner's normal.
     pub front: bool,
 }
 
-/// What a triangle is made of.
+/// A triangle's effect on the faces it lies on.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
 pub enum Matter {
     /// It closes the faces that it lies on.
     Opaque,
-    /// A door's leaf, a pane: faces under it stay open, but rooms end there.
+    /// A door leaf or a pane: its faces stay open, but rooms end there.
     Leaf,
-    /// An author's room: it merely draws a line.
+    /// The side of an authored room: only a line in plan.
     Drawing,
 }
 
@@ -42,12 +42,12 @@ pub struct Wall {
     pub normal: DVec2,
     /// `normal . q = offset` on the line, metres.
     pub offset: f64,
-    /// Where along the line (`along . q`) there is enough wall to make a cut, metres.
+    /// Spans along the line (`along . q`) with enough wall to cut, metres.
     pub spans: Vec<(f64, f64)>,
 }
 
 impl Wall {
-    /// The direction of the line: the normal turned right, so that left of it is where the normal points.
+    /// The direction of the line: the normal rotated right, so that the normal points left of it.
     pub fn along(&self) -> DVec2 {
         DVec2::new(self.normal.y, -self.normal.x)
     }
@@ -63,7 +63,7 @@ impl Wall {
 pub struct Sheet {
     /// `n.y > 0`.
     pub plane: Plane,
-    /// Where its outline makes cuts in plan.
+    /// The edges of its outline that cut the plan.
     pub outline: Vec<(DVec2, DVec2)>,
 }
 
@@ -75,7 +75,7 @@ impl Sheet {
     }
 }
 
-/// Every plane worth a cut, and the triangles on them.
+/// All splitting planes, and their triangles.
 #[derive(Debug, Default)]
 pub struct Facets {
     /// Vertical planes.
@@ -88,18 +88,18 @@ pub struct Facets {
     pub sheet_facets: Vec<Facet>,
 }
 
-/// The slope below which a plane is neither a wall nor a sheet: `n.y` of about 87 degrees.
+/// Planes with a smaller `n.y` are neither walls nor sheets (steeper than about 87 degrees).
 const STEEPEST_SHEET: f64 = 0.05;
 
-/// Panes at least this high and wide part rooms as walls do, metres.
+/// Panes at least this high and wide separate rooms like walls, metres.
 const PANE_HEIGHT: f64 = 2.0;
 const PANE_WIDTH: f64 = 2.5;
 
-/// A triangle, twice its area times its normal, what it is made of.
+/// A triangle, twice its area times its normal, its matter.
 type Loose = ([DVec3; 3], DVec3, Matter);
 
-/// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so
-/// that a plane is the one of its largest member. Of a ground that goes on far beyond all walls only what is near them counts. What makes a cut must be `scale` times as large as people build at least.
+/// Groups the triangles that bound rooms into planes, to within `coplanar` metres at every corner; larger triangles first, so that the
+/// largest member defines the plane. A large ground counts only near walls. `scale`: factor on the smallest area that cuts.
 pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: HumanScale, with_rooms: bool, scale: f64) -> Facets {
     let mut loose: Vec<Loose> = Vec::new();
     let mut add = |c: [DVec3; 3], matter: Matter| loose.push((c, newell(&c.map(|p| p - c[0])), matter));
@@ -109,7 +109,7 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: HumanScale, with_r
         let matter = if object.opaque { Matter::Opaque } else { Matter::Leaf };
         object.triangles.clone().map(|t| scene.corners(t as usize)).filter(is_near).for_each(|c| add(c, matter));
     }
-    // A pane as high as a door and wider may be all the wall that there is, where nobody says what opening it fills.
+    // A pane as high as a door and wider may replace a wall, if the model has no window openings.
     let unsaid = !scene.hints.openings.iter().any(|o| o.kind == OpeningKind::Window);
     let glass = |size: DVec3| size.y >= human.metre * PANE_HEIGHT && size.x.max(size.z) >= human.metre * PANE_WIDTH;
     for object in scene.objects.iter().filter(|o| unsaid && o.role == Role::Window && !o.opaque && glass(o.bounds.size())) {
@@ -124,7 +124,7 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: HumanScale, with_r
     }
     loose.retain(|(_, n, _)| n.length_squared() > 0.0);
     loose.sort_by(|a, b| b.1.length_squared().total_cmp(&a.1.length_squared()));
-    // A wall that is there twice is one wall: its area decides what makes a cut.
+    // Duplicate triangles count once: the area decides about cuts.
     let key = |c: &[DVec3; 3]| {
         let mut bits = c.map(|p| p.to_array().map(f64::to_bits));
         bits.sort_unstable();
@@ -138,25 +138,25 @@ pub fn facets(scene: &Scene, coplanar: f64, seal: f64, human: HumanScale, with_r
     found
 }
 
-/// Planes by direction and by where they are: those that a point may lie on are found without looking at all.
+/// Hash of planes by direction and offset, to find the planes near a point.
 struct Index<K> {
-    /// Every point is within this of the origin, metres.
+    /// Largest distance of a point from the origin, metres.
     reach: f64,
     cell: f64,
-    /// For each key a direction, and the planes by their distance along it.
+    /// For each key, a direction, and the planes by their distance along it.
     shelves: HashMap<K, (DVec3, HashMap<i64, Vec<u32>>)>,
 }
 
 impl<K: std::hash::Hash + Eq> Index<K> {
     fn new(reach: f64, coplanar: f64) -> Self {
-        // Normals of one key differ by 0.02 at most, so that a plane is in 50 cells at most and mostly in one.
+        // Normals of one key differ by at most 0.02, so a plane is in at most 50 cells, and usually in one.
         Self { reach, cell: (8.0 * coplanar).max(1e-3 * reach), shelves: HashMap::new() }
     }
 
     fn add(&mut self, key: K, normal: DVec3, offset: f64, plane: u32) {
         let (direction, cells) = self.shelves.entry(key).or_insert((normal, HashMap::new()));
         let cos = direction.dot(normal);
-        // Not from the cosine, whose rounding would count for a thousand times as much.
+        // Not from the cosine, whose rounding error is a thousand times larger.
         let slip = self.reach * (normal - *direction * cos).length();
         let at = |x: f64| (x / self.cell).floor() as i64;
         for i in at(offset * cos - slip)..=at(offset * cos + slip) {
@@ -164,7 +164,7 @@ impl<K: std::hash::Hash + Eq> Index<K> {
         }
     }
 
-    /// Planes of some keys that may come within `coplanar` metres of a point.
+    /// Planes of the given keys that may be within `coplanar` metres of a point.
     fn near(&self, keys: impl IntoIterator<Item = K>, p: DVec3, coplanar: f64) -> impl Iterator<Item = u32> {
         let shelves = keys.into_iter().filter_map(|key| self.shelves.get(&key));
         shelves.flat_map(move |(direction, cells)| {
@@ -175,7 +175,7 @@ impl<K: std::hash::Hash + Eq> Index<K> {
     }
 }
 
-/// The farthest corner from the origin, metres.
+/// Largest distance of a corner from the origin, metres.
 fn reach(loose: &[Loose]) -> f64 {
     loose.iter().flat_map(|l| l.0).map(DVec3::length).fold(0.0, f64::max)
 }
@@ -229,7 +229,7 @@ fn walls(loose: &[Loose], coplanar: f64, seal: f64, least: f64, out: &mut Facets
                 spans.push((from, to));
             }
         }
-        // What is too small to make a cut still closes a face on the same line.
+        // Triangles too small to cut still close faces on the same line.
         wall.spans = spans;
         if !wall.spans.is_empty() {
             out.wall_facets.extend(members.iter().map(|f| Facet { owner: out.walls.len() as u32, ..*f }));
@@ -295,10 +295,10 @@ fn sheets(loose: &[Loose], coplanar: f64, least: f64, out: &mut Facets) {
     }
 }
 
-/// Edges that only one of the triangles has.
+/// Boundary edges: those of only one triangle.
 fn outline(members: &[Facet], coplanar: f64) -> Vec<(DVec2, DVec2)> {
     let key = |q: DVec2| ((q.x / coplanar).round() as i64, (q.y / coplanar).round() as i64);
-    /// How many triangles have the edge, its place in their order, its ends.
+    /// Number of triangles at the edge, its place in their order, its ends.
     type Edge = (u32, usize, (DVec2, DVec2));
     let mut edges: HashMap<[(i64, i64); 2], Edge> = HashMap::new();
     for (order, f) in members.iter().enumerate() {

@@ -1,28 +1,28 @@
-//! How large a column complex may be.
+//! Limits on the size of a column complex.
 //!
-//! Where lines of the plan and sheets over it are as dense as in rubble, what they cut of one another grows with the square of their number.
-//! Counts are sums over all items, so that the same complex is too large for any number of threads.
+//! If lines of the plan and sheets are as dense as in rubble, crossings grow with the square of their number. Counts are sums over all
+//! items, so the result does not depend on the number of threads.
 
 use crate::job::Job;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
 
-/// Pieces that a scene may have, and so many more for each of its triangles. Small buildings have 1 to 20 a triangle. More: time and memory go
-/// into pieces that no room is made of. Less: small scenes of large walls lose some.
+/// Most pieces of a small scene: a base, plus a number per triangle. Small buildings have 1 to 20 per triangle. More: time and memory go
+/// into useless pieces. Fewer: small scenes of large walls lose some.
 const PIECES: usize = 50_000;
 const PIECES_A_TRIANGLE: usize = 20;
-/// What a large scene may have, and so many more for each of its triangles: offices of a thousand and of five thousand rooms have one, a maze of
-/// five thousand has two. More: soups of a hundred thousand triangles take more than a gigabyte. Less: large buildings are coarser than they
-/// need be.
+/// Most pieces of a large scene: a base, plus a number per triangle: offices of a thousand and of five thousand rooms have one, a maze of
+/// five thousand has two. More: soups of a hundred thousand triangles take more than a gigabyte. Fewer: large buildings are unnecessarily
+/// coarse.
 const PIECES_OF_MANY: usize = 250_000;
 const PIECES_A_TRIANGLE_OF_MANY: usize = 2;
-/// What a piece takes, with its faces and all that is made of them until the graph is there, bytes. More: large buildings are coarser than
-/// they need be. Less: a split takes more memory than it may.
+/// Memory per piece, with its faces and all data made from them, bytes. More: large buildings are unnecessarily coarse. Less: a split
+/// exceeds its memory limit.
 const PIECE_BYTES: u64 = 2 << 10;
 
-/// Most pieces, or crossings of lines; and what stops the work.
+/// Limit on pieces, or on crossings of lines, and the job that can stop the work.
 pub struct Limits<'w> {
-    /// At most.
+    /// The limit.
     pub most: usize,
     /// Asked in every loop.
     pub work: &'w Job<'w>,
@@ -37,25 +37,25 @@ impl<'w> Limits<'w> {
         Self { most: few.min(many).min(affordable), work }
     }
 
-    /// Counts from 0.
+    /// A count from 0.
     pub fn count(&self) -> Count<'_> {
         Count { limits: self, counted: AtomicUsize::new(0) }
     }
 }
 
-/// What has been made so far.
+/// The number made so far.
 pub struct Count<'l> {
     limits: &'l Limits<'l>,
     counted: AtomicUsize,
 }
 
 impl Count<'_> {
-    /// Counts some more.
+    /// Adds to the count.
     pub fn add(&self, some: usize) {
         self.counted.fetch_add(some, Relaxed);
     }
 
-    /// True where the rest is in vain.
+    /// True if the limit is exceeded or the job stopped.
     pub fn is_over(&self) -> bool {
         self.counted.load(Relaxed) > self.limits.most || self.limits.work.is_stopped()
     }

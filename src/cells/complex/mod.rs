@@ -1,21 +1,20 @@
-//! The column complex: a partition of *all* space into convex pieces that the split into cells is drawn on.
+//! The column complex: a partition of *all* space into convex pieces, on which cells are labelled.
 //!
-//! The plan is triangulated along every wall (spade's constrained Delaunay triangulation), each triangle becomes an endless
-//! column, and floors, ceilings and roofs cut the columns into pieces. Two pieces meet in a *face*; the part of a face that no
-//! opaque triangle lies on is *open*. A strategy only labels pieces; whatever it labels, the portals between two labels are all
-//! the open parts of the faces between them, so the graph is sound by construction, and a poor labelling costs culling, never
-//! a missed pixel.
+//! The plan is triangulated along every wall (spade's constrained Delaunay triangulation), each triangle becomes an endless column, and
+//! floors, ceilings and roofs cut the columns into pieces. Two pieces meet in a *face*; the part of a face without opaque triangles is
+//! *open*. A strategy only labels pieces. For any labels, the portals are all open parts of faces between different labels, so the graph is
+//! sound by construction, and a poor labelling costs culling, never a missed pixel.
 //!
 //! In: a scene, and the heights of its storeys. Out: pieces and the faces between them; and, once pieces have labels, convex pieces of
 //! cells and portals between them.
 //!
-//! The steps, one file each: [`facets`] (which planes are worth a cut), [`bands`] (storeys of tall buildings), [`arrange`] (the plan),
-//! [`columns`] (the pieces), [`limits`] (how many), [`faces`] with [`coverage`] and [`polygon`] (what is open; [`tiling`] where many triangles lie on a face), then the labelling ([`plan`](super::plan) or
-//! [`authored`](super::authored)), then [`assemble`]. No file uses one that uses it.
+//! The steps, one file each: [`facets`] (the splitting planes), [`bands`] (storeys of tall buildings), [`arrange`] (the plan), [`columns`]
+//! (the pieces), [`limits`] (their number), [`faces`] with [`coverage`] and [`polygon`] (open faces; [`tiling`] if many triangles lie on a
+//! face), then the labelling ([`plan`](super::plan) or [`authored`](super::authored)), then [`assemble`]. There are no cyclic dependencies.
 //!
-//! Based on: Lerner, Chrysanthou, Cohen-Or, *Breaking the walls* (2003, 2006) for cells from a plan; Teller, *Visibility
-//! computations in densely occluded polyhedral environments* (1992) for portals as cell boundary less what is opaque. New here
-//! is that both hold for any triangle soup: what isn't a wall or a sheet merely counts as open.
+//! Based on: Lerner, Chrysanthou, Cohen-Or, *Breaking the walls* (2003, 2006) for cells from a plan; Teller, *Visibility computations in
+//! densely occluded polyhedral environments* (1992) for portals as the cell boundary minus its opaque parts. New: both hold for any
+//! triangle soup, because a triangle that is neither wall nor sheet merely counts as open.
 
 pub(super) mod arrange;
 pub(super) mod assemble;

@@ -1,4 +1,4 @@
-//! Polygons in a plane: areas, hulls, widths, and what a triangle shares with a convex one.
+//! Polygons in a plane: areas, hulls, widths, and intersections of a triangle with a convex polygon.
 
 use crate::geom::{Plane, clip};
 use glam::{DVec2, DVec3};
@@ -23,7 +23,7 @@ pub fn counter_clockwise(q: [DVec2; 3]) -> [DVec2; 3] {
     if (q[1] - q[0]).perp_dot(q[2] - q[0]) < 0.0 { [q[0], q[2], q[1]] } else { q }
 }
 
-/// Area of a shape less its holes.
+/// Area of a shape without its holes.
 pub fn shape_area(shape: &Shape) -> f64 {
     let areas: Vec<f64> = shape.iter().map(|c| area(&points(c)).abs()).collect();
     areas.first().map_or(0.0, |outer| outer - areas[1..].iter().sum::<f64>())
@@ -55,13 +55,13 @@ pub fn convex_hull(mut p: Vec<DVec2>) -> Vec<DVec2> {
     hull
 }
 
-/// The least distance between two parallel lines that hold a convex polygon.
+/// The width of a convex polygon: the least distance of two parallel lines that enclose it.
 pub fn width(hull: &[DVec2]) -> f64 {
     if hull.len() < 3 {
         return 0.0;
     }
-    // A corner that is there twice has no edge, and no direction to measure across. Of one that is there almost twice the edge runs
-    // anywhere, and the rest of the hull may be on either side of it: across is from one end to the other.
+    // A duplicate corner gives no edge and no direction. A nearly duplicate corner gives an edge of random direction, with the rest of the
+    // hull on either side: so the extent counts both sides.
     let span = |i: usize| {
         let (a, b) = (hull[i], hull[(i + 1) % hull.len()]);
         let n = (b - a).perp().try_normalize()?;
@@ -71,12 +71,12 @@ pub fn width(hull: &[DVec2]) -> f64 {
     (0..hull.len()).filter_map(span).reduce(f64::min).unwrap_or(0.0)
 }
 
-/// What a triangle and a convex polygon, both counter-clockwise, share.
+/// The intersection of a triangle and a convex polygon, both counter-clockwise.
 pub fn shared(triangle: [DVec2; 3], polygon: &[DVec2]) -> Vec<DVec2> {
     shared_part(triangle, polygon).iter().map(|p| p.truncate()).collect()
 }
 
-/// The area that a triangle and a convex polygon share.
+/// The area of the intersection of a triangle and a convex polygon.
 pub fn shared_area(triangle: [DVec2; 3], polygon: &[DVec2]) -> f64 {
     crate::geom::area(&shared_part(triangle, polygon))
 }

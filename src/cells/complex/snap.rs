@@ -1,14 +1,15 @@
 //! Snap rounding: edges between corners of a grid become edges that meet at corners only.
 //!
-//! Every corner and every crossing makes its grid square hot, and an edge is led through the centres of the hot squares that it passes.
-//! No edge moves by more than one square, and none cross afterwards, however nearly parallel they are. (Hobby 1999; Guibas and Marimont 1998.)
+//! Every corner and every crossing makes its grid square hot, and an edge is routed through the centres of the hot squares that it passes.
+//! No edge moves by more than one square, and none cross afterwards, however nearly parallel they are. (Hobby 1999; Guibas and Marimont
+//! 1998.)
 
 use std::collections::{BTreeSet, HashMap};
 
 /// A corner, in steps of the grid.
 pub type Corner = (i64, i64);
 
-/// Replaces `edges` between `corners` by edges that share nothing but corners; crossings are appended to `corners`.
+/// Replaces `edges` between `corners` by edges that meet only in corners; crossings are appended to `corners`.
 pub fn snap_round(corners: &mut Vec<Corner>, edges: &[[usize; 2]]) -> Vec<[usize; 2]> {
     let size = tile_size(corners, edges);
     let mut number: HashMap<Corner, usize> = corners.iter().enumerate().map(|(i, c)| (*c, i)).collect();
@@ -51,7 +52,7 @@ pub fn snap_round(corners: &mut Vec<Corner>, edges: &[[usize; 2]]) -> Vec<[usize
     rounded.into_iter().collect()
 }
 
-/// Side of the square tiles that edges and corners are sorted into: near the mean extent of an edge.
+/// Side of the hash tiles for edges and corners: near the mean extent of an edge.
 fn tile_size(corners: &[Corner], edges: &[[usize; 2]]) -> i64 {
     let extent = |[a, b]: &[usize; 2]| {
         let (a, b) = (corners[*a], corners[*b]);
@@ -61,10 +62,10 @@ fn tile_size(corners: &[Corner], edges: &[[usize; 2]]) -> i64 {
     (total / edges.len().max(1) as i128) as i64 + 2
 }
 
-/// The tiles that a line from `a` to `b` comes within a square of.
+/// The tiles within one square of a line from `a` to `b`.
 fn tiles(a: Corner, b: Corner, size: i64) -> impl Iterator<Item = Corner> {
     let tile = move |v: i64| v.div_euclid(size);
-    // Where the line is at `x`, or at its nearer end; anywhere on it where it goes straight up.
+    // Height of the line at `x`, or at its nearer end; any point if the line is vertical.
     let height = move |x: i64| {
         let x = x.clamp(a.0.min(b.0), a.0.max(b.0));
         let rise = i128::from(x - a.0) * i128::from(b.1 - a.1);
@@ -82,7 +83,7 @@ fn side(a: Corner, b: Corner, c: Corner) -> i128 {
     wide(b.0, a.0) * wide(c.1, a.1) - wide(b.1, a.1) * wide(c.0, a.0)
 }
 
-/// The square that holds the place where two edges cross between their ends.
+/// The square that contains the crossing of two edges between their ends.
 fn crossing([a, b]: [Corner; 2], [c, d]: [Corner; 2]) -> Option<Corner> {
     let (at_c, at_d) = (side(a, b, c), side(a, b, d));
     let (at_a, at_b) = (side(c, d, a), side(c, d, b));
@@ -98,8 +99,8 @@ fn crossing([a, b]: [Corner; 2], [c, d]: [Corner; 2]) -> Option<Corner> {
     Some((round(a.0, b.0), round(a.1, b.1)))
 }
 
-/// Whether the line from `a` to `b` passes the square around `c`. Squares hold their lower and left rim: as if all were moved by less than
-/// anything to the left, and by far less down, so that no line touches a square's corner.
+/// Whether the line from `a` to `b` passes the square around `c`. Squares include their lower and left rim (symbolic perturbation: an
+/// infinitesimal shift left, and a smaller one down), so that no line touches a square's corner.
 fn passes(a: Corner, b: Corner, c: Corner) -> bool {
     let within = |v: i64, p: i64, q: i64| p.min(q) <= v && v <= p.max(q);
     if !within(c.0, a.0, b.0) || !within(c.1, a.1, b.1) {
@@ -150,7 +151,7 @@ mod tests {
         assert_eq!(edges, [[0, 2], [1, 3], [2, 3]]);
     }
 
-    /// Lines that are nearly parallel, many of them, on a grid so coarse that most crossings fall together.
+    /// Many nearly parallel lines, on a grid so coarse that most crossings coincide.
     #[test]
     fn bundles_of_nearly_parallel_lines_become_planar() {
         let mut random = Prng::new(57, 0);

@@ -1,19 +1,18 @@
-//! Convex polygons that tile larger ones, joined: a wall that was cut into a thousand triangles covers as few polygons what it covered as
-//! many.
+//! Joins convex polygons that tile larger ones: a wall of a thousand triangles becomes a few polygons.
 //!
-//! Greedy: a polygon joins one of those shortly before it where the convex hull of both is hardly larger than both together. That is done along
-//! one axis and the other, until neither finds anything.
+//! Greedy: a polygon joins one of the last few before it if the convex hull of both is hardly larger than both together. Passes alternate
+//! between the two axes, until neither changes anything.
 //!
-//! Soundness: all that a hull has and its polygons have not is smaller than a given area, so no point of it is farther from them than about its
-//! root.
+//! Soundness: the part of a hull outside its polygons is smaller than a given area, so no point of it is farther from them than about the
+//! root of that area.
 
 use super::polygon::{area, convex_hull};
 use glam::DVec2;
 use std::cmp::Ordering;
 
-/// A polygon is held against so many that came before it. More: slower. Fewer: tiles that are written far apart stay apart.
+/// Number of preceding polygons that a polygon is compared with. More: slower. Fewer: tiles far apart in the order stay separate.
 const LOOKED_AT: usize = 4;
-/// Most times that all are gone through.
+/// Most passes.
 const PASSES: usize = 6;
 
 /// A convex polygon, counter-clockwise.
@@ -21,7 +20,7 @@ struct Part {
     hull: Vec<DVec2>,
     area: f64,
     ends: [DVec2; 2],
-    /// Area of the hull that no polygon has.
+    /// Area of the hull outside its polygons.
     missing: f64,
 }
 
@@ -32,7 +31,7 @@ impl Part {
         Self { area: area(&hull), hull, ends, missing }
     }
 
-    /// The hull of two, where it has no more than `most` that they have not.
+    /// The hull of two parts, if its extra area is at most `most`.
     fn with(&self, other: &Self, most: f64) -> Option<Self> {
         let near = most.sqrt();
         let ([low, high], [least, greatest]) = (self.ends, other.ends);
@@ -41,19 +40,19 @@ impl Part {
         }
         let hull = convex_hull([self.hull.as_slice(), &other.hull].concat());
         let apart = area(&hull) - self.area - other.area;
-        // What both have counts once.
+        // Their intersection counts once.
         let missing = if apart > most { apart } else { apart + area(&shared(&self.hull, &other.hull)) };
         let missing = self.missing + other.missing + missing.max(0.0);
         (missing <= most).then(|| Self::new(hull, missing))
     }
 }
 
-/// Convex polygons of either winding, as fewer. No more than the area `most` is in each of these and in none of its polygons.
+/// Joins convex polygons of any winding. Each result has at most the area `most` outside its polygons.
 pub fn joined(polygons: impl Iterator<Item = Vec<DVec2>>, most: f64) -> Vec<Vec<DVec2>> {
     let mut parts: Vec<Part> = polygons.map(|corners| Part::new(convex_hull(corners), 0.0)).collect();
     let mut in_vain = 0;
     for pass in 0..PASSES {
-        // By the middles of their boxes, which both halves of a rectangle share.
+        // By the centres of their boxes, which are equal for both halves of a rectangle.
         let key = |part: &Part| {
             let middle = part.ends[0] + part.ends[1];
             if pass % 2 == 0 { [middle.x, middle.y] } else { [middle.y, middle.x] }
@@ -69,7 +68,7 @@ pub fn joined(polygons: impl Iterator<Item = Vec<DVec2>>, most: f64) -> Vec<Vec<
     parts.into_iter().map(|part| part.hull).filter(|hull| hull.len() > 2).collect()
 }
 
-/// Goes through all in their order.
+/// One pass over all parts in order.
 fn once(parts: Vec<Part>, most: f64) -> Vec<Part> {
     let mut out: Vec<Part> = Vec::with_capacity(parts.len());
     for part in parts {
@@ -82,7 +81,7 @@ fn once(parts: Vec<Part>, most: f64) -> Vec<Part> {
     out
 }
 
-/// What two convex polygons, both counter-clockwise, share.
+/// The intersection of two convex polygons, both counter-clockwise.
 pub fn shared(a: &[DVec2], b: &[DVec2]) -> Vec<DVec2> {
     let mut left = a.to_vec();
     for (i, &from) in b.iter().enumerate() {

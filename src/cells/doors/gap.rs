@@ -1,9 +1,9 @@
-//! Whether a door that is shut still lets something show: beside its leaf, under it, through its letter-box.
+//! Whether a shut door still has a gap: beside its leaf, under it, through its letter-box.
 //!
-//! Lines are tried, so a gap that is found is one, and a narrow crooked one may be overlooked. They reach from one end of the doorway to
-//! the other ([`DOORWAY`]): to an eye within it the portal counts as open, and what is within it on the far side is drawn anyway. Half of
-//! them cross the portal anywhere, half where no leaf is before it, mostly close to a rim, since gaps are narrow and run along one. Their
-//! slopes are spread over all magnitudes, since a gap as deep as its leaf lets only steep lines through.
+//! The test samples lines, so a gap that it finds is real, and a narrow crooked one may be overlooked. Lines reach from one end of the
+//! doorway to the other ([`DOORWAY`]): for an eye within the doorway the portal counts as open, and objects within it on the far side are
+//! drawn anyway. Half of the lines cross the portal anywhere, half where no leaf covers it, mostly close to a rim, because gaps are narrow
+//! and run along one. Slopes are spread over all magnitudes, because a gap as deep as its leaf passes only steep lines.
 
 use crate::cells::Portal;
 use crate::cells::complex::polygon::Shape;
@@ -13,14 +13,14 @@ use crate::scene::rays::{Hit, RayScene};
 use crate::tolerance::DOORWAY;
 use glam::{DVec2, DVec3};
 
-/// Lines that are tried. A centimetre beside a leaf of 0.9 x 2.1 x 0.04 m lets about one in thirty through.
+/// Sampled lines. A gap of a centimetre beside a leaf of 0.9 x 2.1 x 0.04 m passes about one in thirty.
 const LINES: usize = 2000;
 /// Tangents of the angles between the lines and the portal's normal.
 const SLOPES: [f64; 2] = [1e-3, 10.0];
-/// The nearest that lines are aimed at a rim, in diagonals of the portal.
+/// Smallest distance of a line from a rim, in diagonals of the portal.
 const RIM: f64 = 1e-4;
 
-/// A portal's plane: its middle, and two directions in it.
+/// A portal's plane: its centre, and two directions in it.
 pub(in crate::cells) struct Face {
     centre: DVec3,
     along: [DVec3; 2],
@@ -40,8 +40,7 @@ impl Face {
     }
 }
 
-/// Whether a line passes, with the scene's clearance, the convex `rim` of a portal, past every solid surface there; `uncovered` is what of it
-/// no leaf stands before.
+/// Whether an unobstructed line with the scene's clearance passes the convex `rim` of a portal; `uncovered` is the part without a leaf.
 pub(in crate::cells) fn lets_through(
     rays: &RayScene<'_>,
     face: &Face,
@@ -68,7 +67,7 @@ pub(in crate::cells) fn lets_through(
         let (sin, cos) = (std::f64::consts::TAU * random.unit()).sin_cos();
         let half = normal + (face.along[0] * cos + face.along[1] * sin) * slope;
         let (from, way) = (face.solid(p) - half, 2.0 * half);
-        // As wide as what the file promises anything about, and not a crack between a leaf and its frame.
+        // As wide as the smallest guaranteed opening, so that a crack between a leaf and its frame does not count.
         let (u, v) = way.normalize_or(DVec3::Z).any_orthonormal_pair();
         let mut is_clear = |from: DVec3| {
             glass.clear();
@@ -87,14 +86,14 @@ fn bounds(shape: &Shape) -> (DVec2, DVec2) {
         .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), &p| (low.min(DVec2::from(p)), high.max(DVec2::from(p))))
 }
 
-/// A point of the shape, if the first that is tried in its bounds is in it.
+/// A random point in the bounds, if it is in the shape.
 fn anywhere(shape: &Shape, random: &mut SplitMix) -> Option<DVec2> {
     let (low, high) = bounds(shape);
     let p = low + (high - low) * DVec2::new(random.unit(), random.unit());
     inside(shape, p).then_some(p)
 }
 
-/// A point of the shape beside one of its edges, as likely within a millimetre as within a centimetre.
+/// A random point of the shape beside one of its edges, with a log-uniform distance.
 fn near_an_edge(shape: &Shape, diagonal: f64, random: &mut SplitMix) -> Option<DVec2> {
     let contour = &shape[(random.bits() % shape.len() as u64) as usize];
     let k = (random.bits() % contour.len() as u64) as usize;

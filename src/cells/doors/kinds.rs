@@ -1,8 +1,7 @@
-//! Which portal is a door, which a window: by the author's openings, or by the leaf or pane that hangs there.
+//! Classifies portals as doors and windows: by the author's openings, or by the leaf or pane there.
 //!
-//! An opening is taken as an upright slab (flat for a skylight) in whatever direction its wall runs, so that turning a model
-//! changes nothing. A portal is the opening's where the two lie along each other, overlap by half of the smaller, and no other
-//! opening is nearer.
+//! An opening is a vertical slab (horizontal for a skylight) along its wall, so that the result does not depend on the model's rotation. A
+//! portal belongs to the nearest opening that is parallel and overlaps it by half of the smaller.
 
 use crate::cells::complex::polygon::convex_hull;
 use crate::cells::complex::{lift, to_plan};
@@ -15,19 +14,19 @@ use crate::scene::{OpeningHint, OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
-/// A portal is upright if its normal's cosine with the vertical is below this (45 degrees).
+/// A portal is vertical if its normal's cosine with the vertical is below this (45 degrees).
 const STEEP: f64 = 0.7;
 
-/// A leaf hangs, or stands open in a deep reveal, at most this far from the doorway's portal, metres.
+/// Largest distance of a leaf, also of one that stands open in a deep reveal, from its portal, metres.
 const LEAF_AWAY: f64 = 0.5;
-/// A portal lies this far beyond the wall's sides at most, metres.
+/// Largest distance of a portal beyond the sides of its wall, metres.
 const BEYOND: f64 = 0.1;
-/// Cosine of the angle within which a portal lies along an opening.
+/// A portal is parallel to an opening if the cosine of their angle is at least this.
 const ALONG_OPENING_COSINE: f64 = 0.8;
-/// What hangs in a wall is no thicker than this, metres; a leaf that stands open makes its door thicker.
+/// Largest thickness of a shut leaf or pane, metres; an open leaf is thicker.
 const THICK: f64 = 0.6;
 
-/// A box in the direction of its wall.
+/// A box along its wall.
 struct Slab<'s> {
     kind: PortalKind,
     id: &'s str,
@@ -36,11 +35,11 @@ struct Slab<'s> {
     axes: [DVec3; 3],
     /// Half of its size along each, metres.
     half: [f64; 3],
-    /// How far from it a portal may lie, metres.
+    /// Largest distance of its portal, metres.
     reach: f64,
 }
 
-/// Names the portals that are doors and windows, of those that have no name.
+/// Sets kind and id of portals without a name that are doors or windows.
 pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], human: HumanScale) {
     let mut slabs: Vec<Slab<'_>> = scene.hints.openings.iter().filter_map(|o| Slab::drawn(o, human)).collect();
     let mut hung: BTreeMap<(&str, bool), Vec<[DVec3; 3]>> = BTreeMap::new();
@@ -50,7 +49,7 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
             hung.entry((o.node.as_str(), o.role == Role::Door)).or_default().extend(corners);
         }
     }
-    // What the author drew an opening for is named by that.
+    // An authored opening takes precedence.
     let drawn: std::collections::BTreeSet<&str> = slabs.iter().map(|s| s.id).collect();
     hung.retain(|(id, _), _| !drawn.contains(id));
     let mut ajar: Vec<(&str, Aabb)> = Vec::new();
@@ -65,11 +64,11 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
             }
         }
     }
-    // 1. The nearest slab that a portal lies in.
+    // 1. The nearest slab around each portal.
     let mut taken = vec![false; slabs.len()];
     let tree = BoxTree::new(&slabs.iter().map(Slab::zone).collect::<Vec<_>>(), (0..slabs.len() as u32).collect());
     for portal in portals.iter_mut() {
-        // A box around its box in any direction.
+        // A box around its box in any rotation.
         let centre = middle(&portal.winding);
         let radius = portal.winding.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
         let mut costs: Vec<(f64, usize)> = Vec::new();
@@ -77,14 +76,14 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
             costs.extend(slabs[i as usize].cost(portal).map(|cost| (cost, i as usize)));
         });
         if let Some((_, i)) = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
-            // What the author says of the portal itself stays.
+            // The author's own name of the portal takes precedence.
             if portal.source.is_none() {
                 (portal.kind, portal.source) = (slabs[i].kind, Some(slabs[i].id.to_owned()));
             }
             taken[i] = true;
         }
     }
-    // 2. Doors that stand open, and those whose portal lies otherwise than their leaf: the upright portal beside them.
+    // 2. Open doors, and doors whose portal is not parallel to the leaf: the vertical portal beside them.
     let shut = slabs.iter().zip(&taken).filter(|(s, taken)| s.kind == PortalKind::Door && !**taken);
     ajar.extend(shut.map(|(s, _)| (s.id, s.bounds())));
     let bounds: Vec<Aabb> = portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
@@ -92,7 +91,7 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
     for (id, leaf) in ajar {
         let away = (LEAF_AWAY + 0.2) * human.metre;
         let mut near: Vec<(f64, usize)> = Vec::new();
-        // A little more, since a box' sides are rounded otherwise than the gap is.
+        // A little more, because of rounding.
         tree.in_box(&leaf.inflated(1.01 * away), &mut |i| near.push((leaf.gap(&bounds[i as usize]), i as usize)));
         near.retain(|&(gap, i)| gap <= away && portals[i].plane.n.y.abs() < STEEP && portals[i].source.is_none());
         if let Some((_, i)) = near.into_iter().min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) {
@@ -118,7 +117,7 @@ impl<'s> Slab<'s> {
         Some(Self::of(kind, &opening.id, [through, along, through.cross(along)], &opening.winding, reach))
     }
 
-    /// A leaf or a pane; `None` where it stands open.
+    /// A leaf or a pane; `None` if it stands open.
     fn hung(id: &'s str, is_door: bool, corners: &[DVec3], human: HumanScale) -> Option<Self> {
         let kind = if is_door { PortalKind::Door } else { PortalKind::Window };
         let reach = LEAF_AWAY * human.metre;
@@ -150,12 +149,12 @@ impl<'s> Slab<'s> {
         Aabb { min: self.centre - reach, max: self.centre + reach }
     }
 
-    /// Around it and where its portals may lie.
+    /// The box of the slab and its portals.
     fn zone(&self) -> Aabb {
         self.bounds().inflated(self.reach)
     }
 
-    /// How far a portal is from the middle of the slab; `None` where it isn't in it.
+    /// Distance of a portal from the centre of the slab; `None` if it is not in it.
     fn cost(&self, portal: &Portal) -> Option<f64> {
         let [through, along, up] = self.axes;
         let off = (middle(&portal.winding) - self.centre).dot(through).abs();

@@ -1,17 +1,16 @@
-//! Leaves that one object holds: exports often have all doors of a building in one, by their material.
+//! Splits an object into door leaves: exports often merge all doors of a building by material.
 //!
-//! Based on: Nagy, Seth, *Hierarchical representation of optically scanned documents*, 1984 (cut wherever a gap goes through, along one axis after the
-//! other, and so on with the parts). Deviation: in space, with the boxes of triangles.
+//! Based on: Nagy, Seth, *Hierarchical representation of optically scanned documents*, 1984 (the recursive X-Y cut: cut at gaps, along
+//! alternating axes). Deviation: in three dimensions, with the boxes of triangles.
 
 use crate::geom::Aabb;
 
-/// Parts of one leaf, or panes of one window, are nearer to each other than this, metres: bars between panes are up to 0.08 m wide, the piers
-/// between two doors 0.1 m and more.
+/// Largest gap within one leaf or one window, metres: bars between panes are up to 0.08 m wide, piers between two doors 0.1 m and more.
 const APART: f64 = 0.1;
-/// Cuts within cuts. Doors along corridors take three; what would take more stays together.
+/// Depth of the recursion. Doors along corridors take three.
 const DEPTH: usize = 16;
 
-/// Numbers of the boxes of each leaf, rising. O(n log n) for each of the [`DEPTH`]. `metre`: how long a metre is.
+/// Indices of the boxes of each leaf, ascending. O(n log n) for each of the [`DEPTH`]. `metre`: length of a metre.
 pub(super) fn leaves(boxes: &[Aabb], metre: f64) -> Vec<Vec<usize>> {
     let mut out = Vec::new();
     if !boxes.is_empty() {
@@ -50,7 +49,7 @@ mod tests {
 
     #[test]
     fn a_double_door_is_one_and_its_neighbours_are_not() {
-        // Two leaves of a door, one beside them behind a pier, one across the corridor, one above; and a handle of the first.
+        // Two leaves of a double door, one beside them behind a pier, one across the corridor, one above; and a handle of the first.
         let handle = Aabb { min: DVec3::new(0.8, 1.0, -0.05), max: DVec3::new(0.85, 1.1, 0.09) };
         let at = [[0.0, 0.0, 0.0], [0.91, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 0.0, 2.0], [0.5, 3.0, 0.0]];
         let boxes: Vec<Aabb> = at.map(|[x, y, z]| leaf(x, y, z)).into_iter().chain([handle]).collect();

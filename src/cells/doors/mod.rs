@@ -1,15 +1,14 @@
-//! Which portals are doors and windows, and what stands in them.
+//! Classifies portals as doors and windows, and finds their states.
 //!
 //! In: a scene, and the portals of a finished split. Out: the same portals with a [`PortalKind`](super::PortalKind), the author's id, and
 //! a [`PortalState`](super::PortalState).
 //!
-//! The steps, one file each: [`kinds`] (door, window or opening, by the author's openings or by the leaf that hangs there), [`state`]
-//! (shut or open, clear or not, by how much of the portal the leaf covers), [`gap`] (whether a shut leaf lets a line through), and for
-//! both of the first two [`leaves`] (what of an object is one leaf). [`stoppers`] tells of meshes that close a doorway and have no name.
+//! The steps, one file each: [`kinds`] (door, window or opening, by the author's openings or by the leaf there), [`state`] (shut or open,
+//! see-through or not, by the share of the portal that the leaf covers), [`gap`] (gaps beside a shut leaf), and, for the first two,
+//! [`leaves`] (splits an object into leaves). [`stoppers`] reports unnamed meshes that close a doorway.
 //!
-//! Rows depend on none of it: a bake takes every door as open. A wrong answer costs culling at run time; only a leaf called shut that
-//! isn't would lose something, so [`gap`] looks for lines through what seems shut. Names for all of this follow IFC (ISO 16739);
-//! no paper: new here.
+//! Rows do not depend on it: a bake takes every door as open. A wrong result costs culling at run time; only a leaf wrongly called shut
+//! would lose objects, so [`gap`] looks for lines through shut leaves. Names follow IFC (ISO 16739); no paper: new here.
 
 pub(in crate::cells) mod gap;
 pub(in crate::cells) mod kinds;

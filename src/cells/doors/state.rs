@@ -1,10 +1,10 @@
-//! What stands in a door or a window: a leaf that is shut or open, glass that shows what is behind.
+//! The state of a door or a window: shut or open, opaque or glass.
 //!
-//! Rows don't depend on it: every bake takes doors as open and windows as clear, so a row stays right whatever the run time
-//! opens and shuts. A state lets the run time cull more than a row does, behind doors that are shut.
+//! Rows don't depend on it: every bake takes doors as open and windows as clear, so a row stays valid whatever the run time opens and
+//! shuts. With states, the run time also culls behind shut doors.
 //!
-//! A leaf is what the model calls a door's or a window's ([`Role::Door`], [`Role::Window`]) and lies along the portal, near it:
-//! triangles turned by more than about 25 degrees, or farther away than a third of their leaf's size, stand aside.
+//! A leaf is an object of role [`Role::Door`] or [`Role::Window`] near the portal and parallel to it: triangles rotated by more than about
+//! 25 degrees, or farther away than a third of their leaf's size, are ignored.
 
 use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{Shape, convex_hull, counter_clockwise, shape_area, shared_area};
@@ -18,23 +18,22 @@ use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 
-/// A leaf covers more than this share of its portal when it is shut. A frame alone covers 0.1 to 0.3, a leaf with gaps around it
-/// and a letter-box 0.9.
+/// A shut leaf covers more than this share of its portal. A frame alone covers 0.1 to 0.3, a leaf with gaps around it and a letter-box 0.9.
 const SHUT_SHARE: f64 = 0.5;
-/// Cosine of the angle from which on a leaf stands aside.
+/// A leaf is ignored if the cosine of its angle with the portal is below this.
 const ALONG_PORTAL_COSINE: f64 = 0.9;
-/// A leaf hangs within this many times its half diagonal of the portal's plane: 0.4 m for a door of 0.9 x 2.1 m. A door is not
-/// taken for smaller than its portal, nor for more than four times as large.
+/// Largest distance of a leaf from the portal's plane, in half diagonals: 0.4 m for a door of 0.9 x 2.1 m. A door counts as at least as
+/// large as its portal, and at most `MOST_TIMES` as large.
 const LEAF_NEAR_SHARE: f64 = 0.35;
 const MOST_TIMES: f64 = 4.0;
 
-/// A leaf that is to cover its portal wholly leaves no more than this share of it open. Larger: strips beside it count as covered. Smaller:
-/// rounding of the leaf's rim counts as a strip.
+/// Largest uncovered share of an entirely covered portal. Larger: strips beside the leaf count as covered. Smaller: rounding of the leaf's
+/// rim counts as a strip.
 const WHOLLY: f64 = 1e-4;
 
-/// Gives every portal its state, by its kind and by what the model hangs in it. Between leaves of a level (`of_level`) a portal is
-/// often wider than its doorway, and beside the leaf a wall of a cell beyond is seen: there only a leaf that covers its portal
-/// wholly is not ajar. `metre`: how long a metre is.
+/// Sets every portal's state, from its kind and its leaf. Between leaves of a level (`of_level`), a portal is often wider than its doorway,
+/// and beside the door leaf a wall of another cell is visible: there, a door is ajar unless its leaf covers the entire portal. `metre`:
+/// length of a metre.
 pub(in crate::cells) fn find_states(rays: &RayScene<'_>, portals: &mut [Portal], metre: f64, of_level: bool) {
     let scene = rays.scene();
     let hung = Hung::all(scene, metre);
@@ -58,7 +57,7 @@ pub(in crate::cells) fn find_states(rays: &RayScene<'_>, portals: &mut [Portal],
     });
 }
 
-/// A leaf or a pane of an object.
+/// A leaf or a pane.
 struct Hung {
     triangles: Vec<[DVec3; 3]>,
     bounds: Aabb,
@@ -80,11 +79,11 @@ impl Hung {
     }
 }
 
-/// What hangs in a portal.
+/// The leaf in a portal.
 struct Leaf {
-    /// What it leaves uncovered of the portal, in the coordinates of its [`Face`].
+    /// The uncovered part of the portal, in the coordinates of its [`Face`].
     open: Vec<Shape>,
-    /// Whether any of it is glass.
+    /// Whether a part of it is glass.
     glass: bool,
 }
 

@@ -1,4 +1,4 @@
-//! Meshes that stand in a doorway and say nothing of what they are: doors to most people, walls to a split.
+//! Unnamed meshes that fill a doorway: evident doors that a split treats as walls.
 
 use crate::ObjectId;
 use crate::cells::scale::HumanScale;
@@ -10,25 +10,25 @@ use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
-/// What a doorway measures, metres.
+/// Size of a doorway, metres.
 const HEIGHT: RangeInclusive<f64> = 1.5..=3.2;
 const WIDTH: RangeInclusive<f64> = 0.4..=3.0;
-/// What fills one is no thicker than this, metres.
+/// Largest thickness of a mesh that fills one, metres.
 const THICK: f64 = 0.5;
-/// Its sides are within this of the wall, metres, and its foot within so much of a floor. Larger: cupboards between walls count. Smaller: doors
-/// with wide gaps don't.
+/// Largest gap at its sides, metres, and largest distance of its foot from a floor. Larger: cupboards between walls count. Smaller: doors
+/// with wide gaps do not.
 const GAP: f64 = 0.12;
 const STEP: f64 = 0.3;
-/// The wall goes on above it by this at least, metres: a panel of a wall is as high as the panels beside it.
+/// Least height of the wall above it, metres: a wall panel has none.
 const LINTEL: f64 = 0.2;
-/// And people can stand so far before it and behind, metres: it is no cupboard in a niche.
+/// Free depth in front of it and behind it, metres: a cupboard in a niche has none.
 const FREE: f64 = 0.6;
-/// A triangle stands upright if the vertical part of its unit normal is at most this.
+/// A triangle is vertical if the vertical component of its unit normal is at most this.
 const UPRIGHT: f64 = 0.1;
-/// Names that a note tells.
+/// Most names in a note.
 const NAMED: usize = 3;
 
-/// A note of the meshes that close doorways, if there are any.
+/// A note about meshes that fill doorways, if there are any.
 pub(crate) fn note(rays: &RayScene<'_>, human: HumanScale) -> Option<Note> {
     let scene = rays.scene();
     let stops = |&i: &usize| {
@@ -50,7 +50,7 @@ pub(crate) fn note(rays: &RayScene<'_>, human: HumanScale) -> Option<Note> {
     )))
 }
 
-/// Whether a mesh is as large as a door, between jambs, below a lintel, on a floor, with room on both sides.
+/// Whether a mesh has the size of a door, and is between jambs, below a lintel, on a floor, with free space on both sides.
 fn fills_a_doorway(rays: &RayScene<'_>, id: ObjectId, human: HumanScale) -> bool {
     let scene = rays.scene();
     let object = &scene.objects[id.index()];
@@ -83,7 +83,7 @@ fn fills_a_doorway(rays: &RayScene<'_>, id: ObjectId, human: HumanScale) -> bool
     in_wall && is_free(across[0], -n) && is_free(across[1], n)
 }
 
-/// The level direction that most of what stands upright of a mesh faces, either way.
+/// The horizontal direction that most of a mesh's vertical area faces, up to sign.
 fn facing(scene: &Scene, object: &Object) -> Option<DVec3> {
     let mut sum = DVec2::ZERO;
     for t in object.triangles.clone() {
@@ -91,7 +91,7 @@ fn facing(scene: &Scene, object: &Object) -> Option<DVec3> {
         let n = newell(&c.map(|p| p - c[0]));
         let flat = DVec2::new(n.x, n.z);
         if n.y.abs() <= UPRIGHT * n.length() && flat.length() > 0.0 {
-            // Twice the angle: both sides of a leaf face one way.
+            // Twice the angle: both sides of a leaf count as one direction.
             sum += DVec2::from_angle(2.0 * flat.to_angle()) * flat.length();
         }
     }
@@ -99,7 +99,7 @@ fn facing(scene: &Scene, object: &Object) -> Option<DVec3> {
     Some(DVec3::new(way.x, 0.0, way.y))
 }
 
-/// From where to where a mesh reaches along an axis.
+/// The extent of a mesh along an axis.
 fn span(scene: &Scene, object: &Object, axis: DVec3) -> [f64; 2] {
     let corners = object.triangles.clone().flat_map(|t| scene.corners(t as usize));
     let along = Aabb::of(corners.map(|p| DVec3::splat(axis.dot(p))));

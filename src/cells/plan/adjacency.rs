@@ -1,5 +1,5 @@
-//! Adjacency: regions as wholes. Two that are open to each other over much of their boundary, or through an opening nearly as wide as
-//! the narrower of them, are one space, though no single bottleneck between them says so.
+//! Adjacency of whole regions. Two regions are one space if much of their boundary is open between them, or if openings together are nearly
+//! as wide as the narrower region, even if no single bottleneck joins them.
 
 use crate::cells::complex::assemble::Complex;
 use crate::cells::complex::bands::Cut;
@@ -11,7 +11,7 @@ use crate::cells::plan::space::{Input, Space, is_passage};
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
 
-/// True where an upright face is higher at one end than at the other.
+/// True if a vertical face is higher at one end than at the other.
 fn is_under_slope(f: &Face, options: &PlanOptions) -> bool {
     let at = |end: f64| {
         let near = options.rounding * end.abs().max(1.0);
@@ -23,44 +23,43 @@ fn is_under_slope(f: &Face, options: &PlanOptions) -> bool {
     (at(high) - at(low)).abs() > options.slope * (high - low)
 }
 
-/// What adjacency is told by.
+/// The inputs of the adjacency step.
 pub(in crate::cells) struct Adjacency<'a> {
-    /// What every step reads.
+    /// The input of all steps.
     pub input: &'a Input<'a>,
     /// The bottleneck of each face.
     pub bottlenecks: &'a [Bottleneck],
-    /// The pieces that are free space.
+    /// Whether each piece is free space.
     pub free: &'a [bool],
 }
 
-/// What two regions share.
+/// The contact of two regions.
 #[derive(Default)]
 struct Contact {
-    /// Open area without leaves and panes, square metres.
+    /// Open area without door leaves and panes, square metres.
     open: f64,
-    /// Open faces as high as the regions.
+    /// Open faces as high as the lower region.
     high: Vec<usize>,
-    /// Open area of upright faces under a sloping ceiling, without a frame, square metres: none of those is as high as the regions.
+    /// Open area of vertical frameless faces under a sloping ceiling, square metres: none of these is as high as the regions.
     sloping: f64,
-    /// Open area of a level between them, where the lower number is below, and where it is above; square metres.
+    /// Open area of levels between them, with the lower number below, and above; square metres.
     level: [f64; 2],
 }
 
-/// The boundaries of all regions, each under its number; square metres.
+/// The boundaries of all regions, by number; square metres.
 struct Boundaries {
     /// Contacts between two regions, the lower number first.
     contacts: BTreeMap<(u32, u32), Contact>,
-    /// All of the boundary.
+    /// Area of the boundary.
     whole: Vec<f64>,
-    /// What of it is open.
+    /// Area of its open part.
     open: Vec<f64>,
-    /// Floor, and ceiling.
+    /// Areas of floor and ceiling.
     ends: Vec<[f64; 2]>,
 }
 
-/// Unites regions as wished, the first wishes first, and says whether any were. A region that has changed waits for the next round. There is
-/// one exception, unless `in_pairs`: of two regions the one with more boundary (`whole`) may take in any number, since what those share
-/// with it only grows.
+/// Unites the pairs in order, and returns whether any were united. A changed region waits for the next round, with one exception, unless
+/// `in_pairs`: the region with more boundary (`whole`) may absorb any number of others, because its contacts only grow.
 fn unite(space: &mut Space, wishes: &[(f64, (u32, u32))], whole: &[f64], in_pairs: bool) -> bool {
     let (mut grown, mut gone) = (vec![false; whole.len()], vec![false; whole.len()]);
     let mut is_any = false;
@@ -80,9 +79,8 @@ fn unite(space: &mut Space, wishes: &[(f64, (u32, u32))], whole: &[f64], in_pair
 }
 
 impl Adjacency<'_> {
-    /// Joins regions, those most open to each other first, until no two are open enough. In a round a region joins one other, so that
-    /// each sees what its neighbours have become; with many faces (`faces_in_pairs`) it takes in any number that have less boundary. True
-    /// where any did.
+    /// Joins regions, the most open pairs first, until no pair is open enough. In each round a region joins one other, so that the next
+    /// round sees updated contacts; with many faces (`faces_in_pairs`) it absorbs any number with less boundary, and the result is true.
     pub(in crate::cells) fn join(&self, space: &mut Space) -> bool {
         let (mut looked_at, mut were_many) = (0, false);
         loop {
@@ -98,7 +96,7 @@ impl Adjacency<'_> {
         }
     }
 
-    /// What regions share. In torn columns what is open may not be, so those don't count.
+    /// The contacts of regions. Torn columns do not count, because their open faces may not be open.
     fn boundaries(&self, space: &mut Space) -> Boundaries {
         let (Complex { columns, faces, .. }, n) = (self.input.complex, self.free.len());
         let torn = |piece: u32| columns.torn[columns.of_piece(piece).0];
@@ -134,7 +132,7 @@ impl Adjacency<'_> {
         all
     }
 
-    /// Adds face `i` to a contact between regions of which the lower is so high, metres, where nothing frames it.
+    /// Adds face `i` to a contact if it is frameless; `lower` is the height of the lower region, metres.
     fn add_upright(&self, contact: &mut Contact, i: usize, lower: f64) {
         let (f, bottleneck, options) = (&self.input.complex.faces[i], &self.bottlenecks[i], self.input.options);
         if bottleneck.height.is_finite() && !bottleneck.framed && !bottleneck.ledge {
@@ -147,13 +145,13 @@ impl Adjacency<'_> {
         }
     }
 
-    /// True where the lower of two regions is outside and the upper is too low to stand in: eaves have no floor, so they are no storey.
+    /// True if the lower of two regions is outside and the upper is too low to stand in: eaves have no floor, so they are no storey.
     fn is_eaves(&self, space: &Space, below: u32, above: u32) -> bool {
         let standing = self.input.human.metres(self.input.options.standing);
         space.is_outside(below) && space.height[above as usize] < standing
     }
 
-    /// The pairs of regions that are one space, with how open they are to each other.
+    /// The pairs of regions that are one space, each with its openness.
     fn wishes(&self, space: &Space, boundaries: &Boundaries) -> Vec<(f64, (u32, u32))> {
         let Boundaries { contacts, whole, .. } = boundaries;
         let mut most_open: BTreeMap<u32, f64> = BTreeMap::new();
@@ -181,28 +179,28 @@ impl Adjacency<'_> {
         wishes
     }
 
-    /// The share of the smaller one's boundary from which on two regions are one.
+    /// The least open share of the smaller boundary that joins two regions.
     fn least_share(&self, space: &Space, a: u32, b: u32) -> f64 {
         let (human, options) = (self.input.human, self.input.options);
         let hall = space.volume[a as usize].min(space.volume[b as usize]) >= human.cubic_metres(options.hall_volume);
         if hall { options.open_share_of_halls } else { options.open_share }
     }
 
-    /// True where two regions indoors are open to each other under a slope over as much as the smaller one's section.
+    /// True if two indoor regions share a large open area under a slope, compared with the smaller cross-section.
     fn is_one_attic(&self, space: &Space, contact: &Contact, a: u32, b: u32) -> bool {
         let section = space.narrower(a, b) * space.lower(a, b);
         let indoors = !space.is_outside(a) && !space.is_outside(b);
         section.is_finite() && indoors && contact.sloping >= self.input.options.open_section * section
     }
 
-    /// True for what is small, open, and nobody's.
+    /// True for a small, open, unclaimed region.
     fn is_stall(&self, space: &Space, boundaries: &Boundaries, r: u32) -> bool {
         let (human, options) = (self.input.human, self.input.options);
         let small = space.volume[r as usize] < human.cubic_metres(options.stall_volume) && !space.is_claimed(r);
         small && boundaries.open[r as usize] >= options.open_share_of_stalls * boundaries.whole[r as usize]
     }
 
-    /// True where so much of the ceiling below and of the floor above is open that both are one shaft.
+    /// True if both are one shaft: much of the ceiling below and of the floor above is open.
     fn is_shaft(&self, boundaries: &Boundaries, below: u32, above: u32, open: f64) -> bool {
         let options = self.input.options;
         let least = boundaries.ends[below as usize][1].max(boundaries.ends[above as usize][0]);
@@ -210,14 +208,14 @@ impl Adjacency<'_> {
         open > 0.0 && open >= share * least
     }
 
-    /// True where openings that meet are together as wide as the regions. They are only as good as a bottleneck of their own: what
-    /// sums up to a wide opening may be a row of narrow ones.
+    /// True if adjacent openings together are as wide as the regions. The threshold is that of one bottleneck, because a row of narrow
+    /// openings may sum up to a wide one.
     fn is_wide(&self, space: &Space, contact: &Contact, a: u32, b: u32) -> bool {
         let width = self.width(&contact.high);
         width >= least_width(width, space.narrower(a, b), self.input)
     }
 
-    /// How far the longest run of faces that meet at their ends reaches in plan, metres.
+    /// The extent in plan of the longest run of faces that meet at their ends, metres.
     fn width(&self, faces: &[usize]) -> f64 {
         let Complex { plan, facets, faces: all, .. } = self.input.complex;
         let (square, directions) = (self.input.options.meeting * self.input.seal, self.input.options.directions);
@@ -253,8 +251,8 @@ mod tests {
     use super::*;
     use crate::cells::plan::space::{Claim, Pieces};
 
-    /// Which regions are one after a round: for each of `n` pieces of 10 cubic metres, the first that it is one with. Piece 0 is the author's
-    /// room, which may measure 35.
+    /// The regions after one round: for each of `n` pieces of 10 cubic metres, the first piece of its region. Piece 0 is the author's room,
+    /// with a limit of 35.
     fn round(wishes: &[(u32, u32)], whole: &[f64], in_pairs: bool) -> Vec<u32> {
         let n = whole.len();
         let pieces = Pieces { rim: vec![false; n], widths: vec![2.0; n], volumes: vec![10.0; n] };
@@ -277,7 +275,7 @@ mod tests {
 
     #[test]
     fn what_has_changed_is_taken_in_by_nobody() {
-        // 3 has taken in 4, so it has another boundary than when it wished for 2; 4 is no more.
+        // 3 has absorbed 4, so its boundary has changed since it wished for 2; 4 is gone.
         let (wishes, whole) = ([(3, 4), (2, 3), (1, 4)], [50.0, 60.0, 100.0, 5.0, 4.0]);
         assert_eq!(round(&wishes, &whole, false), [0, 1, 2, 3, 3]);
     }

@@ -1,8 +1,8 @@
-//! Bottlenecks: how wide and how high the openings between pieces are.
+//! Bottlenecks: width and height of the openings between pieces.
 //!
-//! Both are measured where people would: in plan, as the [clearance](super::clearance) of the opening; upwards, from floor to ceiling
-//! through whatever open cuts lie between. An opening that is nearly as wide and as high as what lies on both of its sides parts nothing;
-//! a doorway is narrower, a window lower, and a slit under a roof is as wide as the room and lower.
+//! The width is the [clearance](super::clearance) of the opening in plan. The height goes from floor to ceiling, through open cuts. An
+//! opening nearly as wide and as high as the regions on both sides does not separate them; a doorway is narrower, a window is lower, and a
+//! slit under a roof is as wide as the room and lower.
 
 use crate::cells::complex::arrange::Plan;
 use crate::cells::complex::assemble::Complex;
@@ -19,11 +19,11 @@ use crate::parallel;
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
 
-/// What of each column is open from floor to ceiling.
+/// The runs of each column: maximal open stacks of pieces from floor to ceiling.
 pub(in crate::cells) struct Runs {
-    /// The lowest piece of the run that each piece is part of.
+    /// The lowest piece of each piece's run.
     pub of_piece: Vec<u32>,
-    /// How high the run of each piece is, metres.
+    /// Height of each piece's run, metres.
     pub heights: Vec<f64>,
     /// Height of the floor under the run of each piece, metres.
     pub floors: Vec<f64>,
@@ -53,32 +53,32 @@ impl Runs {
 /// An opening between two pieces.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::cells) struct Bottleneck {
-    /// How wide the opening is that the face is part of, metres; 0: never a reason to merge.
+    /// Width of the whole opening, metres; 0: never a reason to merge.
     pub width: f64,
-    /// How high, metres; infinite for those in floors.
+    /// Height, metres; infinite for openings in floors.
     pub height: f64,
-    /// A wall or lintel lies on part of the face.
+    /// Whether a wall or lintel covers part of the face.
     pub framed: bool,
-    /// A leaf or a pane fills it: rooms end there, however wide it is.
+    /// Whether a door leaf or a pane fills it: rooms end there, at any width.
     pub leaf: bool,
-    /// It leads to the top of something that nobody gets onto: a plenum is as high as the opening over the wall of a room without
-    /// a ceiling, and yet no part of that room.
+    /// Whether it leads onto a ledge too high to step on: a plenum is as high as the opening over the wall of a room without a ceiling, and
+    /// yet is no part of that room.
     pub ledge: bool,
 }
 
-/// The least width at which an opening is no bottleneck beside a region of width `narrower`; metres.
+/// The least width of an opening that does not separate a region of width `narrower`; metres.
 pub(in crate::cells) fn least_width(width: f64, narrower: f64, input: &Input<'_>) -> f64 {
     let options = input.options;
     let wide_as_a_door = width >= input.human.metres(options.widest_door);
     if wide_as_a_door { options.wide_passage * narrower } else { options.wide_opening * narrower }
 }
 
-/// True where a leaf or a pane fills what is open of a face.
+/// True if a door leaf or a pane fills the open part of a face.
 pub(in crate::cells) fn is_filled(f: &Face, options: &PlanOptions) -> bool {
     f.leaves > options.filled_face * f.open_area
 }
 
-/// Where an upright face begins and ends in plan.
+/// Ends of a vertical face in plan.
 pub(in crate::cells) fn ends(f: &Face, plan: &Plan, facets: &Facets) -> Option<(DVec2, DVec2)> {
     let (lo, hi) = extent(&f.polygon);
     match f.surface {
@@ -105,9 +105,9 @@ fn open_extent(f: &Face) -> (DVec2, DVec2) {
     }
 }
 
-/// The bottleneck of each face. What is open between two runs is one opening, over all the cuts between; openings of one wall that
-/// touch along it are one opening; where nothing frames it, it is as wide as the space around its middle, however short the
-/// edge of the triangulation that it lies on; but not in torn columns, where a vault may be open that isn't.
+/// The bottleneck of each face. All open faces between two runs are one opening, across cuts; openings that touch along one wall are one
+/// opening. A frameless opening is as wide as the space around its centre, however short its edge of the triangulation, except in torn
+/// columns, where an open face may really be a vault.
 pub(in crate::cells) fn bottlenecks(input: &Input<'_>, clearance: &Clearance, runs: &Runs) -> Vec<Bottleneck> {
     let faces = input.complex.faces;
     let extents: Vec<(DVec2, DVec2)> = faces.iter().map(open_extent).collect();
@@ -128,7 +128,7 @@ fn of_face(f: &Face, (lo, hi): (DVec2, DVec2), input: &Input<'_>, runs: &Runs) -
         let width = if open { f.open_area.sqrt() } else { 0.0 };
         return Bottleneck { width, height: f64::INFINITY, framed, leaf, ledge: false };
     }
-    // Sloped faces are as high as they are on the mean.
+    // Sloped faces have their mean height.
     let width = hi.x - lo.x;
     let height = if width > 0.0 { (f.open_area / width).min(hi.y - lo.y) } else { 0.0 };
     let [a, b] = [f.a as usize, f.b as usize];
@@ -138,7 +138,7 @@ fn of_face(f: &Face, (lo, hi): (DVec2, DVec2), input: &Input<'_>, runs: &Runs) -
     Bottleneck { width, height, framed, leaf, ledge }
 }
 
-/// One above the other, between the same two runs: together they are as high as all of them.
+/// Joins stacked openings between the same two runs: their heights add up.
 fn join_stacked(input: &Input<'_>, runs: &Runs, extents: &[(DVec2, DVec2)], found: &mut [Bottleneck]) {
     let Complex { columns, faces, .. } = input.complex;
     let slack = input.options.touching * input.seal;
@@ -158,7 +158,7 @@ fn join_stacked(input: &Input<'_>, runs: &Runs, extents: &[(DVec2, DVec2)], foun
     }
 }
 
-/// Beside each other, along one wall: together they are as wide as from end to end.
+/// Joins adjacent openings along one wall: their width is that from end to end.
 fn join_along_walls(input: &Input<'_>, extents: &[(DVec2, DVec2)], found: &mut [Bottleneck]) {
     let mut by_wall: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     for (i, f) in input.complex.faces.iter().enumerate() {
@@ -197,7 +197,7 @@ fn join_along_walls(input: &Input<'_>, extents: &[(DVec2, DVec2)], found: &mut [
     }
 }
 
-/// As wide as the space around them, where nothing frames them.
+/// Sets the width of frameless openings to that of the space around them.
 fn widen(input: &Input<'_>, clearance: &Clearance, found: &mut [Bottleneck]) {
     let Complex { plan, columns, facets, faces, .. } = input.complex;
     let whole = |piece: u32| !columns.torn[columns.of_piece(piece).0];

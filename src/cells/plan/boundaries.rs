@@ -1,19 +1,17 @@
-//! Boundaries of regions drawn tight: a doorway in a thick wall is crossed by one portal and not by a zigzag.
+//! Smooths the boundaries of regions: one portal crosses a doorway in a thick wall, instead of a zigzag.
 //!
-//! The watershed of [`crate::cells::plan::rooms`] ends on edges of the plan's triangulation, and in the reveal of a door or window those run
-//! to and fro. Here pieces change sides while that lowers the open area between regions, edges off the walls counting a little
-//! more than those on them.
+//! The watershed of [`crate::cells::plan::rooms`] ends on edges of the plan's triangulation, which zigzag in the reveal of a door or
+//! window. Here pieces change regions while that lowers the open area between regions; edges off the walls weigh a little more.
 //!
-//! Based on: Besag, *On the statistical analysis of dirty pictures*, 1986 (iterated conditional modes of a Potts energy). Deviates:
-//! pieces also move in pairs; and no region gives away more than a share of its volume, or a small room behind a wide opening
-//! would be eaten up.
+//! Based on: Besag, *On the statistical analysis of dirty pictures*, 1986 (iterated conditional modes of a Potts energy). Deviations:
+//! pieces also move in pairs; and each region keeps a share of its volume, or a small room behind a wide opening would vanish.
 
 use crate::cells::complex::faces::{Face, Surface};
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::Labels;
 use std::collections::VecDeque;
 
-/// Lowers the open area between regions; pieces that are `fixed` stay where they are.
+/// Lowers the open area between regions; `fixed` pieces keep their region.
 pub(in crate::cells) fn smooth(faces: &[Face], volumes: &[f64], fixed: &[bool], options: &PlanOptions, labels: &mut Labels) {
     let (of_piece, regions) = (&mut labels.of_piece, labels.regions.len());
     let mut contacts: Vec<Vec<(u32, f64)>> = vec![Vec::new(); of_piece.len()];
@@ -38,7 +36,7 @@ pub(in crate::cells) fn smooth(faces: &[Face], volumes: &[f64], fixed: &[bool], 
         let Some(from) = of_piece[p as usize].filter(|_| !fixed[p as usize]) else { continue };
         let alike = contacts[p as usize].iter().filter(|(q, _)| of_piece[*q as usize] == Some(from) && !fixed[*q as usize]);
         let partner = alike.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))).map(|c| c.0);
-        // A quad in a reveal is two triangles, and neither gains by going alone.
+        // A quad in a reveal is two triangles, and neither gains alone.
         let pair = partner.map(|q| [p, q]);
         for moved in [&[p][..], pair.as_ref().map_or(&[], |pair| &pair[..])] {
             let volume: f64 = moved.iter().map(|&m| volumes[m as usize]).sum();
@@ -55,7 +53,7 @@ pub(in crate::cells) fn smooth(faces: &[Face], volumes: &[f64], fixed: &[bool], 
             }
             let here = shares.iter().find(|s| s.0 == from).map_or(0.0, |s| s.1);
             let best = shares.iter().filter(|s| s.0 != from).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-            // A gain that rounding could make would go to and fro.
+            // A gain within rounding would oscillate.
             if let Some(&(to, there)) = best
                 && there > here * (1.0 + options.rounding)
             {

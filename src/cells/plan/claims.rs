@@ -1,4 +1,4 @@
-//! Whose pieces are before the watershed: the outside at the rim, the author's rooms with what lies over them, and plenums.
+//! Claims on pieces before the watershed: the outside at the rim, the author's rooms with the space above them, and plenums.
 
 use crate::cells::complex::bands::Cut;
 use crate::cells::complex::faces::{Face, Surface};
@@ -6,7 +6,7 @@ use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::plan::space::{Claim, Input, Pieces};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Whose each piece is, and how much each of the author's rooms may measure, cubic metres.
+/// The claim on each piece, and the largest volume of each authored room, cubic metres.
 pub(in crate::cells) fn claims(
     input: &Input<'_>,
     pieces: &Pieces,
@@ -18,7 +18,7 @@ pub(in crate::cells) fn claims(
         if pieces.rim[p] { Some(Claim::Outside) } else { given.rooms[p].or_else(doorway).map(Claim::Room) }
     };
     let mut claims: Vec<Option<Claim>> = (0..free.len()).map(claim_of).collect();
-    // What the author drew, and some more.
+    // The drawn volume, and some more.
     let mut drawn: BTreeMap<u32, f64> = BTreeMap::new();
     for (room, volume) in given.rooms.iter().zip(&pieces.volumes) {
         if let Some(room) = *room {
@@ -32,14 +32,14 @@ pub(in crate::cells) fn claims(
     (claims, most)
 }
 
-/// What lies over (or under) an author's room up to the next slab or level is the room's where no other room reaches it. Where
-/// several do, as over walls that end below the slab, it is a plenum: one more region, that rooms don't merge with.
+/// The space above (or below) an author's room, up to the next slab or level, belongs to the room if no other room reaches it. If several
+/// do, as over walls that end below the slab, it is a plenum: a region of its own, which does not merge with rooms.
 ///
-/// A room gets no part that is larger than what is left of its `more`, cubic metres: of a hall he drew the lower storey.
+/// A room gets no part larger than the rest of its `more`, cubic metres, because authors may draw only the lower storey of a hall.
 fn fill_up(input: &Input<'_>, pieces: &Pieces, free: &[bool], mut more: BTreeMap<u32, f64>, claims: &mut [Option<Claim>]) {
     let (faces, options) = (input.complex.faces, input.options);
     let reached = reach(input, claims);
-    // 1. What of it hangs together, over the tops of walls too.
+    // 1. Connected components of this space, also over the tops of walls.
     let least_width = input.human.metres(options.least_width);
     let narrow = |p: usize| free[p] && pieces.widths[p] < least_width;
     let over: Vec<bool> = (0..claims.len()).map(|p| claims[p].is_none() && (reached[p].is_some() || narrow(p))).collect();
@@ -50,7 +50,7 @@ fn fill_up(input: &Input<'_>, pieces: &Pieces, free: &[bool], mut more: BTreeMap
             parts.join(f.a, f.b);
         }
     }
-    // 2. Whose it is.
+    // 2. The claim on each component.
     let mut rooms: BTreeMap<u32, (BTreeSet<u32>, f64)> = BTreeMap::new();
     for p in (0..claims.len()).filter(|&p| over[p]) {
         let part = rooms.entry(parts.find(p as u32)).or_default();
@@ -71,12 +71,12 @@ fn fill_up(input: &Input<'_>, pieces: &Pieces, free: &[bool], mut more: BTreeMap
         .collect();
     for p in (0..claims.len()).filter(|&p| over[p]) {
         let whole = whose[&parts.find(p as u32)];
-        // What is narrow and no room reaches stays nobody's.
+        // Narrow pieces that no room reaches stay unclaimed.
         claims[p] = if matches!(whole, Some(Claim::Room(_))) { reached[p] } else { whole };
     }
 }
 
-/// What rooms reach through open sheets: the claims, and the first room that comes to each piece that has none.
+/// The claims, extended through open sheets: each unclaimed piece gets the first room that reaches it.
 fn reach(input: &Input<'_>, claims: &[Option<Claim>]) -> Vec<Option<Claim>> {
     let open = |f: &Face| f.open_area > input.options.open_ceiling * f.area;
     let through = |f: &&Face| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && open(f);

@@ -1,4 +1,4 @@
-//! Clearance: how wide the space is around a point, as twice the way to the nearest wall that stands at its height.
+//! Clearance: the width of the space around a point, twice the distance to the nearest wall at its height.
 
 use crate::cells::complex::assemble::Complex;
 use crate::cells::complex::faces::{Face, Surface};
@@ -9,12 +9,12 @@ use crate::geom::Aabb;
 use crate::parallel;
 use glam::DVec2;
 
-/// How far it is to the nearest wall.
+/// Distance queries to the nearest wall.
 pub(in crate::cells) struct Clearance {
     walls: Vec<Standing>,
-    /// Boxes around them, with heights as the third coordinate.
+    /// Boxes of the walls, with heights as the third coordinate.
     tree: BoxTree,
-    /// Walls farther than this don't count, metres.
+    /// Largest distance that counts, metres.
     reach: f64,
 }
 
@@ -25,7 +25,7 @@ struct Standing {
 }
 
 impl Clearance {
-    /// Enters the closed faces on walls.
+    /// Collects the closed faces on walls.
     pub(in crate::cells) fn new(input: &Input<'_>) -> Self {
         let (Complex { faces, facets, .. }, options) = (input.complex, input.options);
         let standing = |f: &Face| {
@@ -44,7 +44,7 @@ impl Clearance {
         Self { walls, tree, reach: input.human.metres(options.clearance_reach) }
     }
 
-    /// Metres from a point of the plan to the nearest wall that stands between two heights.
+    /// Distance from a point of the plan to the nearest wall between two heights, metres.
     pub(in crate::cells) fn at(&self, q: DVec2, low: f64, high: f64) -> f64 {
         let to_box = |b: &Aabb| {
             let is_beside = b.min.z < high && low < b.max.z;
@@ -63,7 +63,7 @@ impl Clearance {
     }
 }
 
-/// A range of heights without its ends: walls that only graze a height don't narrow what is there.
+/// A range of heights without its ends: walls that only reach into the ends do not narrow the space.
 pub(in crate::cells) fn without_ends(low: f64, high: f64, options: &PlanOptions) -> (f64, f64) {
     let grazed = options.grazed;
     (low + grazed * (high - low), low + (1.0 - grazed) * (high - low))
@@ -74,14 +74,14 @@ pub(in crate::cells) fn extent(polygon: &[DVec2]) -> (DVec2, DVec2) {
     polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |a, p| (a.0.min(*p), a.1.max(*p)))
 }
 
-/// For each piece, how wide the space around its middle is, metres: twice the way to the nearest wall that stands at its height,
-/// at most some times its own height.
+/// For each piece, the width of the space around its centre, metres: twice the distance to the nearest wall at its height, at most a
+/// multiple of its own height.
 pub(in crate::cells) fn widths(input: &Input<'_>, clearance: &Clearance) -> Vec<f64> {
     let (Complex { plan, columns, .. }, options) = (input.complex, input.options);
     parallel::map_range(0..columns.pieces(), |p| {
         let (column, _) = columns.of_piece(p as u32);
         let q = plan.triangles[column].map(|i| plan.points[i as usize]);
-        // The middle of an edge that no wall is on may be the middle of the room, as in one of two triangles.
+        // The middle of an edge without a wall may be the middle of the room, as in a room of two triangles.
         let edges = (0..3).filter(|&e| !plan.constrained[column][e]).map(|e| (q[e] + q[(e + 1) % 3]) * 0.5);
         let (floor, ceiling) = columns.heights(p as u32);
         let (low, high) = (floor.iter().sum::<f64>() / 3.0, ceiling.iter().sum::<f64>() / 3.0);

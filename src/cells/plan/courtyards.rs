@@ -1,8 +1,8 @@
-//! Courtyards: parts of the outside that the building itself shuts off from each other.
+//! Courtyards: parts of the outside that the building separates from each other.
 //!
-//! Whoever looks out into one courtyard of a building with wings sees that courtyard and no other, but if all of the outside is one cell, portals
-//! don't tell: windows of all courtyards lead into the same cell, and each seems to be seen from those that face it, however many wings
-//! stand between. So what lies between wings, within the hull of all rooms in plan and no higher than they are, gets cells of its own.
+//! A window onto one courtyard shows that courtyard and no other. But if the outside is one cell, windows of all courtyards lead into the
+//! same cell, and windows that face each other seem visible from each other, whatever wings are between. So the space between wings, within
+//! the hull of all rooms in plan and below their height, gets cells of its own.
 
 use crate::cells::complex::assemble::{Complex, has_portal};
 use crate::cells::complex::faces::Face;
@@ -12,14 +12,14 @@ use crate::cells::plan::space::{Input, Labels, Region};
 use glam::DVec2;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Gives courtyards cells of their own where there are two or more: with one there is no wing between two.
+/// Gives courtyards cells of their own if there are two or more: one alone needs no separation.
 pub(in crate::cells) fn part_courtyards(input: &Input<'_>, labels: &mut Labels) {
     let Complex { plan, columns, faces, .. } = input.complex;
     let Some(outside) = labels.regions.iter().position(|r| r.outside).map(|r| r as u32) else { return };
     let label = |piece: u32| labels.of_piece[piece as usize];
     let corners = |piece: u32| plan.triangles[columns.of_piece(piece).0].map(|i| plan.points[i as usize]);
 
-    // 1. The hull of all rooms in plan, and how high those are that look out.
+    // 1. The hull of all rooms in plan, and the heights of rooms with windows.
     let open = |f: &&Face| f.open_area > 0.0;
     let looks_out = |f: &Face| match (label(f.a), label(f.b)) {
         (Some(a), Some(b)) if a == outside && b != outside => Some((f.a, f.b, b)),
@@ -36,12 +36,12 @@ pub(in crate::cells) fn part_courtyards(input: &Input<'_>, labels: &mut Labels) 
         return;
     }
 
-    // 2. What of the outside lies among them, and what of that hangs together.
+    // 2. The outside within the hull, and its connected components.
     let within = |piece: u32| {
         let middle = corners(piece).iter().sum::<DVec2>() / 3.0;
         (0..hull.len()).all(|i| (hull[(i + 1) % hull.len()] - hull[i]).perp_dot(middle - hull[i]) > 0.0)
     };
-    // What touches the rim goes on beyond it, where only the outside is.
+    // Pieces at the rim continue into the outside.
     let rim = input.complex.at_rim();
     let is_among = |p: u32| label(p) == Some(outside) && !rim[p as usize] && within(p);
     let among: Vec<bool> = (0..columns.pieces() as u32).map(is_among).collect();

@@ -1,13 +1,13 @@
-//! Free space against solid matter: what is reached from outside or from an author's room, and what is sealed but looks like a room.
+//! Free space and solid matter: free is what is reachable from outside or from an author's room, and sealed space that looks like a room.
 
 use crate::cells::complex::faces::Face;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::{Input, Pieces};
 
-/// Which pieces are free: those that open faces join to the rim or to an author's room, and sealed ones whose walls look inward
-/// (or, where the model is wound both ways, that are as large as a room), the cavities of walls apart. A wrong answer costs
-/// culling, not correctness: no line leaves a sealed piece.
+/// Which pieces are free: those connected by open faces to the rim or to an author's room, and sealed ones whose walls face inward (or,
+/// with inconsistent winding, that are as large as a room), except cavities of walls. A wrong result costs culling, not correctness: no
+/// line leaves a sealed piece.
 pub(in crate::cells) fn free_space(input: &Input<'_>, pieces: &Pieces) -> Vec<bool> {
     let (faces, n) = (input.complex.faces, pieces.rim.len());
     let mut regions = DisjointSets::new(n);
@@ -29,7 +29,7 @@ pub(in crate::cells) fn free_space(input: &Input<'_>, pieces: &Pieces) -> Vec<bo
     (0..n as u32).map(|p| parts[regions.find(p) as usize].is_free(input)).collect()
 }
 
-/// Adds up what looks into each region.
+/// Adds up the areas that face into each region.
 fn look(faces: &[Face], regions: &mut DisjointSets, parts: &mut [Part]) {
     for f in faces {
         let roots = [f.a, f.b].map(|p| regions.find(p) as usize);
@@ -45,19 +45,19 @@ fn look(faces: &[Face], regions: &mut DisjointSets, parts: &mut [Part]) {
     }
 }
 
-/// Pieces that open faces join.
+/// A connected component of pieces over open faces.
 #[derive(Clone, Copy, Default)]
 struct Part {
-    /// Reached from the rim or an author's room; from the rim.
+    /// Whether it is connected to the rim or an author's room; and to the rim.
     known: bool,
     rim: bool,
-    /// Of its widest piece, metres.
+    /// Width of its widest piece, metres.
     width: f64,
     /// Cubic metres.
     volume: f64,
-    /// Area of opaque triangles whose front looks into it, and of those whose back does; square metres.
+    /// Area of opaque triangles that face into it with their front, and with their back; square metres.
     looks: [f64; 2],
-    /// The same of its boundary, no face counted twice.
+    /// The covered area of its boundary, likewise; no face counts twice.
     covered: [f64; 2],
     /// Area of its boundary, square metres.
     boundary: f64,
@@ -69,7 +69,7 @@ impl Part {
         self.covered.reverse();
     }
 
-    /// Solid all around, whatever else stands against it, as a pier between two slabs.
+    /// Solid all around, even with other surfaces against it, as for a pier between two slabs.
     fn is_solid(&self, options: &PlanOptions) -> bool {
         self.covered[1] >= options.backs * self.boundary && self.covered[0] < options.fronts * self.boundary
     }
@@ -84,8 +84,8 @@ impl Part {
     }
 }
 
-/// True where the outside sees backs, and most of what is sealed does too: solids turned inside out. A level made of inner faces
-/// alone shows its backs outside as well, but fronts within.
+/// True if the outside and most sealed space see backs: solids turned inside out. A level of inner faces also shows its backs outside, but
+/// fronts within.
 fn inside_out(parts: &[Part]) -> bool {
     let mut outside = [0.0; 2];
     let mut sealed = [0.0; 2];

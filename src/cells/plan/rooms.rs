@@ -1,8 +1,8 @@
 //! Rooms: the watershed of clearance, from pieces to labels.
 //!
-//! Bottlenecks are taken from the widest down, and two regions become one where the bottleneck is nearly as wide as the narrower of
-//! them; what stays apart at the end is joined by real narrowings: doors, windows, passages. An author's rooms enter as claims that
-//! never merge with each other; the rest follows the same rule.
+//! Bottlenecks are processed from the widest down. Two regions merge if the bottleneck is nearly as wide as the narrower of them; regions
+//! that remain are separated by doors, windows and passages. An author's rooms are claims that never merge with each other; everything else
+//! follows the same rule.
 
 use crate::cells::complex::assemble::{Complex, has_portal};
 use crate::cells::plan::adjacency::Adjacency;
@@ -17,7 +17,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// Labels every piece.
 pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
-    // 1. What pieces measure, which are free, and whose some of them are whatever the bottlenecks say.
+    // 1. Measures of pieces, free space, and claims.
     let clearance = Clearance::new(input);
     let pieces = measure(input, &clearance);
     let free = free_space(input, &pieces);
@@ -28,21 +28,21 @@ pub(in crate::cells) fn label(input: &Input<'_>) -> Labels {
     // 2. Bottlenecks, widest first.
     let bottlenecks = bottlenecks(input, &clearance, &runs);
     flood(input, &free, &bottlenecks, &mut space);
-    // 3. Regions that are open to each other over much of their boundary, or through what is nearly as wide as they are.
+    // 3. Regions with a large open boundary between them, or openings nearly as wide as they are.
     let were_many = Adjacency { input, bottlenecks: &bottlenecks, free: &free }.join(&mut space);
-    // 4. A forecourt is the outside's; what is too small to be a room goes to a neighbour; a void too low to stand in is nobody's room.
+    // 4. Forecourts join the outside; regions too small for a room join a neighbour; voids too low to stand in are no rooms.
     let voids = Voids { input, runs: &runs, free: &free };
     voids.give_to_outside(&mut space);
     let least_volume = absorb(input, &free, &mut space);
     voids.gather(&mut space);
-    // 5. Numbers, and boundaries drawn tight.
+    // 5. Numbers, and smooth boundaries.
     let mut labels = number(input, &free, &mut space);
     smooth(input.complex.faces, &pieces.volumes, &fixed, input.options, &mut labels);
     (labels.least_volume, labels.were_many) = (least_volume, were_many);
     labels
 }
 
-/// What each piece is by itself. Pieces that touch the rim of the domain are the outside.
+/// Measures of each piece. Pieces that touch the rim of the domain are outside.
 fn measure(input: &Input<'_>, clearance: &Clearance) -> Pieces {
     let Complex { plan, columns, .. } = input.complex;
     let volume = |piece: u32| {
@@ -54,7 +54,7 @@ fn measure(input: &Input<'_>, clearance: &Clearance) -> Pieces {
     Pieces { rim: input.complex.at_rim(), widths: widths(input, clearance), volumes }
 }
 
-/// The watershed: bottlenecks from the widest down join regions, where they are nearly as wide and as high as those.
+/// The watershed: bottlenecks, from the widest down, join regions if they are nearly as wide and as high as those.
 fn flood(input: &Input<'_>, free: &[bool], bottlenecks: &[Bottleneck], space: &mut Space) {
     let (faces, options) = (input.complex.faces, input.options);
     let usable = |i: &usize| is_passage(&faces[*i], free) && bottlenecks[*i].width > 0.0;
@@ -74,8 +74,8 @@ fn flood(input: &Input<'_>, free: &[bool], bottlenecks: &[Bottleneck], space: &m
     }
 }
 
-/// What is too small to be a room goes to the neighbour that it is most open to; where there are too many cells, what is larger, too: returned
-/// is below how many cubic metres then.
+/// Joins regions too small for a room to the neighbour with the largest opening. With too many cells, larger ones are joined, too, and the
+/// result is the least volume in cubic metres.
 fn absorb(input: &Input<'_>, free: &[bool], space: &mut Space) -> Option<f64> {
     let options = input.options;
     let whole: f64 = space.volume.iter().sum();
@@ -95,7 +95,7 @@ fn absorb(input: &Input<'_>, free: &[bool], space: &mut Space) -> Option<f64> {
     }
 }
 
-/// What is open from each region to each other, square metres.
+/// Open area between each pair of regions, square metres.
 fn open_between(input: &Input<'_>, free: &[bool], space: &mut Space) -> BTreeMap<(u32, u32), f64> {
     let mut open: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     for f in input.complex.faces.iter().filter(|f| is_passage(f, free)) {
@@ -108,8 +108,8 @@ fn open_between(input: &Input<'_>, free: &[bool], space: &mut Space) -> BTreeMap
     open
 }
 
-/// Joins regions that are smaller than this volume or too narrow to what they are most open to, the smallest first; false where there
-/// are none.
+/// Joins regions that are below this volume or too narrow to the neighbour with the largest opening, the smallest first; false if there are
+/// none.
 fn join_small(input: &Input<'_>, least_volume: f64, open: &BTreeMap<(u32, u32), f64>, space: &mut Space) -> bool {
     let small = |r: u32| !space.is_claimed(r) && space.volume[r as usize] < least_volume || is_narrow(input, space, r);
     let mut wish: BTreeMap<u32, (u32, f64)> = BTreeMap::new();
@@ -122,7 +122,7 @@ fn join_small(input: &Input<'_>, least_volume: f64, open: &BTreeMap<(u32, u32), 
     wishes.sort_by(|x, y| space.volume[x.0 as usize].total_cmp(&space.volume[y.0 as usize]).then(x.0.cmp(&y.0)));
     let mut joined = false;
     for (a, b) in wishes {
-        // A region that grew this round is looked at again in the next.
+        // A region that grew in this round waits for the next.
         if space.regions.find(a) == a && space.regions.find(b) == b {
             space.unite(a, b);
             joined = true;
@@ -131,12 +131,12 @@ fn join_small(input: &Input<'_>, least_volume: f64, open: &BTreeMap<(u32, u32), 
     joined
 }
 
-/// True for what is too narrow for a person, and nobody's.
+/// True for an unclaimed region too narrow for a person.
 fn is_narrow(input: &Input<'_>, space: &Space, r: u32) -> bool {
     !space.is_claimed(r) && space.width[r as usize] < input.human.metres(input.options.least_width)
 }
 
-/// True where cells, and planes with portals, are no more than there may be.
+/// True if the numbers of cells and of planes with portals are within their limits.
 fn is_few(input: &Input<'_>, free: &[bool], space: &mut Space) -> bool {
     let (Complex { plan, facets, faces, .. }, options) = (input.complex, input.options);
     let cells = (0..free.len() as u32).filter(|&p| free[p as usize] && space.regions.find(p) == p).count();
@@ -154,7 +154,7 @@ fn is_few(input: &Input<'_>, free: &[bool], space: &mut Space) -> bool {
     cells <= most_cells && planes.len() <= most_portals
 }
 
-/// Numbers in the order of the first piece; a chink that nothing leads to, as between a slab and a wall that ends in it, has none.
+/// Numbers regions in the order of their first piece; an unconnected chink, as between a slab and a wall that ends in it, has none.
 fn number(input: &Input<'_>, free: &[bool], space: &mut Space) -> Labels {
     let mut reached = vec![false; free.len()];
     for f in input.complex.faces.iter().filter(|f| is_passage(f, free)) {

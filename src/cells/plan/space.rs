@@ -1,4 +1,4 @@
-//! What the steps of this room share: what they read, the regions while those are joined, and the labels that come out.
+//! Common types of the plan's steps: the input, the regions, and the labels.
 
 use crate::cells::authored::Claims;
 use crate::cells::complex::assemble::Complex;
@@ -8,45 +8,45 @@ use crate::cells::plan::options::PlanOptions;
 use crate::cells::scale::HumanScale;
 use std::collections::BTreeMap;
 
-/// What every step reads.
+/// The input of all steps.
 pub(in crate::cells) struct Input<'i> {
     /// Pieces, and the faces between them.
     pub complex: &'i Complex<'i>,
-    /// The pieces that the author's rooms hold.
+    /// The claims of the author's rooms.
     pub claims: &'i Claims,
-    /// Levels always part cells: they are the author's storeys.
+    /// Whether levels always separate cells: they are the author's storeys.
     pub storeys_part: bool,
     /// The thresholds.
     pub options: &'i PlanOptions,
-    /// What a person's metre is.
+    /// The human scale.
     pub human: HumanScale,
     /// [`crate::tolerance::Tolerance::seal`].
     pub seal: f64,
 }
 
-/// What each piece is by itself.
+/// Measures of each piece.
 pub(in crate::cells) struct Pieces {
-    /// It touches the rim of the domain, so it is outside.
+    /// Whether it touches the rim of the domain, so that it is outside.
     pub rim: Vec<bool>,
-    /// How wide the space around its middle is, metres.
+    /// Width of the space around its centre, metres.
     pub widths: Vec<f64>,
     /// Cubic metres.
     pub volumes: Vec<f64>,
 }
 
-/// Whose a piece or a region is, whatever the bottlenecks say.
+/// The fixed label of a piece or a region, independent of bottlenecks.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(in crate::cells) enum Claim {
     /// The outside.
     Outside,
-    /// A plenum over several rooms, by one of its pieces.
+    /// A plenum over several rooms, identified by one of its pieces.
     Plenum(u32),
     /// An author's room, index into [`crate::scene::Hints::rooms`].
     Room(u32),
 }
 
 impl Claim {
-    /// The author's room, where it is one.
+    /// The author's room, if it is one.
     pub fn room(self) -> Option<u32> {
         match self {
             Claim::Room(room) => Some(room),
@@ -55,24 +55,24 @@ impl Claim {
     }
 }
 
-/// Regions, each with what it measures under the number of its first piece.
+/// Regions, with measures at the index of their first piece.
 pub(in crate::cells) struct Space {
     /// The pieces of each region.
     pub regions: DisjointSets,
-    /// How wide, metres.
+    /// Width, metres.
     pub width: Vec<f64>,
-    /// How high, metres.
+    /// Height, metres.
     pub height: Vec<f64>,
     /// Cubic metres.
     pub volume: Vec<f64>,
-    /// Whose it is.
+    /// Its claim.
     pub claim: Vec<Option<Claim>>,
-    /// How much each of the author's rooms may measure with what nobody claims, cubic metres.
+    /// Largest volume of each authored room with unclaimed pieces, cubic metres.
     pub most: BTreeMap<u32, f64>,
 }
 
 impl Space {
-    /// The pieces that claim the same are one region, every other piece is one by itself. `heights` are those of the pieces' runs.
+    /// Pieces with equal claims form one region; every other piece is a region. `heights` are those of the pieces' runs.
     pub fn new(pieces: &Pieces, heights: &[f64], claim: Vec<Option<Claim>>, most: BTreeMap<u32, f64>) -> Self {
         let n = claim.len();
         let mut regions = DisjointSets::new(n);
@@ -91,29 +91,29 @@ impl Space {
                 space.take(r, p as usize);
             }
         }
-        // The outside goes on beyond the rim.
+        // The outside is unbounded.
         for r in (0..n as u32).filter(|&r| space.is_outside(r)).collect::<Vec<_>>() {
             (space.width[r as usize], space.height[r as usize]) = (f64::INFINITY, f64::INFINITY);
         }
         space
     }
 
-    /// True where the region is somebody's.
+    /// True if the region is claimed.
     pub fn is_claimed(&self, region: u32) -> bool {
         self.claim[region as usize].is_some()
     }
 
-    /// True where the region is the outside.
+    /// True if the region is the outside.
     pub fn is_outside(&self, region: u32) -> bool {
         self.claim[region as usize] == Some(Claim::Outside)
     }
 
-    /// Whether two regions must stay apart: both are somebody's, or an author's room would take in more than it may.
+    /// Whether two regions must not merge: both are claimed, or an author's room would exceed its largest volume.
     pub fn must_part(&self, a: u32, b: u32) -> bool {
         self.is_claimed(a) && self.is_claimed(b) || self.is_outgrown(a, b)
     }
 
-    /// True where an author's room would take in more than it may.
+    /// True if an author's room would exceed its largest volume.
     fn is_outgrown(&self, a: u32, b: u32) -> bool {
         let (a, b) = (a as usize, b as usize);
         let claim = self.claim[a].xor(self.claim[b]);
@@ -136,7 +136,7 @@ impl Space {
         (self.regions.find(face.a), self.regions.find(face.b))
     }
 
-    /// Region `r` gets what `other` measures.
+    /// Adds the measures of `other` to region `r`.
     fn take(&mut self, r: usize, other: usize) {
         self.width[r] = self.width[r].max(self.width[other]);
         self.height[r] = self.height[r].max(self.height[other]);
@@ -144,26 +144,26 @@ impl Space {
         self.claim[r] = self.claim[r].or(self.claim[other]);
     }
 
-    /// Two regions become one.
+    /// Merges two regions.
     pub fn unite(&mut self, a: u32, b: u32) {
         let r = self.regions.join(a, b) as usize;
         self.take(r, a as usize + b as usize - r);
     }
 }
 
-/// True where a face lets through from free space to free space.
+/// True if a face is open between two pieces of free space.
 pub(in crate::cells) fn is_passage(face: &Face, free: &[bool]) -> bool {
     face.open_area > 0.0 && free[face.a as usize] && free[face.b as usize]
 }
 
-/// What the author or the geometry calls a region.
+/// The kind of a region.
 #[derive(Clone, PartialEq, Debug)]
 pub(in crate::cells) struct Region {
     /// Index into [`crate::scene::Hints::rooms`].
     pub room: Option<u32>,
     /// The outside.
     pub outside: bool,
-    /// A part of the outside among wings.
+    /// A courtyard: a part of the outside between wings.
     pub courtyard: bool,
 }
 
@@ -174,9 +174,9 @@ pub(in crate::cells) struct Labels {
     pub of_piece: Vec<Option<u32>>,
     /// The regions, in the order of their first piece.
     pub regions: Vec<Region>,
-    /// Cubic metres, where there were too many regions: those that are smaller were joined.
+    /// The least volume, cubic metres, if there were too many regions: smaller ones were joined.
     pub least_volume: Option<f64>,
-    /// There were too many faces to join regions in pairs.
+    /// Whether there were too many faces to join regions in pairs.
     pub were_many: bool,
 }
 
@@ -184,7 +184,7 @@ pub(in crate::cells) struct Labels {
 mod tests {
     use super::*;
 
-    /// Pieces of 2 m by 3 m and 10 cubic metres with these claims; room 0 may measure 25.
+    /// Pieces of 2 m by 3 m and 10 cubic metres with these claims; room 0 has a limit of 25.
     fn space(claims: &[Option<Claim>]) -> Space {
         let n = claims.len();
         let pieces = Pieces { rim: vec![false; n], widths: vec![2.0; n], volumes: vec![10.0; n] };
@@ -206,7 +206,7 @@ mod tests {
         assert!(!space.must_part(0, 1) && !space.must_part(1, 2) && !space.must_part(2, 4));
         space.unite(0, 1);
         assert_eq!((space.claim[0], space.volume[0]), (Some(Claim::Room(0)), 20.0));
-        // 30 cubic metres are more than 25; of room 1 and of the outside nothing is said.
+        // 30 cubic metres are more than 25; room 1 and the outside have no limit.
         assert!(space.must_part(0, 2) && !space.must_part(2, 3));
     }
 

@@ -1,8 +1,7 @@
-//! Free space that is no room: forecourts under the open sky, and voids too low to stand in.
+//! Free space that is not a room: forecourts under the open sky, and voids too low to stand in.
 //!
-//! Between a ceiling and the slab above it lies a plenum. Sealed, it belongs to the room under it, of which authors take it for a
-//! part; open to its neighbours or to the storey above, all of a storey's are one cell, since nobody walks from one to another
-//! and a cell each would only cost rows.
+//! The void between a ceiling and the slab above is a plenum. A sealed one belongs to the room below, as in authored rooms. Open ones of a
+//! storey are all one cell, because nobody walks there, and a cell each would only cost rows.
 
 use crate::cells::complex::assemble::Complex;
 use crate::cells::complex::bands::Cut;
@@ -12,28 +11,28 @@ use crate::cells::plan::bottlenecks::{Runs, is_filled};
 use crate::cells::plan::space::{Claim, Input, Space, is_passage};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What voids are told by.
+/// The inputs of this step.
 pub(in crate::cells) struct Voids<'v> {
     /// What every step reads.
     pub input: &'v Input<'v>,
-    /// What of each column is open from floor to ceiling.
+    /// The open runs of each column.
     pub runs: &'v Runs,
-    /// The pieces that are free space.
+    /// Whether each piece is free space.
     pub free: &'v [bool],
 }
 
-/// What a region's boundary is like, square metres.
+/// Areas of a region's boundary, square metres.
 #[derive(Clone, Copy, Default)]
 struct Boundary {
-    /// Ceiling; what of it is open to the outside; what is open.
+    /// Ceiling, and its part open to the outside; its open part.
     ceiling: [f64; 2],
     pierced: f64,
-    /// Sides; what of them is open to the outside, leaves and panes apart.
+    /// Sides, and their part open to the outside, without door leaves and panes.
     sides: [f64; 2],
 }
 
 impl Voids<'_> {
-    /// Regions under the open sky are outside: yards, and what is open to the outside at its sides, too.
+    /// Joins regions under the open sky to the outside: yards, and regions that are also open at their sides.
     pub(in crate::cells) fn give_to_outside(&self, space: &mut Space) {
         let options = self.input.options;
         loop {
@@ -58,7 +57,7 @@ impl Voids<'_> {
         }
     }
 
-    /// The boundary of each region, where `outside` tells which are.
+    /// The boundary of each region; `outside` marks outside regions.
     fn boundaries(&self, space: &mut Space, outside: &[bool]) -> BTreeMap<u32, Boundary> {
         let mut boundary: BTreeMap<u32, Boundary> = BTreeMap::new();
         for f in self.input.complex.faces {
@@ -85,13 +84,13 @@ impl Voids<'_> {
         boundary
     }
 
-    /// Too low to stand in, and nobody's.
+    /// True if it is unclaimed and too low to stand in.
     fn is_low(&self, space: &Space, r: u32) -> bool {
         let standing = self.input.human.metres(self.input.options.standing);
         !space.is_claimed(r) && space.height[r as usize] < standing
     }
 
-    /// Gives sealed voids to the rooms under them, and makes one region of the others of each storey.
+    /// Joins sealed voids to the rooms below, and the other voids of each storey into one region.
     pub(in crate::cells) fn gather(&self, space: &mut Space) {
         let Complex { columns, .. } = self.input.complex;
         let Surroundings { reached, beside } = self.surroundings(space);
@@ -104,13 +103,13 @@ impl Voids<'_> {
                 continue;
             }
             if !reached[r as usize] {
-                // Sealed ones go to what they share most of their floor with.
+                // Sealed ones join the region below most of their floor.
                 let floor = under.get(&r).and_then(|u| u.iter().max_by(|x, y| x.1.total_cmp(y.1).then(y.0.cmp(x.0))));
                 if let Some((&room, _)) = floor {
                     unions.push((room, r));
                 }
             } else if beside.get(&r).is_none_or(|&open| open <= crawl) {
-                // The others, by the level that they lie under.
+                // The others are grouped by the level above.
                 let (column, k) = columns.of_piece(r);
                 let level = columns.slices[column][k..].iter().find_map(|s| match s.cut {
                     Cut::Level(l) => Some(l),
@@ -128,7 +127,7 @@ impl Voids<'_> {
         }
     }
 
-    /// What voids are open to.
+    /// The openings of voids.
     fn surroundings(&self, space: &mut Space) -> Surroundings {
         let (human, options) = (self.input.human, self.input.options);
         let mut together = DisjointSets::new(self.free.len());
@@ -160,12 +159,12 @@ impl Voids<'_> {
         Surroundings { reached, beside }
     }
 
-    /// For each void, the regions under it, with how much of its floor each lies under, square metres.
+    /// For each void, the regions below it, each with the area of the void's floor above it, square metres.
     fn rooms_under(&self, space: &mut Space) -> BTreeMap<u32, BTreeMap<u32, f64>> {
         let Complex { plan, columns, .. } = self.input.complex;
         let mut under: BTreeMap<u32, BTreeMap<u32, f64>> = BTreeMap::new();
         for (column, pair) in columns.first_piece.windows(2).enumerate() {
-            // Ceilings have a thickness, so the room is not next to the void.
+            // Ceilings have a thickness, so the room is not adjacent to the void.
             let free: Vec<u32> = (pair[0]..pair[1]).filter(|&p| self.free[p as usize]).collect();
             for pair in free.windows(2) {
                 let (a, b) = (space.regions.find(pair[0]), space.regions.find(pair[1]));
@@ -178,10 +177,10 @@ impl Voids<'_> {
     }
 }
 
-/// What the voids are open to.
+/// The openings of voids.
 struct Surroundings {
-    /// For each void, whether it, or one that it is open to, is open to anything that is no void.
+    /// For each void, whether its connected component is open to anything but voids.
     reached: Vec<bool>,
-    /// How much of each void is open to rooms at its side, square metres.
+    /// Area of each void that is open to rooms at its side, square metres.
     beside: BTreeMap<u32, f64>,
 }

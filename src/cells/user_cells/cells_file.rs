@@ -1,7 +1,7 @@
-//! Cells and portals that someone gives: `--cells FILE`, in the form that `enfilade dump --json` writes (docs/cli.md).
+//! The user's cells and portals: `--cells FILE`, in the form that `enfilade dump --json` writes (docs/cli.md).
 //!
-//! Checked here is what the graph's types promise: ids, numbers, pieces with a volume, windings that are planar and convex and
-//! lie between their two cells. Whether the cells fit the model is for the validator that every strategy's graph goes through.
+//! The reader checks the invariants of the graph's types: ids, numbers, pieces with a volume, windings that are planar and convex and lie
+//! between their two cells. The validator, which checks the graph of every strategy, tests whether the cells fit the model.
 
 mod planes;
 
@@ -15,13 +15,13 @@ use crate::tolerance::{Tolerance, single_precision};
 use glam::DVec3;
 use serde::Deserialize;
 
-/// A shorter normal has no direction that can be relied on.
+/// A shorter normal has no reliable direction.
 const LEAST_NORMAL: f64 = 1e-6;
 
-/// Numbers that differ by less than this share of them were one before they were written as decimals.
+/// Numbers are equal within this relative difference, the loss in writing decimals.
 const SAME: f64 = 1e-9;
 
-/// Corners that go round once turn by one circle in all, and those that go round twice by two, to within rounding: this is between them.
+/// Threshold on the total turn of a winding, between one circle and two.
 const BETWEEN_ROUNDS: f64 = 1.5 * std::f64::consts::TAU;
 
 /// Why a cells file can't be used. One line; the command line puts the path before it.
@@ -36,9 +36,9 @@ pub enum GivenError {
     /// A field breaks a rule.
     #[error("{field}: {what}")]
     Field {
-        /// Where, as in `cells[3].pieces[0].planes[2]`.
+        /// The place, as in `cells[3].pieces[0].planes[2]`.
         field: String,
-        /// What is wrong, and what to do.
+        /// The fault and the remedy.
         what: String,
     },
 }
@@ -49,7 +49,7 @@ impl GivenError {
     }
 }
 
-/// Coordinates, metres: beyond this they mean nothing, as in [`crate::scene::SceneBuilder`].
+/// Largest coordinate, metres, as in [`crate::scene::SceneBuilder`].
 const MAX_COORDINATE: f64 = 1e12;
 
 #[derive(Deserialize)]
@@ -93,7 +93,7 @@ struct GivenPortal {
     source: Option<String>,
 }
 
-/// What is left out is as the portal's kind has it.
+/// Missing fields follow the portal's kind.
 #[derive(Default, Deserialize)]
 struct GivenState {
     shut: Option<bool>,
@@ -126,11 +126,11 @@ pub fn read_cells(json: &str, scene: &Scene) -> Result<CellGraph, GivenError> {
     Ok(graph)
 }
 
-/// Checks what is given, and moves it to the scene's origin.
+/// Checks the input, and moves it to the scene's origin.
 pub(in crate::cells) struct Reader {
     origin: DVec3,
     tolerance: Tolerance,
-    /// How far off a file may have put planes and corners, metres.
+    /// Largest error of planes and corners from a file, metres.
     rounding: f64,
 }
 
@@ -151,7 +151,7 @@ impl Reader {
         Ok(Cell { name, source: cell.source, open: cell.open, pieces, portals: Vec::new() })
     }
 
-    /// The pieces of a cell that is given as pieces or as a box.
+    /// The pieces of a cell, given as pieces or as a box.
     pub fn pieces(
         &self,
         field: String,
@@ -177,7 +177,7 @@ impl Reader {
     }
 
     fn piece(&self, field: String, piece: GivenPiece) -> Result<Piece, GivenError> {
-        // Slivers that `f32` holds no point of are pieces still, where planes are given: portals lead through them.
+        // Slivers given by planes stay pieces even if they are empty in `f32`: portals lead through them.
         let mut rounding = 0.0;
         let planes = match (piece.planes, piece.min, piece.max) {
             (Some(planes), None, None) => {
@@ -199,14 +199,14 @@ impl Reader {
             .ok_or_else(|| GivenError::at(field, "no volume; planes are [nx, ny, nz, d] with the piece where n.p <= d"))
     }
 
-    /// A half-space, moved to the scene's origin, its normal made a unit vector.
+    /// A half-space with a unit normal, moved to the scene's origin.
     fn plane(&self, field: String, [x, y, z, d]: [f64; 4]) -> Result<Plane, GivenError> {
         let n = DVec3::new(x, y, z);
         let length = n.length();
         if !(length.is_finite() && length > LEAST_NORMAL && (d / length).abs() <= MAX_COORDINATE) {
             return Err(GivenError::at(field, "no plane; give [nx, ny, nz, d] with a normal of length 1"));
         }
-        // What `dump` writes has the single precision of a file. Its length was 1, and its `d` is right.
+        // Output of `dump` has a file's single precision. Its normal was a unit vector, and its `d` is right.
         if let Some(held) = single(n).filter(|_| (length - 1.0).abs() <= SINGLE_UNIT) {
             let size = d.abs().max(held.abs().dot(self.origin.abs()));
             return Ok(Plane { n: unit(held), d: moved_back(d, held.dot(self.origin), size) });
@@ -229,14 +229,14 @@ impl Reader {
         corners.iter().enumerate().map(|(k, &p)| self.point(&format!("{field}[{k}]"), p)).collect()
     }
 
-    /// Nothing below what the model's size allows.
+    /// The smallest hole, at least that of the model's tolerance.
     fn smallest_hole(&self, given: Option<f64>) -> Result<f64, GivenError> {
         let least = self.tolerance.smallest_hole();
         match given {
             Some(metres) if !(0.0..=MAX_COORDINATE).contains(&metres) => {
                 Err(GivenError::at("smallest_hole".into(), format!("{metres}; give metres, 0 or more")))
             }
-            // What a dump says of it is the same to within how decimals are read.
+            // The value in a dump is equal to within decimal rounding.
             Some(metres) if metres > least * (1.0 + SAME) => Ok(metres),
             _ => Ok(least),
         }
@@ -277,7 +277,7 @@ impl Reader {
         Ok(Portal { cells: portal.cells.map(CellId), plane, winding, kind, state, source: portal.source })
     }
 
-    /// The plane that a portal states, its normal from the first cell into the second; turns the winding to run about it.
+    /// The stated plane of a portal, with its normal from the first cell into the second; orients the winding to it.
     fn stated_plane(&self, field: &str, plane: [f64; 4], winding: &mut [DVec3]) -> Result<Plane, GivenError> {
         let plane = self.plane(format!("{field}.plane"), plane)?;
         self.planar(&format!("{field}.winding"), winding, &plane, "the portal's")?;
@@ -287,8 +287,8 @@ impl Reader {
         Ok(plane)
     }
 
-    /// Every corner must turn left, as far as the longer of its edges tells: the direction of a short one is lost to rounding. All of
-    /// them together turn once round.
+    /// Every corner must turn left, judged by the longer of its edges, because rounding spoils the direction of a short one. The total turn
+    /// is one circle.
     fn convex(&self, field: &str, winding: &[DVec3], plane: &Plane) -> Result<(), GivenError> {
         let corner = |k: usize| winding[k % winding.len()];
         let mut turn = 0.0;
@@ -309,10 +309,9 @@ impl Reader {
         Ok(())
     }
 
-    /// Turns portals that don't state their plane to lead from the first cell to the second; refuses what lies elsewhere.
+    /// Orients portals without a stated plane from the first cell to the second; rejects portals elsewhere.
     fn turn(&self, graph: &mut CellGraph, stated: &[bool]) -> Result<(), GivenError> {
-        // As near as planes are told apart, which is what slivers are told by; or as far off as cells may be that someone wrote down to the
-        // millimetre.
+        // First the tolerance of distinct planes, which slivers need; then that of cells written to the millimetre.
         let coarse = |portal: &Portal| self.tolerance.clearance.max(1e-3 * area(&portal.winding).sqrt());
         let fine = lie_between(graph, |_| self.tolerance.coplanar);
         let found = fine.into_iter().zip(lie_between(graph, coarse));
@@ -332,13 +331,13 @@ impl Reader {
     }
 }
 
-/// The vector of `f32` that one read from decimals was; `None` where it was none.
+/// The `f32` vector that was written as these decimals; `None` if there is none.
 fn single(n: DVec3) -> Option<DVec3> {
     let held = n.as_vec3().as_dvec3();
     ((n - held).abs().cmple(held.abs() * DECIMAL)).all().then_some(held)
 }
 
-/// A winding about its middle.
+/// A winding relative to its centre.
 fn around(winding: &[DVec3]) -> Vec<DVec3> {
     let centre = middle(winding);
     winding.iter().map(|&p| p - centre).collect()
@@ -436,7 +435,7 @@ mod tests {
 
     #[test]
     fn slivers_that_rounding_left_no_volume_are_taken() {
-        // Between x = 1000 and less than that: 1e-6 m where `f32` may be 1e-5 m off, and 1 mm.
+        // Inverted slabs at x = 1000: by 1e-6 m, where the error of `f32` is 1e-5 m, and by 1 mm.
         let slab = |to: f64| {
             let sides = "[0, 1, 0, 3], [0, -1, 0, 0], [0, 0, 1, 2], [0, 0, -1, 2]";
             format!(r#"{{"cells": [{{"id": 0, "pieces": [{{"planes": [[-1, 0, 0, -1000], [1, 0, 0, {to}], {sides}]}}]}}]}}"#)

@@ -1,6 +1,6 @@
-//! View cells: regions that someone wants rows for on top of the cells, as camera volumes (`--view-cells`, docs/cli.md).
+//! View cells: regions with rows of their own besides the cells, such as camera volumes (`--view-cells`, docs/cli.md).
 //!
-//! They may lie across cells, and overlap each other; they bound nothing and hide nothing.
+//! They may cross cells and overlap each other, and do not affect portals.
 
 use crate::cells::Piece;
 use crate::cells::user_cells::cells_file::{GivenError, GivenPiece, Reader};
@@ -9,10 +9,10 @@ pub use crate::types::view_cell_name::ViewCellName;
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
-/// A region that a camera may be in.
+/// A region for a camera.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct ViewCell {
-    /// The author's id; each differs from the others'.
+    /// The author's id, unique.
     pub id: ViewCellName,
     /// Bounded convex pieces, relative to the scene's origin; they may overlap.
     pub pieces: Vec<Piece>,
@@ -106,7 +106,7 @@ mod tests {
         cells(r#"{"id": "a", "pieces": [{"planes": [[1, 0, 0, 1]]}]}"#, "cells[0].pieces[0]: goes on without end");
         let one = r#"{"id": "1", "min": [0, 0, 0], "max": [1, 1, 1]}"#;
         cells(&format!("{one}, {one}"), "cells[1].id: \"1\" came before");
-        // A number is another id than a name of the same digits.
+        // A number and a name of the same digits are different ids.
         let both = format!("{{\"cells\": [{one}, {}]}}", one.replace("\"1\"", "1"));
         assert_eq!(read_view_cells(&both, &scene()).unwrap().len(), 2);
     }

@@ -39,38 +39,38 @@ impl Lists {
 
 /// What the bits of a row depend on.
 #[derive(Clone, Debug)]
-pub(in crate::file) enum Guide {
+pub(in crate::file) enum Guide<'f> {
     /// Nothing but each other.
     Plain,
     /// A row of cells: floods from the row's own cell through the cells that are seen. For each cell those beside it, by portals.
     Cells(Lists),
     /// A row of objects.
-    Objects(Objects),
+    Objects(Objects<'f>),
 }
 
 /// What rows of objects depend on.
 #[derive(Clone, Debug)]
-pub(in crate::file) struct Objects {
+pub(in crate::file) struct Objects<'f> {
     /// For each cell those beside it, by portals.
     beside: Lists,
     /// Which objects are in which cell.
-    placement: BitMatrix,
+    placement: &'f BitMatrix,
     /// The same, as lists by cell.
     placed: Lists,
     /// Objects in no cell.
     nowhere: Vec<u64>,
     /// Which cells each cell sees; `None`: all.
-    seen: Option<BitMatrix>,
+    seen: Option<&'f BitMatrix>,
 }
 
-impl Guide {
+impl<'f> Guide<'f> {
     /// For rows of cells: `portals` are pairs of cells.
     pub fn cells(cells: usize, portals: impl Iterator<Item = [u32; 2]>) -> Self {
         Self::Cells(beside(cells, portals))
     }
 
     /// For rows of objects.
-    pub fn objects(portals: impl Iterator<Item = [u32; 2]>, placement: &BitMatrix, seen: Option<&BitMatrix>) -> Self {
+    pub fn objects(portals: impl Iterator<Item = [u32; 2]>, placement: &'f BitMatrix, seen: Option<&'f BitMatrix>) -> Self {
         let mut nowhere = vec![0; placement.columns().div_ceil(64)];
         (0..placement.columns()).for_each(|object| set(&mut nowhere, object));
         for cell in 0..placement.rows() {
@@ -79,7 +79,7 @@ impl Guide {
         let beside = beside(placement.rows(), portals);
         let pairs = (0..placement.rows()).flat_map(|cell| placement.ones(cell).map(move |o| [cell as u32, o as u32]));
         let placed = Lists::new(placement.rows(), pairs);
-        Self::Objects(Objects { beside, placement: placement.clone(), placed, nowhere, seen: seen.cloned() })
+        Self::Objects(Objects { beside, placement, placed, nowhere, seen })
     }
 
     /// Most bytes that [`Guide::cells`] takes.
@@ -88,10 +88,9 @@ impl Guide {
     }
 
     /// Most bytes that [`Guide::objects`] takes.
-    pub fn objects_bytes(portals: usize, placement: &BitMatrix, seen: Option<&BitMatrix>) -> u64 {
-        let matrix = |m: &BitMatrix| (m.rows() + 1) as u64 * m.columns().div_ceil(64) as u64 * 8;
+    pub fn objects_bytes(portals: usize, placement: &BitMatrix) -> u64 {
         let placed = Lists::bytes(placement.rows() as u64, placement.count_ones());
-        Self::cells_bytes(placement.rows(), portals) + placed + matrix(placement) + seen.map_or(0, matrix)
+        Self::cells_bytes(placement.rows(), portals) + placed + placement.columns() as u64 / 8
     }
 }
 
@@ -124,7 +123,7 @@ pub(in crate::file) struct Models {
 
 impl Models {
     /// Before the first row.
-    pub fn new(guide: &Guide) -> Self {
+    pub fn new(guide: &Guide<'_>) -> Self {
         let start: &[[u8; KINDS]] = match guide {
             Guide::Plain => &PLAIN,
             Guide::Cells(_) => &CELLS,
@@ -205,7 +204,7 @@ fn clear(words: &mut Vec<u64>, count: usize) {
 
 /// Codes the rows of a matrix, one after the other.
 pub(in crate::file) struct Walker<'g> {
-    guide: &'g Guide,
+    guide: &'g Guide<'g>,
     /// Columns that the walk came to.
     reached: Vec<u64>,
     /// Cells beside the row's.
@@ -220,7 +219,7 @@ pub(in crate::file) struct Walker<'g> {
 
 impl<'g> Walker<'g> {
     /// Before the first row.
-    pub fn new(guide: &'g Guide) -> Self {
+    pub fn new(guide: &'g Guide<'g>) -> Self {
         let (reached, near, close, twice, queue) = Default::default();
         Self { guide, reached, near, close, twice, queue, visits: 0 }
     }
@@ -374,12 +373,16 @@ impl<C: Coder> Row<'_, '_, C> {
             }
             self.walker.visit(beside.get(cell as usize).len())?;
         }
-        (0..given).for_each(|column| set(&mut self.walker.reached, column));
+        let reached = &mut self.walker.reached;
+        reached[..given / 64].fill(u64::MAX);
+        if given % 64 > 0 {
+            reached[given / 64] |= u64::MAX >> (64 - given % 64);
+        }
         Ok(())
     }
 
     /// Objects in cells that are seen, and those in no cell.
-    fn objects(&mut self, objects: &Objects) -> Result<(), String> {
+    fn objects(&mut self, objects: &Objects<'_>) -> Result<(), String> {
         let Objects { beside, placement, nowhere, seen, .. } = objects;
         let (row, words) = (self.known.row, self.out.len());
         clear(&mut self.walker.near, placement.rows().div_ceil(64));
@@ -439,7 +442,7 @@ impl<C: Coder> Row<'_, '_, C> {
 
 impl Walker<'_> {
     /// Objects of a cell that is seen.
-    fn join(&mut self, objects: &Objects, cell: usize) -> Result<(), String> {
+    fn join(&mut self, objects: &Objects<'_>, cell: usize) -> Result<(), String> {
         let is_near = bit(&self.near, cell);
         let placed = objects.placed.get(cell);
         let words = self.reached.len();

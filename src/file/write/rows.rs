@@ -19,7 +19,7 @@ pub fn encode_rows(matrix: &BitMatrix) -> Vec<u8> {
 }
 
 /// The same for rows that `guide` knows something of; a reader needs the same guide.
-pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide) -> Vec<u8> {
+pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide<'_>) -> Vec<u8> {
     let (rows, columns) = (matrix.rows(), matrix.columns());
     let mut out = Vec::new();
     out.varint(rows as u32);
@@ -43,7 +43,7 @@ pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide) -> Vec<u
 }
 
 /// The rows of a matrix; `None` where a reader would take too long.
-fn code(matrix: &BitMatrix, guide: &Guide, is_symmetric: bool) -> Option<Vec<u8>> {
+fn code(matrix: &BitMatrix, guide: &Guide<'_>, is_symmetric: bool) -> Option<Vec<u8>> {
     let (mut encoder, mut models, mut walker) = (Encoder::new(), Models::new(guide), Walker::new(guide));
     let spans: Vec<Range<usize>> = (0..matrix.rows()).map(|row| span(matrix.row(row))).collect();
     let mut bits = vec![0; matrix.columns().div_ceil(64)];

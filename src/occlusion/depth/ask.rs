@@ -1,6 +1,6 @@
-//! Boxes held against the depth buffer.
+//! Tests of boxes against the depth buffer.
 //!
-//! What is linear over the picture (`slabs.rs`) has its extremes at corners, so blocks, tiles and pixels are all asked the same way.
+//! Linear functions over the picture (`slabs.rs`) have their extremes at corners, so blocks, tiles and pixels are tested in the same way.
 
 use super::lanes::{COUNT, F32x8, Lanes, SIDE};
 use super::squares::Squares;
@@ -10,16 +10,16 @@ use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};
 use crate::simd::Vectorize;
 
-/// Tiles of a box up to which each is asked by itself.
+/// Most tiles of a box that are tested one by one.
 const FEW_TILES: usize = 9;
-/// Blocks in a row up to which each is asked by itself.
+/// Most blocks in a row that are tested one by one.
 const FEW: u32 = 1;
 
-/// A box yet to be asked about.
+/// A box test, for dispatch.
 pub(super) struct Ask<'a, 's, 'b> {
     pub buffer: &'a mut DepthBuffer<'s>,
     pub bounds: &'b Bounds,
-    /// Pixels that have to show it; those that do are taken from it.
+    /// Remaining pixels that must be visible; visible pixels are subtracted.
     pub wanted: &'b mut u32,
 }
 
@@ -32,7 +32,7 @@ impl Vectorize for Ask<'_, '_, '_> {
     }
 }
 
-/// Of a box: the pixels that it is within, first and last by axis, and the depth of its nearest corner.
+/// A box's pixels, first and last by axis, and the depth of its nearest corner.
 #[derive(Clone, Copy)]
 struct Asked {
     pixels: [[usize; 2]; 2],
@@ -41,14 +41,14 @@ struct Asked {
 
 #[inline(always)]
 fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds, wanted: &mut u32) -> bool {
-    // 1. Where it is in the picture.
+    // 1. Its position in the picture.
     let (pixels, most) = match Place::of(&buffer.rays, bounds) {
         Place::Near => return true,
         Place::Beside => return false,
         Place::Within { pixels, most } => (pixels, most),
     };
     let nearest = (most * (1.0 + 1e-6)) as f32;
-    // 2. First the tile in the middle: most boxes that show do so there. Where pixels are counted, none is to be counted twice.
+    // 2. First the central tile, where most visible boxes show. If pixels are counted, none may count twice.
     let mut slabs = None;
     let middle = pixels.map(|[first, last]| first.midpoint(last) / SIDE);
     if *wanted == 1 && buffer.farthest(buffer.index(middle)) <= nearest {
@@ -57,8 +57,8 @@ fn shows(buffer: &mut DepthBuffer<'_>, bounds: &Bounds, wanted: &mut u32) -> boo
             return true;
         }
     }
-    // 3. All of it. Where the nearest of the box is hidden all over a block or a tile, nothing else is asked. A small box is
-    // asked about tile by tile at once.
+    // 3. All of it. If the box's nearest depth is hidden all over a block or a tile, that is skipped. A small box is tested tile by tile
+    //    directly.
     let [columns, rows] = pixels.map(|[first, last]| [first / SIDE, last / SIDE]);
     if (columns[1] - columns[0] + 1) * (rows[1] - rows[0] + 1) <= FEW_TILES {
         for (x, y) in (rows[0]..=rows[1]).flat_map(|y| (columns[0]..=columns[1]).map(move |x| (x, y))) {
@@ -102,7 +102,7 @@ fn blocks(
         let first = y * buffer.across + columns[0];
         let farthest: Lanes = std::array::from_fn(|k| buffer.blocks[first..first + SIDE][k]);
         let mut left = of_columns & not_nearer(&farthest, nearest);
-        // A box in a block or two is asked about tile by tile at once.
+        // A box in one or two blocks is tested tile by tile directly.
         if left.count_ones() > FEW {
             let slabs = slabs.get_or_insert_with(|| Slabs::new(&buffer.rays, bounds));
             let corner = [columns[0] * BLOCK, rows[0] * BLOCK];
@@ -121,13 +121,13 @@ fn blocks(
     false
 }
 
-/// A bit for each of eight that isn't nearer than this.
+/// A bit for each of eight depths that is not nearer than this.
 #[inline(always)]
 fn not_nearer(farthest: &Lanes, nearest: f32) -> u32 {
     F32x8::splat(nearest).at_least(F32x8::load(farthest)).bits()
 }
 
-/// Whether enough pixels of a box show in a block.
+/// Whether enough pixels of a box are visible in a block.
 #[inline(always)]
 fn block(
     buffer: &mut DepthBuffer<'_>,
@@ -158,20 +158,20 @@ fn block(
 }
 
 impl Slabs {
-    /// Whether enough pixels of the box show in a tile, of those within `pixels`.
+    /// Whether enough pixels of the box within `pixels` are visible in a tile.
     #[inline(always)]
     fn tile(&self, buffer: &mut DepthBuffer<'_>, [x, y]: [usize; 2], pixels: [[usize; 2]; 2], wanted: &mut u32) -> bool {
         let index = buffer.index([x, y]);
         let drawn = buffer.farthest(index);
         let (x, y) = (x * SIDE, y * SIDE);
-        // The nearest and the farthest that the box may be anywhere in the tile; then by pixel, with its rounding outwards.
+        // Bounds of the box's depth over the tile; then by pixel, rounded outwards.
         let (mut outwards, mut extreme) = ([0.0; 8], [0.0; 8]);
         for i in 0..8 {
             let sign = if i < self.nearer { 1.0 } else { -1.0 };
             let at = (self.at[i] + self.x[i] * x as f64) + self.y[i] * y as f64;
             let spread = self.x[i].abs() + self.y[i].abs();
             outwards[i] = at + sign * FORM_ERROR * (at.abs() + spread * SIDE as f64);
-            // Of the corners' values the greatest or the least: half of the sum of both, and half of the difference.
+            // The maximum or minimum over the corners: half of the sum of both, and half of the difference.
             let steps = (SIDE - 1) as f64 * 0.5;
             extreme[i] = outwards[i] + ((self.x[i] + self.y[i]) + sign * spread) * steps;
         }
@@ -181,7 +181,7 @@ impl Slabs {
             return false;
         }
         buffer.unfold(index);
-        // Pixels of each row where the nearest of the box is nearer than its farthest and than what is drawn.
+        // Pixels of each row where the box's nearest depth is nearer than its farthest depth and the drawn depth.
         let of_columns = of_lanes(pixels[0], x);
         let nearer = self.nearer.min(3);
         for row in pixels[1][0].max(y) - y..(pixels[1][1] + 1 - y).min(SIDE) {
@@ -190,7 +190,7 @@ impl Slabs {
                 let start = outwards[i] as f32 + self.y[i] as f32 * COUNT[row];
                 enter = enter.min(F32x8::splat(start) + F32x8::COUNT * self.x[i] as f32);
             }
-            // Of an untouched tile, depths are of an earlier frame.
+            // The depths of an untouched tile are from an earlier frame.
             let mut leave = F32x8::splat(f32::NEG_INFINITY);
             if drawn >= 0.0 {
                 leave = F32x8::load(&buffer.tiles[index.tile()].0[row]);
@@ -208,7 +208,7 @@ impl Slabs {
     }
 }
 
-/// Of the eight columns from `start` on, a bit for each that is within a range, first and last.
+/// A bit for each of the eight columns from `start` that is within a range, first and last.
 #[inline(always)]
 fn of_lanes([first, last]: [usize; 2], start: usize) -> u32 {
     let [first, last] = [first.max(start) - start, last.min(start + SIDE - 1) - start];

@@ -1,24 +1,24 @@
-//! Objects whose surface is closed: of those, the front hides the back.
+//! Objects with a closed surface, whose front hides the back.
 //!
-//! An object is closed where each edge of a triangle is the edge of exactly one other that runs along it the other way, corners in the same
-//! place counting as one. A ray that meets a closed surface from outside meets a front first, so nobody has to draw the backs. Where a model
-//! lies (a shell turned inside out), less is drawn and so less is hidden; nothing that shows gets lost.
+//! An object is closed if each edge of a triangle belongs to exactly one other triangle with the opposite direction; corners at one
+//! position count as one. A ray from outside hits a front first, so backs need not be drawn. If a model is wrong (a shell turned inside
+//! out), less is drawn and so less is hidden; nothing visible is lost.
 
 use crate::occlusion::geometry::{Geometry, GeometryObject};
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Which side of a closed object's triangles is outside.
+/// The outside of a closed object's triangles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Outside {
-    /// From where their corners run counter-clockwise.
+    /// The side from which corners are counter-clockwise.
     CounterClockwise,
-    /// From where they run clockwise.
+    /// The side from which corners are clockwise.
     Clockwise,
 }
 
 impl Outside {
-    /// Of an object; `None` where it isn't closed.
+    /// The outside of an object; `None` if it is not closed.
     pub fn of(model: &Geometry<'_>, object: &GeometryObject) -> Option<Self> {
         let mut places: HashMap<[u64; 3], u32> = HashMap::new();
         let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
@@ -28,7 +28,7 @@ impl Outside {
             let corners = model.corners(t as usize);
             let ids = corners.map(|p| {
                 let next = places.len() as u32;
-                // Both zeros are one place.
+                // -0.0 and 0.0 are one position.
                 *places.entry((p + DVec3::ZERO).to_array().map(f64::to_bits)).or_insert(next)
             });
             for k in 0..3 {
@@ -47,7 +47,7 @@ impl Outside {
         }
     }
 
-    /// Whether a triangle shows the outside to the eye, given the volume of the tetrahedron of its corners, relative to the eye.
+    /// Whether a triangle's outside faces the eye, given the volume of the tetrahedron of its corners relative to the eye.
     #[inline(always)]
     pub fn faces_eye(self, volume: f64) -> bool {
         (volume < 0.0) == (self == Self::CounterClockwise)
@@ -75,7 +75,7 @@ mod tests {
         }
         let turned = of(&scene, 0);
         assert!(turned.is_some() && turned != first);
-        // One triangle the other way round, one missing, and all of them twice.
+        // One triangle reversed, one missing, and all of them twice.
         scene.triangles[3].swap(0, 1);
         assert_eq!(of(&scene, 0), None);
         scene.objects[1].triangles.end -= 1;
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(of(&doubled, 0), None);
     }
 
-    /// A triangle of a closed box faces the eye where the eye is on the side of its plane that the box isn't.
+    /// A triangle of a closed box faces the eye if the eye is on the side of its plane opposite to the box.
     #[test]
     fn the_front_is_what_is_seen_from_outside() {
         let scene = row(&[(0.0, 1)]);

@@ -1,8 +1,7 @@
-//! Triangles into the depth buffer.
+//! Rasterizes triangles into the depth buffer.
 //!
-//! Each edge is a plane through the eye. Two triangles that share it have planes of opposite sign and equal size, to the last bit, so
-//! no pixel falls through between them. A small triangle goes from tile to tile (`tile.rs`), a larger one from block to block
-//! (`whole.rs`).
+//! Each edge is a plane through the eye. Two triangles with a common edge have planes of opposite sign and equal size, to the last bit, so
+//! there are no cracks. A small triangle goes from tile to tile (`tile.rs`), a larger one from block to block (`whole.rs`).
 
 use super::DepthBuffer;
 use super::closed::Outside;
@@ -12,14 +11,14 @@ use crate::simd::Vectorize;
 use glam::DVec3;
 use std::ops::Range;
 
-/// Tiles along the longer side up to which each is asked by itself.
+/// Most tiles along the longer side that are drawn one by one.
 const FEW: usize = 3;
 
-/// Triangles yet to be drawn.
+/// Triangles to draw, for dispatch.
 pub(super) struct Draw<'a, 's> {
     pub buffer: &'a mut DepthBuffer<'s>,
     pub triangles: Range<u32>,
-    /// Only those that show this side.
+    /// If set, only triangles with this side towards the eye.
     pub front: Option<Outside>,
 }
 
@@ -36,14 +35,14 @@ impl Vectorize for Draw<'_, '_> {
     }
 }
 
-/// What is needed in each tile.
+/// Data for each tile.
 pub(super) struct Drawn {
     /// Not below 0 inside; a unit is about a pixel's size from the edge.
     pub edges: [Form; 3],
     pub depth: Form,
     /// The depths of the nearest and the farthest corner.
     pub range: [f32; 2],
-    /// What is nearer isn't drawn.
+    /// Depths beyond this (nearer) are not drawn.
     pub near: f64,
     /// The pixels that it may cover, first and last by axis.
     pub pixels: [[usize; 2]; 2],
@@ -55,7 +54,7 @@ fn triangle(buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3], front: Option<Out
     let rays = &buffer.rays;
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
-    // Six times the volume of the tetrahedron with the eye: of either sign where both sides are drawn.
+    // Six times the volume of the tetrahedron with the eye: of either sign if both sides are drawn.
     let volume = normal.dot(a);
     if volume == 0.0 || front.is_some_and(|front| !front.faces_eye(volume)) {
         return;
@@ -73,7 +72,7 @@ fn triangle(buffer: &mut DepthBuffer<'_>, corners: [DVec3; 3], front: Option<Out
     let drawn = Drawn {
         edges,
         depth: rays.form(normal * (1.0 / volume)),
-        // Rounded by less than this factor.
+        // The rounding error is below this factor.
         range: [nearest as f32, if least > 0.0 { (1.0 / w[0].max(w[1]).max(w[2])) as f32 * (1.0 - 1e-6) } else { 0.0 }],
         near,
         pixels,
@@ -103,7 +102,7 @@ fn extent(rays: &Rays, corners: [DVec3; 3]) -> Option<[[usize; 2]; 2]> {
             max[k] = max[k].max(p[k]);
         }
     };
-    // What is nearer than the near plane isn't drawn; half of that is a safe place to cut.
+    // Points in front of the near plane are not drawn; half of its distance is a safe place to clip.
     let near = rays.view.near * 0.5;
     let w = [rays.view.w.dot(corners[0]), rays.view.w.dot(corners[1]), rays.view.w.dot(corners[2])];
     for i in 0..3 {

@@ -1,7 +1,6 @@
-//! Eight numbers side by side, in two registers of four.
+//! Vectors of eight numbers, in two registers of four.
 //!
-//! The registers are named, not left to the compiler: in some builds it took loops over eight numbers apart, one instruction a number,
-//! and in others not.
+//! Registers are explicit and not left to the compiler, which scalarized loops over eight numbers in some builds.
 
 use glam::{BVec4A, Vec4};
 use std::ops::{Add, BitAnd, BitOr, Mul, Not, Sub};
@@ -11,14 +10,14 @@ pub(super) const SIDE: usize = 8;
 /// Pixels of a row, or tiles.
 pub(super) const COUNT: Lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// Values in memory, one a pixel of a tile's row, or a tile of a block's row.
+/// Values in memory, one per pixel of a tile's row, or per tile of a block's row.
 pub(super) type Lanes = [f32; SIDE];
 
 /// The same in registers.
 #[derive(Clone, Copy)]
 pub(super) struct F32x8(Vec4, Vec4);
 
-/// Of each of eight, whether it is so.
+/// A boolean for each of eight lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Mask8(BVec4A, BVec4A);
 
@@ -44,13 +43,13 @@ impl F32x8 {
         *to = [a, b, c, d, e, f, g, h];
     }
 
-    /// The lesser; of an argument that is no number, either.
+    /// The minimum; with a NaN argument, either.
     #[inline(always)]
     pub fn min(self, other: Self) -> Self {
         Self(self.0.min(other.0), self.1.min(other.1))
     }
 
-    /// The greater, likewise.
+    /// The maximum, likewise.
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0), self.1.max(other.1))
@@ -113,13 +112,13 @@ impl Mul<f32> for F32x8 {
 impl Mask8 {
     pub const ALL: Self = Self(BVec4A::TRUE, BVec4A::TRUE);
 
-    /// New values where it is so, old ones elsewhere.
+    /// New values where set, old ones elsewhere.
     #[inline(always)]
     pub fn choose(self, new: F32x8, old: F32x8) -> F32x8 {
         F32x8(Vec4::select(self.0, new.0, old.0), Vec4::select(self.1, new.1, old.1))
     }
 
-    /// A bit for each.
+    /// A bit for each lane.
     #[inline(always)]
     pub fn bits(self) -> u32 {
         self.0.bitmask() | self.1.bitmask() << 4

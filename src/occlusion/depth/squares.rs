@@ -1,24 +1,23 @@
-//! A box held against the farthest depths of squares of the picture, eight in a row at a time: what is left over is asked
-//! pixel by pixel.
+//! Tests of a box against the farthest depths of squares of the picture, eight in a row at a time; the remaining squares are tested pixel
+//! by pixel.
 
 use super::lanes::{COUNT, F32x8, Lanes, SIDE};
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::Slabs;
 
-/// The planes of a box over eight by eight squares: for those of its front the most that they are in a square, for the
-/// others the least, with all rounding outwards.
+/// The planes of a box over eight by eight squares: the maximum in a square for front planes, the minimum for others, rounded outwards.
 pub(super) struct Squares {
-    /// Of the front, infinitely near where there is none.
+    /// Front planes, infinitely near if absent.
     front: [f32; 8],
-    /// Of the back, infinitely far.
+    /// Back planes, infinitely far if absent.
     back: [f32; 8],
-    /// From a square to the next.
+    /// Steps from a square to the next.
     x: [f32; 8],
     y: [f32; 8],
 }
 
 impl Squares {
-    /// From pixel `x`, `y` on, for squares of so many pixels along the side.
+    /// From pixel `x`, `y`, for squares of `side` pixels.
     #[inline(always)]
     pub fn new(slabs: &Slabs, [x, y]: [usize; 2], side: usize) -> Self {
         let mut squares = Self { front: [f32::INFINITY; 8], back: [f32::NEG_INFINITY; 8], x: [0.0; 8], y: [0.0; 8] };
@@ -27,7 +26,7 @@ impl Squares {
             let sign = if i < slabs.nearer { 1.0 } else { -1.0 };
             let at = (slabs.at[i] + slabs.x[i] * x as f64) + slabs.y[i] * y as f64;
             let spread = slabs.x[i].abs() + slabs.y[i].abs();
-            // Of the corners' values the greatest or the least: half of the sum of both, and half of the difference.
+            // The maximum or minimum over the corners: half of the sum of both, and half of the difference.
             let extreme = ((slabs.x[i] + slabs.y[i]) + sign * spread) * ((side - 1) as f64 * 0.5);
             let outwards = (at + extreme + sign * FORM_ERROR * (at.abs() + spread * all)) as f32;
             squares.front[i] = if i < slabs.nearer { outwards } else { f32::INFINITY };
@@ -38,8 +37,8 @@ impl Squares {
         squares
     }
 
-    /// A bit for each where a part of the box that is at most as near as `nearest` may show before what is drawn, in a row
-    /// of squares; these are the farthest depths in them.
+    /// A bit for each square of a row in which the box, at most as near as `nearest`, may be visible; `farthest` are the squares' farthest
+    /// depths.
     #[inline(always)]
     pub fn row(&self, row: usize, farthest: &Lanes, nearest: f32) -> u32 {
         let (mut enter, mut leave) = (F32x8::splat(nearest), F32x8::load(farthest));
@@ -47,7 +46,7 @@ impl Squares {
         let down = F32x8::load(&self.y) * COUNT[row];
         (F32x8::load(&self.front) + down).store(&mut front);
         (F32x8::load(&self.back) + down).store(&mut back);
-        // Three sides face the eye at most, and five don't.
+        // At most three sides face the eye, and at most five do not.
         for i in 0..3 {
             enter = enter.min(F32x8::splat(front[i]) + F32x8::COUNT * self.x[i]);
         }
@@ -69,8 +68,8 @@ mod tests {
     use crate::random::Prng;
     use glam::{DQuat, DVec3};
 
-    /// A view and a box before it: openings of 1e-5 to 179.9 degrees, near or 1e7 m from the origin; of some boxes a face's
-    /// plane holds the eye.
+    /// A view and a box in front of it: opening angles of 1e-5 to 179.9 degrees, near or 1e7 m from the origin; for some boxes the eye is
+    /// in a face's plane.
     fn case(rng: &mut Prng, round: usize) -> (View, Bounds) {
         let degrees = [1e-5, 0.01, 1.0, 60.0, 150.0, 179.9][round % 6];
         let eye = DVec3::new(rng.unit(), rng.unit(), rng.unit()) * [1.0, 1e7][round / 6 % 2];
@@ -87,8 +86,7 @@ mod tests {
         (view, turned(centre, turn, half))
     }
 
-    /// A square that is called hidden has no pixel, by all of them in `f64`, where the box's front is before its back and
-    /// before what is drawn.
+    /// In a square reported hidden, no pixel, tested in `f64`, has the box's front in front of its back and the drawn depth.
     #[test]
     fn no_square_that_shows_is_called_hidden() {
         let mut rng = Prng::new(21, 0);

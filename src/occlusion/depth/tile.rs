@@ -1,4 +1,4 @@
-//! The part of a triangle in a tile that it doesn't cover, or not before all that is there, pixel by pixel.
+//! Draws a triangle into a tile pixel by pixel, if it does not cover the tile or is not in front of everything there.
 //!
 //! A pixel too near to an edge for `f32` is decided in `f64`.
 
@@ -6,11 +6,11 @@ use super::draw::Drawn;
 use super::lanes::{COUNT, F32x8, Lanes, Mask8, SIDE};
 use super::{DepthBuffer, Index, Plane, Tile, UNTOUCHED};
 
-/// Pixels are this near to an edge where `f32` might not know the side: more than it is off by within a tile, 1e-5 at most.
-/// Larger: more pixels are looked at twice.
+/// Distance from an edge within which `f32` may not decide the side: more than its error within a tile, at most 1e-5. Larger: more pixels
+/// are tested twice.
 const NEAR_EDGE: f32 = 2e-5;
 
-/// Nothing is drawn; what is beyond the picture is as if it were covered.
+/// Empties a tile; pixels outside the picture count as covered.
 #[inline(always)]
 fn clear(tile: &mut Tile, corner: [usize; 2], size: [usize; 2]) {
     let [columns, rows] = [size[0] - corner[0], size[1] - corner[1]];
@@ -33,7 +33,7 @@ impl Drawn {
         let at = [self.edges[0].value(x, y), self.edges[1].value(x, y), self.edges[2].value(x, y)];
         let (mut outside, mut whole) = (false, true);
         for (at, edge) in at.iter().zip(&self.edges) {
-            // Where rounding might turn a sign, pixels decide.
+            // If rounding might change a sign, pixels decide.
             outside |= at + edge.rise(SIDE) < -f64::from(NEAR_EDGE);
             whole &= at + edge.fall(SIDE) > f64::from(NEAR_EDGE);
         }
@@ -46,7 +46,7 @@ impl Drawn {
         if most < f64::from(farthest) {
             return;
         }
-        // The true depth is at most twice the error above; the rest is for this number's own rounding.
+        // The true depth is at most twice the error above; the rest covers this number's own rounding.
         let near = (self.near * (1.0 - 1e-6) - 3.0 * error) as f32;
         let plane =
             Plane { at: (base - error) as f32, x: self.depth.x as f32, y: self.depth.y as f32, floor: self.range[1] };
@@ -60,7 +60,7 @@ impl Drawn {
         let rows = [first.max(y) - y, last.min(y + SIDE - 1) - y];
         let edge = |k: usize| [at[k] as f32, self.edges[k].x as f32, self.edges[k].y as f32];
         let edges = [edge(0), edge(1), edge(2)];
-        // Hardly any tile is as near as the near plane.
+        // Few tiles are as near as the near plane.
         let nearest_edge = match (whole, most < f64::from(near)) {
             (true, true) => fill::<false, false>(tile, rows, &plane, &edges, near),
             (true, false) => fill::<false, true>(tile, rows, &plane, &edges, near),
@@ -77,7 +77,7 @@ impl Drawn {
         buffer.set_farthest(index, farthest.least());
     }
 
-    /// Draws the pixels of a tile that `f32` couldn't decide.
+    /// Draws the pixels of a tile that `f32` could not decide.
     #[cold]
     fn settle(&self, tile: &mut Tile, [x, y]: [usize; 2], plane: &Plane, edges: &[[f32; 3]; 3], near: f32) {
         for p in 0..SIDE * SIDE {
@@ -93,7 +93,7 @@ impl Drawn {
     }
 }
 
-/// A linear function over a tile: its values along the first column, and what is added to get to a column.
+/// A linear function over a tile: its values along the first column, and its steps to the other columns.
 struct Rows {
     starts: Lanes,
     steps: F32x8,
@@ -113,7 +113,7 @@ impl Rows {
     }
 }
 
-/// Draws the pixels of some rows of a tile that are inside for certain. Returns how near the middle of one came to an edge.
+/// Draws the pixels of some rows of a tile that are certainly inside. Returns the least distance of a pixel centre from an edge.
 #[inline(always)]
 fn fill<const EDGES: bool, const NEAR: bool>(
     tile: &mut Tile,

@@ -1,35 +1,35 @@
-//! Triangles of many tiles: block by block, and in a block eight tiles at a time. A tile that a triangle covers, nearer all
-//! over than what is there, takes its plane, and no pixel is looked at; tiles left over go to `tile.rs`.
+//! Triangles of many tiles: block by block, and in a block eight tiles at a time. A tile entirely covered by a nearer triangle stores its
+//! plane, without any pixel; other tiles go to `tile.rs`.
 
 use super::draw::Drawn;
 use super::lanes::{F32x8, Lanes, SIDE};
 use super::{BLOCK, DepthBuffer, Index};
 use crate::occlusion::pixels::FORM_ERROR;
 
-/// Of tiles with a corner this near to an edge, pixels; pixels decide: more than a distance of up to 1,000 pixels is off by
-/// in `f32`. Larger: more tiles are looked at pixel by pixel.
+/// Distance of a tile's corner from an edge, pixels, within which pixels decide: more than the error of a distance of up to 1,000 pixels in
+/// `f32`. Larger: more tiles are drawn pixel by pixel.
 const MARGIN: f64 = 1e-3;
 /// From a tile's first pixel to its last.
 const LAST: f32 = (SIDE - 1) as f32;
 
-/// What is needed in each block; arrays are along a row of tiles.
+/// Data for each block; arrays are along a row of tiles.
 struct Steps {
-    /// What each edge changes by.
+    /// Steps of each edge.
     edges: [Lanes; 3],
-    /// What is added to an edge's value at the first pixel of a tile, for the greatest and the least in it.
+    /// Differences of an edge's maximum and minimum in a tile to its value at the first pixel.
     rises: [f32; 3],
     falls: [f32; 3],
-    /// Of each edge, the most and the least in the first block; widened.
+    /// Maximum and minimum of each edge in the first block, widened.
     blocks: [[f64; 2]; 3],
     depth: [f64; SIDE],
-    /// The most that depths change within a tile.
+    /// Largest change of depth within a tile.
     spread: f64,
-    /// Of the planes.
+    /// Slope of the planes.
     slope: [f32; 2],
 }
 
 impl Drawn {
-    /// Draws it into all blocks that it may be in.
+    /// Draws it into all blocks that it may cover.
     #[inline(always)]
     pub fn blocks(&self, buffer: &mut DepthBuffer<'_>) {
         let mut steps = Steps {
@@ -76,7 +76,7 @@ impl Drawn {
         if most.min(f64::from(self.range[0])) <= f64::from(buffer.block(index)) {
             return;
         }
-        // Nothing of it in this block is as near as the near plane.
+        // The triangle is beyond the near plane in this block.
         let is_beyond = most < self.near * (1.0 - 1e-6) - 3.0 * error;
         let within = |[first, last]: [usize; 2], start: usize| {
             [first.max(start) - start, last.min(start + BLOCK - 1) - start].map(|p| p / SIDE)
@@ -105,17 +105,17 @@ impl Drawn {
         }
     }
 
-    /// Draws what is easy of eight tiles, from pixel `x`, `y`. Returns those whose pixels must be looked at, a bit each.
+    /// Draws the easy ones of eight tiles, from pixel `x`, `y`. Returns the tiles that need pixels, a bit each.
     #[inline(always)]
     fn row<const EDGES: bool>(&self, buffer: &mut DepthBuffer<'_>, steps: &Steps, [x, y]: [usize; 2], row: usize) -> u32 {
-        // 1. Edges: not below 0 where the tile may meet it, and above 0 where it has all of it.
+        // 1. Edges: `meets` is not below 0 if the triangle may meet the tile, and `whole` is above 0 if it covers the tile.
         let (mut meets, mut whole) = (F32x8::INFINITY, F32x8::load(&buffer.complete[x / BLOCK].0));
         for e in 0..if EDGES { 3 } else { 0 } {
             let value = F32x8::splat(self.edges[e].value(x, y) as f32) + F32x8::load(&steps.edges[e]);
             meets = meets.min(value + F32x8::splat(steps.rises[e]));
             whole = whole.min(value + F32x8::splat(steps.falls[e]));
         }
-        // 2. Depths of the pixels in the corners, new and old: linear functions, of which these are the extremes.
+        // 2. Depths of the corner pixels, new and old: the extremes of linear functions.
         let start = self.depth.value(x, y);
         let mut at = [0.0; SIDE];
         for k in 0..SIDE {
@@ -130,10 +130,10 @@ impl Drawn {
         let [was_a, was_b, was_c, was_d] =
             corners(old_at, F32x8::load(&old.x) * LAST, F32x8::load(&old.y) * LAST, old_floor);
         let (least, most) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-        // What is new over what is old, at the least and at the most.
+        // New minus old depth, minimum and maximum.
         let (a, b, c, d) = (a - was_a, b - was_b, c - was_c, d - was_d);
         let (gain, most_gain) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-        // 3. What is to be done.
+        // 3. The decision for each tile.
         let zero = F32x8::ZERO;
         let open = meets.at_least(zero) & drawn.less(most.min(nearest));
         let inside = zero.less(whole);
@@ -156,7 +156,7 @@ impl Drawn {
     }
 }
 
-/// The depths of planes at the pixels in a tile's corners, of the linear function's value at the first and its differences to the last.
+/// The depths of planes at the corner pixels of a tile, from the value at the first pixel and the differences to the last.
 #[inline(always)]
 fn corners(at: F32x8, dx: F32x8, dy: F32x8, floor: F32x8) -> [F32x8; 4] {
     let below = at + dy;
@@ -184,9 +184,8 @@ mod tests {
         }
     }
 
-    /// Large boxes, some of them around the eye or touching it with a face, through openings of 1e-5 to 179.9 degrees, near
-    /// the origin and 1e6 m from it: nothing is drawn where nothing is, and nothing nearer than it is, whatever was drawn
-    /// before it; and no pixel is left out.
+    /// Large boxes, some of them around the eye or touching it with a face, with opening angles of 1e-5 to 179.9 degrees, near the origin
+    /// and 1e6 m from it: no pixel is drawn outside, none too near, whatever was drawn before; and no pixel is missing.
     #[test]
     fn large_triangles_are_never_too_near() {
         let mut rng = Prng::new(22, 0);

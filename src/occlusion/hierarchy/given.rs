@@ -1,6 +1,6 @@
-//! A client's own tree, and a client's own way to divide: an octree, a grid, the scene graph of an engine.
+//! A client's own tree or own division: an octree, a grid, an engine's scene graph.
 //!
-//! A tree is copied once, when it is taken. Whatever is wrong with it is named and made good, so that every object is drawn where it shows.
+//! A tree is copied once. Its faults are reported and repaired, so that every visible object is drawn.
 
 mod boxes;
 
@@ -14,50 +14,50 @@ use std::collections::HashSet;
 use std::fmt;
 use std::hash::Hash;
 
-/// Nodes of a client's tree for each object, and some more, after which it counts as endless. Lower: sparse octrees with many empty nodes are
-/// cut. Higher: a tree without an end takes more memory before it is.
+/// Most nodes of a client's tree: a number per object, plus a base; beyond it the tree counts as endless. Lower: sparse octrees with many
+/// empty nodes are cut. Higher: an endless tree takes more memory.
 const MOST_NODES: [usize; 2] = [64, 4096];
 
-/// In place of an object's box that isn't of numbers: around every eye, so that nobody asks whether it shows. Larger: products of three
-/// lengths leave the range of `f32`. Smaller: an eye may be outside.
+/// Replaces an invalid box of an object: it contains every eye, so it is never queried. Larger: products of three lengths leave the range
+/// of `f32`. Smaller: an eye may be outside.
 const EVERYWHERE: Bounds = Bounds { centre: DVec3::ZERO, axes: DVec3::AXES, half: DVec3::splat(1e12) };
 
-/// A tree of boxes over objects, as a client keeps it. Inner nodes may hold objects, too.
+/// A client's tree of boxes over objects. Inner nodes may have objects, too.
 pub trait Tree {
-    /// Names a node; two nodes have two names.
+    /// Identifies a node uniquely.
     type Node: Copy + Eq + Hash;
 
-    /// Where it begins; `None` where there is nothing.
+    /// The root; `None` for an empty tree.
     fn root(&self) -> Option<Self::Node>;
 
-    /// The box around all below a node, metres. It may have any axes, and be larger than needed.
+    /// The box around everything below a node, metres. It may have any axes, and be larger than necessary.
     fn bounds(&self, node: Self::Node) -> Bounds;
 
     /// Appends the children of a node.
     fn children(&self, node: Self::Node, out: &mut Vec<Self::Node>);
 
-    /// Appends the objects that are in a node, those of its children not among them.
+    /// Appends the objects of a node, without those of its children.
     fn objects(&self, node: Self::Node, out: &mut Vec<ObjectId>);
 }
 
-/// What is wrong with a client's tree, and what was done about it.
+/// A fault of a client's tree, and its repair.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum TreeFault<N> {
-    /// A node is reached twice: by a cycle, or from two parents. It stays where it was reached first.
+    /// A node is reached twice: by a cycle, or from two parents. Its first place counts.
     Again(N),
-    /// A box that isn't of numbers, or whose axes aren't of length 1 and at right angles. It is made anew.
+    /// A box with non-finite numbers, or axes that are not orthonormal. It is recomputed.
     NoBox(N),
-    /// Such a box of an object. The object is always drawn, as a child of the root.
+    /// An invalid box of an object. The object is always drawn, as a child of the root.
     NoObjectBox(ObjectId),
-    /// A box that doesn't hold what is below the node. It is made anew.
+    /// A box that does not contain everything below the node. It is recomputed.
     Short(N),
-    /// A node holds an object that there isn't. It is left out.
+    /// A node has an object that does not exist. It is left out.
     Unknown(N, ObjectId),
-    /// A node holds an object that another one holds, too. It stays where it was found first.
+    /// A node has an object that another one has, too. Its first place counts.
     Twice(N, ObjectId),
     /// An object in no node. It becomes a child of the root.
     Missing(ObjectId),
-    /// A node with more nodes below than are looked at. What is below it counts as missing.
+    /// A node with too many nodes below. These count as missing.
     Endless(N),
 }
 
@@ -78,20 +78,20 @@ impl<N: fmt::Debug> fmt::Display for TreeFault<N> {
 
 /// A client's way to divide a node's objects.
 pub trait Divide {
-    /// Orders a node's objects and says how many of them each child gets, in that order; nothing, or a single part, for a leaf. Parts that
-    /// are empty are left out, and what they leave is one part more.
+    /// Orders a node's objects, and returns the number of objects of each child, in that order; empty, or a single part, for a leaf. Empty
+    /// parts are dropped, and the remaining objects are one more part.
     fn divide(&mut self, node: &Node, objects: &mut [ObjectId]) -> Vec<usize>;
 
-    /// The box around one object or more: `aligned`, the one along the axes, unless the client knows a tighter one. What is outside of a box
-    /// may be missing in frames.
+    /// The box around at least one object: the axis-aligned box `aligned`, unless the client knows a tighter one. Parts of objects outside
+    /// the box may be missing in frames.
     fn bounds(&mut self, _objects: &[ObjectId], aligned: Bounds) -> Bounds {
         aligned
     }
 }
 
 impl Hierarchy {
-    /// A tree that a client divides, over objects of which their boxes (metres) and numbers of triangles are known: object `i` is the `i`th
-    /// of both. Panics where `divide` changes which objects there are, or where the lists aren't as long as each other.
+    /// A tree divided by a client, for objects given by their boxes (metres) and numbers of triangles: object `i` is the `i`th of both.
+    /// Panics if `divide` changes the set of objects, or if the lists have different lengths.
     pub fn divided(boxes: &[Aabb], triangles: &[u32], divide: &mut impl Divide) -> Self {
         assert_eq!(boxes.len(), triangles.len(), "a box and a number of triangles for each object");
         let tree = Self::grow(&Shapes::new(boxes, triangles), divide);
@@ -102,8 +102,8 @@ impl Hierarchy {
         tree
     }
 
-    /// A client's tree over objects of which their boxes (metres) and numbers of triangles are known, and what is wrong with it. Panics where
-    /// the lists aren't as long as each other.
+    /// A client's tree, for objects given by their boxes (metres) and numbers of triangles, and its faults. Panics if the lists have
+    /// different lengths.
     pub fn of_tree<T: Tree>(tree: &T, boxes: &[Bounds], triangles: &[u32]) -> (Self, Vec<TreeFault<T::Node>>) {
         assert_eq!(boxes.len(), triangles.len(), "a box and a number of triangles for each object");
         let mut copy = Copied { nodes: Vec::new(), faults: Vec::new(), taken: vec![false; boxes.len()] };
@@ -115,14 +115,14 @@ impl Hierarchy {
     }
 }
 
-/// A node as it was read.
+/// A node of the client's tree.
 struct Given<N> {
-    /// `None` for what was added.
+    /// `None` for added nodes.
     name: Option<N>,
     bounds: Bounds,
     children: Vec<usize>,
     objects: Vec<ObjectId>,
-    /// Objects and triangles below it, once it is measured.
+    /// Objects and triangles below it, after `measure`.
     count: usize,
     triangles: u64,
 }
@@ -133,11 +133,11 @@ impl<N> Given<N> {
     }
 }
 
-/// A client's tree, being copied. Children come after their parents.
+/// The copy of a client's tree. Children come after their parents.
 struct Copied<N> {
     nodes: Vec<Given<N>>,
     faults: Vec<TreeFault<N>>,
-    /// By object: whether a node holds it.
+    /// By object: whether a node has it.
     taken: Vec<bool>,
 }
 
@@ -156,7 +156,7 @@ impl<N: Copy + Eq + Hash> Copied<N> {
                 match self.taken.get_mut(object.index()) {
                     None => self.faults.push(TreeFault::Unknown(name, object)),
                     Some(true) => self.faults.push(TreeFault::Twice(name, object)),
-                    // It would make the box of every node above it useless.
+                    // It would make the boxes of all its ancestors useless.
                     Some(_) if boxes[object.index()] == EVERYWHERE => {}
                     Some(taken) => {
                         *taken = true;
@@ -184,7 +184,7 @@ impl<N: Copy + Eq + Hash> Copied<N> {
         self.faults.extend(everywhere.map(|(object, _)| TreeFault::NoObjectBox(ObjectId(object as u32))));
     }
 
-    /// Gives every object a leaf: those that no node holds, below the root; those of inner nodes, below these.
+    /// Puts every object into a leaf: objects in no node go below the root; those of inner nodes, below these.
     fn complete(&mut self) {
         let missing: Vec<ObjectId> =
             (0u32..).zip(&self.taken).filter(|(_, taken)| !**taken).map(|(o, _)| ObjectId(o)).collect();
@@ -213,7 +213,7 @@ impl<N: Copy + Eq + Hash> Copied<N> {
         self.nodes[parent].children.push(number);
     }
 
-    /// From the leaves up: leaves out what holds nothing, counts, and makes boxes anew that aren't right.
+    /// From the leaves up: drops empty nodes, counts, and recomputes wrong boxes.
     fn measure(&mut self, objects: &[Bounds], triangles: &[u32]) {
         let mut parts = Vec::new();
         for at in (0..self.nodes.len()).rev() {
@@ -241,7 +241,7 @@ impl<N: Copy + Eq + Hash> Copied<N> {
         }
     }
 
-    /// As cullers take it: the root first, children together.
+    /// The tree in the layout for cullers: the root first, children contiguous.
     fn laid_out(&self) -> Hierarchy {
         let mut tree = Hierarchy { nodes: Vec::new(), objects: Vec::new(), parts: None };
         let Some(root) = self.nodes.first().filter(|root| root.count > 0) else { return tree };
@@ -276,7 +276,7 @@ mod tests {
     use super::*;
     use crate::types::scene::Scene;
 
-    /// A tree as lists: by node its box, its children, its objects.
+    /// A tree as lists: for each node its box, its children, its objects.
     struct Lists(Vec<(Aabb, Vec<u32>, Vec<u32>)>);
 
     impl Tree for Lists {
@@ -313,7 +313,7 @@ mod tests {
         Aabb { min: DVec3::new(from, -0.25, -0.25), max: DVec3::new(to, 0.25, 0.25) }
     }
 
-    /// The objects of leaves below a node, and that every box holds what is below.
+    /// Returns the objects of each leaf, and checks that every box contains everything below.
     fn check(tree: &Hierarchy, scene: &Scene) -> Vec<Vec<u32>> {
         let mut found = Vec::new();
         for (n, node) in tree.nodes().iter().enumerate() {
@@ -345,7 +345,7 @@ mod tests {
     fn a_good_tree_is_taken_as_it_is() {
         let scene = four();
         let (boxes, triangles) = boxes(&scene);
-        // An inner node with an object of its own, an empty branch, and boxes larger than needed.
+        // An inner node with an object of its own, an empty branch, and boxes larger than necessary.
         let lists = Lists(vec![
             (between(-1.0, 4.0), vec![1, 2, 3], vec![3]),
             (between(-0.5, 1.5), vec![], vec![0, 1]),
@@ -384,7 +384,7 @@ mod tests {
         assert_eq!(told[2], "object 3 is in no node; it becomes a child of the root");
         assert!(told.iter().all(|line| line.lines().count() == 1));
         assert_eq!(check(&tree, &scene), [vec![0], vec![1, 2], vec![3]]);
-        // An object whose box isn't of numbers is always drawn, and spoils no box but the root's.
+        // An object with an invalid box is always drawn, and affects no box except the root's.
         boxes[1].centre.x = f64::NAN;
         let lists =
             Lists(vec![(all, vec![1, 2], vec![]), (between(-0.25, 1.25), vec![], vec![0, 1]), (all, vec![], vec![2, 3])]);
@@ -396,7 +396,7 @@ mod tests {
         assert_eq!(tree.nodes()[leaf].parent, Some(0));
     }
 
-    /// A tree that goes on for ever, and a chain of a million nodes.
+    /// An endless tree, and a chain of a million nodes.
     #[test]
     fn depth_is_no_matter_and_trees_without_end_are_cut() {
         struct Chain(u64, Aabb);
@@ -425,7 +425,7 @@ mod tests {
         assert_eq!(check(&tree, &scene), [[0]]);
     }
 
-    /// Eight parts by the middle of the box; parts of nothing, and too many.
+    /// Eight parts by the centre of the box; empty parts, and too many.
     #[test]
     fn objects_are_divided_as_the_client_says() {
         struct Octants<'a>(&'a [Aabb]);
@@ -445,7 +445,7 @@ mod tests {
         let tree = Hierarchy::divided(&boxes, &triangles, &mut Octants(&boxes));
         assert!(check(&tree, &scene).iter().all(|leaf| leaf.len() == 1));
         assert!(tree.nodes().iter().any(|n| n.children().len() > 4) && tree.depth() < 6);
-        // As the binary trees of the library.
+        // Like the library's binary trees.
         let binary = Hierarchy::of_boxes(&boxes, &triangles, &HierarchyOptions::default());
         assert_eq!(tree.nodes()[0].bounds, binary.nodes()[0].bounds);
 
@@ -460,7 +460,7 @@ mod tests {
         assert_eq!(parts, [10, 20, 30]);
     }
 
-    /// Boxes that a client knows to be tighter.
+    /// Tighter boxes from a client.
     #[test]
     fn nodes_have_the_boxes_that_the_client_says() {
         let scene = crowd(60, 3);

@@ -1,7 +1,7 @@
-//! Boxes around parts of objects, which stand for them in questions: the box around all of a lamp, a tree or a teapot is mostly empty.
+//! Boxes around parts of objects, used in queries instead of the object's box: the box of a lamp, a tree or a teapot is mostly empty.
 //!
-//! Triangles of an object are divided at the median of their middles, across the longest axis of the box, until parts have few. Based on: the
-//! tighter bounds of Mattausch, Bittner, Wimmer (2008), which end at objects, taken one step further.
+//! Triangles of an object are divided at the median of their centres, across the longest axis of the box, until parts have few. Based on:
+//! the tighter bounds of Mattausch, Bittner, Wimmer (2008), which end at objects, taken one step further.
 
 use super::Hierarchy;
 use crate::geom::Aabb;
@@ -10,27 +10,25 @@ use crate::occlusion::geometry::{Geometry, GeometryObject};
 use crate::parallel;
 use glam::DVec3;
 
-/// Triangles below which a part isn't divided: drawing so many takes an oracle many times as long as asking about one box more. Higher: looser
-/// boxes. Lower: questions cost what they save.
+/// Least triangles of a part: drawing so many takes an oracle many times as long as testing one more box. Higher: looser boxes. Lower:
+/// queries cost as much as they save.
 const LEAST_TRIANGLES: usize = 128;
-/// Parts of an object, at most. Higher: what is hidden is known a little more often, and what shows is asked about for longer.
+/// Most parts of an object. Higher: slightly more hidden objects are found, and queries of visible ones take longer.
 const MOST_PARTS: usize = 16;
-/// Of the volume of the box around all of an object, that of its parts up to which they are kept. Higher: boxes of solid blocks are asked about
-/// part by part for nothing.
+/// Parts are kept if their total volume is at most this share of the object's box. Higher: useless parts for solid blocks.
 const EMPTIER: f64 = 0.8;
 
-/// Of a tree's objects, in its order.
+/// Parts of a tree's objects, in its order.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Parts {
-    /// Where those of the object at each place of the tree's list begin; one more at the end.
+    /// Start of the parts of each object in the tree's list; one more at the end.
     starts: Vec<u32>,
     boxes: Vec<Bounds>,
 }
 
 impl Hierarchy {
-    /// With boxes around parts of objects that have many triangles and much empty space around them, of the scene that the tree is over: leaves
-    /// are asked about by these. Fewer objects are drawn in vain, for memory of up to sixteen boxes an object. Panics where the tree has other
-    /// objects.
+    /// Adds boxes around parts of objects with many triangles and much empty space; `model` is the tree's. Queries of leaves use these.
+    /// Fewer useless draws, for memory of up to sixteen boxes per object. Panics if the tree has other objects.
     pub fn with_parts<'a>(mut self, model: impl Into<Geometry<'a>>) -> Self {
         let model = model.into();
         assert_eq!(self.object_count(), model.objects.len(), "a tree of the model's objects");
@@ -44,12 +42,12 @@ impl Hierarchy {
         self
     }
 
-    /// How many boxes a question may be about, at most.
+    /// Upper bound of the number of boxes in a query.
     pub(crate) fn boxes(&self) -> usize {
         self.nodes.len() + self.parts.as_ref().map_or(0, |parts| parts.boxes.len())
     }
 
-    /// What a question about a node is about: boxes that hold all triangles below it.
+    /// The boxes of a node's query, which contain all triangles below it.
     #[inline]
     pub(crate) fn asked(&self, node: u32) -> &[Bounds] {
         let of = &self.nodes[node as usize];
@@ -63,7 +61,7 @@ impl Hierarchy {
     }
 }
 
-/// The boxes around an object's parts; one where more tell little.
+/// The boxes around an object's parts; one if more gain little.
 fn parts(model: &Geometry<'_>, object: &GeometryObject) -> Vec<Aabb> {
     let mut triangles: Vec<(DVec3, Aabb)> = object
         .triangles
@@ -80,7 +78,7 @@ fn parts(model: &Geometry<'_>, object: &GeometryObject) -> Vec<Aabb> {
     if parts.iter().map(volume).sum::<f64>() < EMPTIER * volume(&whole) { parts } else { vec![whole] }
 }
 
-/// Divides triangles into at most so many parts.
+/// Divides triangles into at most `most` parts.
 fn divide(triangles: &mut [(DVec3, Aabb)], most: usize, parts: &mut Vec<Aabb>) {
     let around = around(triangles);
     if most < 2 || triangles.len() < 2 * LEAST_TRIANGLES {
@@ -131,7 +129,7 @@ mod tests {
         for part in asked.asked(0) {
             assert!((part.centre.x.abs() - 2.0).abs() < 1e-9 && part.half.max_element() < 0.26, "{part:?}");
         }
-        // A block has as much volume in parts as whole, and of few triangles there are no parts.
+        // The parts of a block have the same volume as the whole, and few triangles are not divided.
         let scene = row(&[(0.0, 30), (1.0, 1)]);
         let asked = tree(&scene);
         for leaf in [1, 2] {
@@ -140,7 +138,7 @@ mod tests {
         assert_eq!(asked.asked(0), [asked.nodes()[0].bounds]);
     }
 
-    /// Behind two walls with a gap between them, where the object has none of its triangles.
+    /// Behind two walls with a gap, in which the object has no triangles.
     #[test]
     fn what_shows_nothing_but_the_empty_part_of_its_box_is_hidden() {
         let mut scene = dumb_bell();

@@ -1,4 +1,4 @@
-//! What is handed to the device at once, and the answers that come back.
+//! Batches of work for the device, and their answers.
 
 use super::scene::GpuScene;
 use crate::gpu::{Gpu, GpuError};
@@ -9,35 +9,35 @@ use std::ops::Range;
 use std::sync::mpsc::Sender;
 use wgpu::BufferUsages;
 
-/// Most questions of a batch. More: a longer list is kept for every one. Fewer: batches are cut short where the walk goes on for long.
+/// Most queries of a batch. More: larger buffers for every batch. Fewer: long walks need more batches.
 pub(super) const QUESTIONS: usize = 512;
-/// Most boxes of a batch, and so of a question.
+/// Most boxes of a batch, and so of a query.
 pub(super) const BOXES: usize = 4096;
 /// Words and bytes of a box.
 const WORDS: usize = 28;
 pub(super) const BOX: u64 = 4 * WORDS as u64;
-/// Pixels by which rasterisers move corners that they cut off, at most: they round to a grid of 1/256 of a pixel or finer. Larger: boxes
-/// that are seen at a grazing angle are nearer than they are. Smaller: their depth isn't certain.
+/// Largest displacement of corners by a rasterizer, pixels: it rounds to a grid of 1/256 of a pixel or finer. Larger: boxes at a grazing
+/// angle seem too near. Smaller: their depth is no longer conservative.
 const GRID: f64 = 1.0 / 256.0;
 /// Bytes of an answer.
 const ANSWER: u64 = 8;
 
-/// Which answers are here, or why they aren't.
+/// The batch whose answers arrived, or the error.
 pub(super) type Arrival = (usize, Result<(), wgpu::BufferAsyncError>);
 
-/// What is yet to be submitted, in the order in which it came.
+/// Recorded work before submission, in order.
 #[derive(Default)]
 pub(super) struct Recorded {
     steps: Vec<Step>,
     boxes: Vec<f32>,
-    /// Those that are asked, in order.
+    /// Recorded queries, in order.
     pub questions: Vec<u32>,
 }
 
 enum Step {
     /// Draws these triangles.
     Draw(Range<u32>),
-    /// Asks about these boxes.
+    /// Queries these boxes.
     Ask(Range<u32>),
 }
 
@@ -48,7 +48,7 @@ impl Recorded {
         self.questions.clear();
     }
 
-    /// Whether there is room for one more question, about so many boxes.
+    /// Whether there is room for one more query with this many boxes.
     pub fn has_room(&self, boxes: usize) -> bool {
         self.questions.len() < QUESTIONS && self.box_count() as usize + boxes <= BOXES
     }
@@ -60,7 +60,7 @@ impl Recorded {
         }
     }
 
-    /// Asks about all boxes from `first` on.
+    /// Records a query of all boxes from `first`.
     pub fn ask(&mut self, question: u32, first: u32) {
         self.steps.push(Step::Ask(first..self.box_count()));
         self.questions.push(question);
@@ -70,15 +70,15 @@ impl Recorded {
         (self.boxes.len() / WORDS) as u32
     }
 
-    /// Forgets boxes from `first` on.
+    /// Removes boxes from `first`.
     pub fn truncate(&mut self, first: u32) {
         self.boxes.truncate(first as usize * WORDS);
     }
 
-    /// Adds a box that may be seen at some pixels, first and last by axis, where 1/w is at most `most`.
+    /// Adds a box that may cover these pixels, first and last by axis, with 1/w at most `most`.
     pub fn add(&mut self, rays: &Rays, bounds: &Bounds, [columns, rows]: [[usize; 2]; 2], most: f64) {
         let slabs = Slabs::new(rays, bounds);
-        // As the device knows it.
+        // The device's value.
         let near = f64::from(rays.view.near as f32);
         self.boxes.extend([columns[0], rows[0], columns[1] + 1, rows[1] + 1].map(|p| p as f32));
         let most = near * most * (1.0 + FORM_ERROR);
@@ -86,11 +86,11 @@ impl Recorded {
             let outwards = if i < slabs.nearer { 1.0 } else { -1.0 };
             let [at, x, y] = [slabs.at[i], slabs.x[i], slabs.y[i]].map(|v| v * near);
             let at = at + x * columns[0] as f64 + y * rows[0] as f64;
-            // Rasterisers may work out depth from the picture's corner on.
+            // Rasterizers may compute depth from the picture's corner.
             let spread = x.abs() * rays.size[0] as f64 + y.abs() * rays.size[1] as f64;
             let error = FORM_ERROR * (at.abs() + spread) + GRID * (x.abs() + y.abs());
             let plane = if outwards > 0.0 && most + 2.0 * error > 1.0 {
-                // Seen so much edge-on that it would reach before the near plane, and be cut off there.
+                // Almost edge-on: it would extend in front of the near plane, and be clipped there.
                 [most.min(1.0), 0.0, 0.0, outwards]
             } else {
                 [at + outwards * error, x, y, outwards]
@@ -100,13 +100,13 @@ impl Recorded {
     }
 }
 
-/// A place for answers.
+/// Buffers of one batch for answers.
 pub(super) struct Batch {
     answers: wgpu::QuerySet,
     there: wgpu::Buffer,
     here: wgpu::Buffer,
     questions: Vec<u32>,
-    /// The frame that they are of.
+    /// The frame of the batch.
     pub frame: u64,
 }
 
@@ -123,7 +123,7 @@ impl Batch {
         }
     }
 
-    /// Hands in what was recorded; `told` hears `name` when the answers are here. `is_first` starts a frame.
+    /// Submits the recorded work; `told` receives `name` when the answers arrive. `is_first` starts a frame.
     pub fn submit(
         &mut self,
         scene: &GpuScene,
@@ -169,7 +169,7 @@ impl Batch {
         commands.copy_buffer_to_buffer(&self.there, 0, &self.here, 0, bytes);
         let index = gpu.queue.submit([commands.finish()]);
         self.here.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
-            // Nobody listens any more after a failure.
+            // There is no receiver after a failure.
             drop(told.send((name, result)));
         });
         std::mem::swap(&mut self.questions, &mut recorded.questions);
@@ -177,12 +177,12 @@ impl Batch {
         index
     }
 
-    /// The answers, which are here.
+    /// Reads the arrived answers.
     pub fn read(&self, gpu: &Gpu, mut answer: impl FnMut(u32, bool)) -> Result<(), GpuError> {
         let bytes = ANSWER * self.questions.len() as u64;
         let view = self.here.get_mapped_range(..bytes).map_err(|error| gpu.fail(&error.to_string()))?;
         for (question, pixels) in self.questions.iter().zip(view.chunks_exact(ANSWER as usize)) {
-            // WebGPU promises nothing of what isn't zero.
+            // WebGPU does not define nonzero values.
             answer(*question, pixels.iter().any(|byte| *byte != 0));
         }
         drop(view);

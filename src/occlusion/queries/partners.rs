@@ -1,16 +1,15 @@
-//! Which triangle goes on beyond an edge: a surface covers the pixels along its inner edges, and a rasteriser may say that it is either
-//! of the two triangles there.
+//! Adjacent triangles: a surface covers the pixels along its inner edges, and a rasterizer may assign these to either of the two triangles.
 
 use crate::occlusion::geometry::{Geometry, GeometryObject};
 use glam::DVec3;
 
-/// No triangle goes on there.
+/// No adjacent triangle.
 pub(super) const NOBODY: u32 = u32::MAX;
-/// Of the triangles at one edge, at most this many are tried. More would be quadratic in fans of many around one edge.
+/// Most candidates at one edge. More would be quadratic in fans of many triangles around one edge.
 const TRIED: usize = 16;
 
-/// For each edge of each triangle (from the first corner to the second, and on), the third corner of the triangle of the same object that
-/// goes on most evenly beyond it. Corners are the same where their coordinates are.
+/// For each edge of each triangle (from the first corner to the second, and so on), the third corner of the adjacent triangle of the same
+/// object with the flattest angle. Corners are equal if their coordinates are.
 pub(super) fn partners(model: &Geometry<'_>) -> Vec<[u32; 3]> {
     let names = names(model.positions);
     let mut partners = vec![[NOBODY; 3]; model.triangles.len()];
@@ -21,7 +20,7 @@ pub(super) fn partners(model: &Geometry<'_>) -> Vec<[u32; 3]> {
     partners
 }
 
-/// An edge of a triangle: its two corners' names, the lesser first, the triangle, and which of its edges.
+/// An edge of a triangle: its two corners' names, the lesser first, the triangle, and the index of the edge.
 type Edge = ([u32; 2], u32, usize);
 
 fn of_object(
@@ -45,7 +44,7 @@ fn of_object(
         let [a, b] = same[0].0.map(|i| model.positions[i as usize]);
         let away = |edge: &Edge| away(a, b, model.positions[apex(edge) as usize]);
         for edge in same {
-            // The one that is farthest from folded back.
+            // The one with the flattest angle.
             let others = same.iter().take(TRIED).filter(|other| other.1 != edge.1);
             let best = others.min_by(|x, y| away(edge).dot(away(x)).total_cmp(&away(edge).dot(away(y))));
             partners[edge.1 as usize][edge.2] = best.map_or(NOBODY, apex);
@@ -53,15 +52,15 @@ fn of_object(
     }
 }
 
-/// The direction from the line through `a` and `b` to a point beside it; zero where there is none.
+/// The direction from the line through `a` and `b` to a point beside it; zero if the point is on the line.
 fn away(a: DVec3, b: DVec3, point: DVec3) -> DVec3 {
     let along = (b - a).normalize_or_zero();
     (point - a).reject_from_normalized(along).normalize_or_zero()
 }
 
-/// For each position, the first of the same coordinates.
+/// For each position, the first one with the same coordinates.
 fn names(positions: &[DVec3]) -> Vec<u32> {
-    // Of -0, too.
+    // Also for -0.0.
     let key = |i: u32| (positions[i as usize] + 0.0).to_array().map(f64::to_bits);
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     order.sort_unstable_by_key(|&i| (key(i), i));
@@ -78,7 +77,7 @@ mod tests {
     use super::*;
     use glam::DQuat;
 
-    /// Every edge of a closed box has a triangle beyond it; the diagonal of a side has the other half of it.
+    /// Every edge of a closed box has an adjacent triangle; for the diagonal of a side, it is the other half.
     #[test]
     fn a_box_goes_on_beyond_every_edge() {
         let scene = crowd(20, 3);
@@ -97,7 +96,7 @@ mod tests {
         }
     }
 
-    /// Each triangle twice, and each corner once for every triangle: what is found is the neighbour, not the copy.
+    /// Duplicate triangles without shared corners: the neighbour is found, not the copy.
     #[test]
     fn copies_are_nobody_s_neighbours() {
         let mut scene = row(&[]);

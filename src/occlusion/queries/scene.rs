@@ -1,11 +1,11 @@
-//! A scene on the device for occlusion queries: its triangles, the picture's depths, and what draws into them.
+//! A scene on the device for occlusion queries: triangles, depth texture, and pipelines.
 
 use super::partners::partners;
 use crate::gpu::{DepthPipeline, Gpu, GpuError, shader_module, words};
 use crate::occlusion::geometry::Geometry;
 use wgpu::{BufferUsages, DownlevelFlags, ShaderStages};
 
-/// What the adapter must have.
+/// Required features of the adapter.
 const NEEDS: [(DownlevelFlags, &str); 1] = [(DownlevelFlags::VERTEX_STORAGE, "buffers that vertex shaders read")];
 /// Bytes of a position, of a triangle and of the camera.
 const POSITION: u64 = 24;
@@ -13,21 +13,21 @@ const TRIANGLE: u64 = 32;
 const CAMERA: u64 = 128;
 const SHADERS: &str = concat!(include_str!("../../gpu/points.wgsl"), include_str!("hide.wgsl"));
 
-/// What is there from frame to frame.
+/// Resources that persist between frames.
 pub(super) struct GpuScene {
     pub gpu: Gpu,
     pub camera: wgpu::Buffer,
     pub boxes: wgpu::Buffer,
     pub depth: wgpu::TextureView,
     pub group: wgpu::BindGroup,
-    /// Draws triangles that hide.
+    /// Draws occluders.
     pub hides: wgpu::RenderPipeline,
-    /// Draws boxes that are asked about.
+    /// Draws queried boxes.
     pub asks: wgpu::RenderPipeline,
 }
 
 impl GpuScene {
-    /// Opens the device that there is; `boxes` is how many bytes of them it has room for.
+    /// Opens the device; `boxes` is the size of its buffer for boxes, bytes.
     pub fn new(model: &Geometry<'_>, size: [usize; 2], boxes: u64) -> Result<Self, GpuError> {
         let gpu = Gpu::open(&NEEDS)?;
         fits(&gpu, model, size, boxes)?;
@@ -64,7 +64,7 @@ impl GpuScene {
     }
 }
 
-/// An error where the scene, the picture or `boxes` bytes of boxes are too large.
+/// Fails if the scene, the picture or `boxes` bytes of boxes are too large.
 fn fits(gpu: &Gpu, model: &Geometry<'_>, size: [usize; 2], boxes: u64) -> Result<(), GpuError> {
     gpu.fits("corners", model.positions.len() as u64 * POSITION)?;
     gpu.fits("triangles", model.triangles.len() as u64 * TRIANGLE)?;
@@ -78,7 +78,7 @@ fn fits(gpu: &Gpu, model: &Geometry<'_>, size: [usize; 2], boxes: u64) -> Result
     Ok(())
 }
 
-/// What the shaders read: positions, triangles, the camera and boxes.
+/// The bind group of the shaders: positions, triangles, camera and boxes.
 fn bound(gpu: &Gpu, buffers: [&wgpu::Buffer; 4]) -> (wgpu::BindGroupLayout, wgpu::BindGroup) {
     let read = wgpu::BufferBindingType::Storage { read_only: true };
     let layout = [read, read, wgpu::BufferBindingType::Uniform, read];
@@ -93,7 +93,7 @@ fn bound(gpu: &Gpu, buffers: [&wgpu::Buffer; 4]) -> (wgpu::BindGroupLayout, wgpu
     (layout, group)
 }
 
-/// A buffer that both shaders read.
+/// A buffer for both shaders.
 fn entry(binding: u32, ty: wgpu::BufferBindingType) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,

@@ -1,6 +1,6 @@
-//! Scenes of boxes turned any way, and what rays in `f64` say that a view of them shows.
+//! Scenes of oriented boxes, and reference pictures by rays in `f64`.
 //!
-//! Unit tests have this file as their own, and so has `tests/support`, whose library is another: both name what it uses.
+//! Unit tests and `tests/support` both include this file, with different crate paths: each imports the names that it uses.
 
 use super::{Aabb, Bounds, Object, ObjectId, Role, Scene, View};
 use glam::{DMat3, DQuat, DVec3};
@@ -32,15 +32,15 @@ pub fn turned(centre: DVec3, turn: DQuat, half: DVec3) -> Bounds {
     Bounds { centre, axes: [axes.x_axis, axes.y_axis, axes.z_axis], half }
 }
 
-/// What the middle of each pixel shows: the reciprocal of the distance along the view direction and the object, found by trying every
-/// triangle on every ray in `f64`. Rows from the top.
+/// The object at the centre of each pixel, with the reciprocal of its distance along the view direction, by brute force: every triangle and
+/// every ray in `f64`. Rows from the top.
 pub struct Picture {
     rays: Vec<DVec3>,
     pub pixels: Vec<Option<(f64, ObjectId)>>,
 }
 
 impl Picture {
-    /// Of some objects of a scene.
+    /// The picture of some objects of a scene.
     pub fn new(scene: &Scene, objects: &[ObjectId], view: &View, [width, height]: [usize; 2]) -> Self {
         let unproject = DMat3::from_cols(view.x, view.y, view.w).transpose().inverse();
         let middle = |i: usize, n: usize| (i as f64 + 0.5) * 2.0 / n as f64 - 1.0;
@@ -72,7 +72,7 @@ impl Picture {
         objects
     }
 
-    /// Pixels whose middles show a part of a box (one that doesn't reach the near plane) before what is drawn.
+    /// Number of pixels whose centres show a part of a box (beyond the near plane) in front of the picture.
     pub fn count(&self, view: &View, bounds: &Bounds) -> usize {
         let at = bounds.local(view.eye);
         let shows = |(ray, pixel): &(&DVec3, &Option<(f64, ObjectId)>)| {

@@ -1,26 +1,25 @@
-//! One face of a visibility cube: boxes and triangles as they are seen on it.
+//! One face of a visibility cube: projection of boxes and triangles.
 //!
-//! Based on: Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997: the edge functions and 1/w of a
-//! triangle are linear over the picture whether or not it reaches behind the eye, so nothing is clipped, and an eye may be as near to
-//! a wall as it likes. Deviations: edge functions and 1/w are set up in `f64` from corners relative to the eye and taken at the
-//! corner of each tile in `f64`; only steps within a tile are `f32`. An edge that two triangles share gives them functions of
-//! opposite sign and equal size, to the last bit, so no pixel falls through between them.
+//! Based on: Olano, Greer, *Triangle scan conversion using 2D homogeneous coordinates*, 1997: the edge functions and 1/w of a triangle are
+//! linear over the image even if it extends behind the eye, so nothing is clipped, and an eye may be arbitrarily near to a wall.
+//! Deviations: edge functions and 1/w are set up in `f64` from corners relative to the eye and evaluated at the corner of each tile in
+//! `f64`; only steps within a tile are `f32`. A common edge gives both triangles functions of opposite sign and equal size, to the last
+//! bit, so there are no cracks between them.
 //!
-//! What a triangle covers is a function of the triangle, the eye, the frame and the size alone. Engines differ in what they skip,
-//! and they skip only what can't win: so they agree to the bit, on every machine.
+//! The coverage of a triangle depends only on the triangle, the eye, the frame and the size. Engines skip different triangles, but only
+//! hidden ones: so they agree to the bit, on every machine.
 
 use super::tree::{Block, LANES, Node};
 use super::{CubeView, EDGE};
 
-/// Triangles count as covering a pixel whose middle is this far (pixels) outside of their bounds, since edge functions, which decide,
-/// round: more than that by much, less than anybody will notice.
+/// Growth of triangles' bounds, pixels: far more than the rounding of edge functions, which decide coverage, and invisibly small.
 const MARGIN: f64 = EDGE;
-/// The same for boxes, whose bounds are rounded to `f32` and contain those of triangles.
+/// The same for boxes, whose bounds are rounded to `f32` and must contain those of triangles.
 const BOX_MARGIN: f32 = 0.01;
-/// Boxes grow by this fraction of their distance: more than `f32` rounds off on the way to the face.
+/// Growth of boxes, as a fraction of their distance: more than the rounding of `f32` in the projection.
 const BOX_PAD: f32 = 1e-6;
 
-/// Of the steps of an edge function, this fraction is more than rounding to `f32` takes from its value within a tile.
+/// Bound of the rounding error of an edge function within a tile, as a fraction of its steps.
 const SLACK: f64 = 1e-4;
 
 /// The first and the last column, the first and the last row.
@@ -30,7 +29,7 @@ pub(super) struct Rect {
     pub y: [u16; 2],
 }
 
-/// A face as a camera: a point `p` is seen at `x / w`, `y / w` in -1 to 1.
+/// A face as a camera: a point `p` projects to `x / w`, `y / w` in -1 to 1.
 pub(super) struct Face {
     /// Unit vectors along x, y and w.
     axes: [[f64; 3]; 3],
@@ -47,7 +46,7 @@ pub(super) struct Boxes {
     /// First and last column, first and last row that a box may touch.
     pub x: [[f32; LANES]; 2],
     pub y: [[f32; LANES]; 2],
-    /// No point of the box on this face has a greater 1/w.
+    /// Upper bound of 1/w for points of the box on this face.
     pub nearest: [f32; LANES],
     /// Lanes that touch the face, as bits.
     pub seen: u32,
@@ -98,10 +97,10 @@ impl Face {
         Self { axes, eye, near_axes, eye_parts: [high, low], size: f64::from(view.size) }
     }
 
-    /// Where the children of a node are on this face, and how near they may be.
+    /// Projects the children of a node to this face, with bounds of their depth.
     #[inline(always)]
     pub fn boxes(&self, node: &Node, out: &mut Boxes) {
-        // Middles and half sizes relative to the eye.
+        // Centres and half sizes relative to the eye.
         let (mut middle, mut half) = ([[0.0f32; LANES]; 3], [[0.0f32; LANES]; 3]);
         let mut reach = [0.0f32; LANES];
         for k in 0..3 {
@@ -150,7 +149,7 @@ impl Face {
         out.seen = bits(&seen);
     }
 
-    /// Where the triangles of a block are on this face.
+    /// Projects the triangles of a block to this face.
     #[inline(always)]
     pub fn triangles(&self, block: &Block, out: &mut Triangles) {
         for corner in 0..3 {
@@ -178,7 +177,7 @@ impl Face {
             let inverse = [1.0 / c[0][2][l], 1.0 / c[1][2][l], 1.0 / c[2][2][l]];
             let range = |k: usize, from: f64, to: f64| {
                 let (p, q, r) = (c[0][k][l] * inverse[0], c[1][k][l] * inverse[1], c[2][k][l] * inverse[2]);
-                // A triangle that reaches behind the eye ends only where it does on the side on which all of it is.
+                // A triangle that extends behind the eye is bounded only on the side that contains all of it.
                 let far = if before {
                     lesser(p, lesser(q, r))
                 } else if from >= 0.0 {
@@ -244,13 +243,13 @@ impl Triangles {
         Rect { x: [to(self.x[0][l]), to(self.x[1][l])], y: [to(self.y[0][l]), to(self.y[1][l])] }
     }
 
-    /// No pixel of the triangle has a greater 1/w.
+    /// Upper bound of the triangle's 1/w.
     #[inline(always)]
     pub fn nearest(&self, l: usize) -> f32 {
         self.nearest[l] as f32
     }
 
-    /// The triangle's functions; `None` where it is seen edge-on.
+    /// The triangle's functions; `None` if it is seen edge-on.
     #[inline(always)]
     pub fn set_up(&self, l: usize, face: &Face, triangle: u32) -> Option<Drawn> {
         let at = |corner: usize| [self.corners[corner][0][l], self.corners[corner][1][l], self.corners[corner][2][l]];
@@ -261,7 +260,7 @@ impl Triangles {
         let (side, inverse) = (volume.signum(), 1.0 / volume);
         let planes = [cross(q, r), cross(r, p), cross(p, q), normal];
         let factors = [side, side, side, inverse];
-        // From -1 to 1 over the face to columns and rows.
+        // Maps -1 to 1 over the face to columns and rows.
         let (step, start) = (2.0 / face.size, 1.0 / face.size - 1.0);
         let (mut a, mut b, mut c) = ([0.0; 4], [0.0; 4], [0.0; 4]);
         for i in 0..4 {
@@ -270,7 +269,7 @@ impl Triangles {
             b[i] = y * factors[i] * step;
             c[i] = (w + (x + y) * start) * factors[i];
         }
-        // Beyond that the eye is on the triangle.
+        // Steeper functions mean that the eye is on the triangle.
         let steep = a[3].abs().max(b[3].abs()).max(c[3].abs());
         (steep < 1e30).then_some(Drawn {
             a,
@@ -299,21 +298,21 @@ impl Drawn {
         out
     }
 
-    /// Calls `visit` with each tile of a rectangle of pixels that the triangle may cover, its column and row, and the first and the last
-    /// row of pixels of the rectangle in it.
+    /// Calls `visit` for each tile of a rectangle of pixels that the triangle may cover, with its column and row, and its first and last
+    /// row of pixels in the rectangle.
     #[inline(always)]
     pub fn tiles(&self, rect: Rect, mut visit: impl FnMut([usize; 2], [usize; 2])) {
         let [x0, x1] = rect.x.map(|x| x as usize / LANES);
         let [y0, y1] = rect.y.map(usize::from);
         let (top, bottom) = (y0 / LANES, y1 / LANES);
-        // Over tiles: the step of an edge function from tile to tile, and the column of tiles at which it is 0.
+        // Per tile: the step of an edge function, and the column of tiles at which it is 0.
         let wide = x1 - x0 >= 2 && bottom > top;
         let (mut edges, mut inverse) = ([[0.0; 3]; 3], [0.0; 3]);
         if wide {
             let end = (LANES - 1) as f64;
             for i in 0..3 {
                 let (a, b) = (self.a[i], self.b[i]);
-                // At the pixel of a tile at which the function is greatest, and more than `f32` rounds off.
+                // The maximum of the function in a tile, plus more than the rounding of `f32`.
                 let most = self.c[i] + greater(a, 0.0) * end + greater(b, 0.0) * end + (a.abs() + b.abs()) * SLACK;
                 edges[i] = [a * LANES as f64, b * LANES as f64, most];
                 inverse[i] = 1.0 / edges[i][0];

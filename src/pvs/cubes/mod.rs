@@ -1,20 +1,20 @@
-//! Visibility cubes: what is seen from a point in all directions, as the nearest triangle at each pixel of six faces.
+//! Visibility cubes: the view from a point in all directions, as the nearest triangle at each pixel of six faces.
 //!
-//! [`Raster`] draws the hierarchy from front to back and skips what is hidden, so that its cost follows what is visible. **Its cubes are the
-//! same to the bit on every machine and for any number of threads.** [`Rays`] follows one ray after the other, in `f64`: the truth. The two
-//! may differ at a pixel only where
+//! [`Raster`] draws the hierarchy from front to back and skips hidden boxes, so that its cost is output-sensitive. **Its cubes are the same
+//! to the bit on every machine and for any number of threads.** [`Rays`] casts one ray per pixel, in `f64`: the reference. The two may
+//! differ at a pixel only if
 //!
-//! * its middle is within [`EDGE`] pixels of the line through a projected edge of one of the two triangles (and within a tile, eight
+//! * its centre is within [`EDGE`] pixels of the line through a projected edge of one of the two triangles (and within a tile, eight
 //!   pixels, of the edge), or
-//! * it meets both, and within [`EDGE`] pixels of its middle their depths agree to within [`DEPTH`] of themselves: triangles that lie on
-//!   each other, or
-//! * the eye is as good as on one of the two: nearer to its plane than [`UNDERFOOT`] times the distance of its farthest corner times its
+//! * it covers both, and within [`EDGE`] pixels of its centre their depths agree to a relative error of [`DEPTH`]: overlapping coplanar
+//!   triangles, or
+//! * the eye is practically on one of the two: nearer to its plane than [`UNDERFOOT`] times the distance of its farthest corner times its
 //!   longest edge over its least altitude.
 //!
-//! Where that matters, [`settle`] asks the one triangle exactly.
+//! [`settle`] tests a single triangle exactly.
 //!
-//! [`CubeScene`] is built once a scene and shared by threads; an engine is scratch memory of one thread, and allocates nothing once
-//! it and the [`Cube`] are warm (but for hits through glass, whose list grows to the largest seen).
+//! [`CubeScene`] is built once per scene and shared by threads; an engine is scratch memory of one thread, and allocates nothing once it
+//! and the [`Cube`] are warm (except for hits through glass, whose list grows to its maximum).
 
 mod face;
 mod raster;
@@ -33,23 +33,23 @@ use tree::Tree;
 
 /// No triangle.
 pub const NONE: u32 = u32::MAX;
-/// Within this distance (pixels) of a projected edge a pixel may fall to either side: steps within a tile are `f32`. Four times what
-/// rounding takes; what is drawn reaches no further beyond a triangle's corners.
+/// Within this distance of a projected edge, pixels, rounding decides the side of a pixel centre: steps within a tile are `f32`. Four times
+/// the rounding error; also the largest overdraw beyond a triangle's corners.
 pub const EDGE: f64 = 1e-4;
-/// To this fraction of themselves depths are the same.
+/// Depths are equal within this relative error.
 pub const DEPTH: f64 = 1e-6;
-/// How near to a plane (see above) the side that an eye is on is left to rounding, in `f64`.
+/// Relative distance from a plane (see above) below which rounding in `f64` decides the eye's side.
 pub const UNDERFOOT: f64 = 1e-10;
 /// Most pixels along a face's edge.
 pub const MAX_SIZE: u32 = 4096;
 
-/// Where a cube stands, and how it is cut into pixels.
+/// The view of a cube: position and resolution.
 ///
 /// Face `2 * k` looks along the frame's axis `k`, face `2 * k + 1` against it; columns follow axis `k + 1` and rows axis `k + 2` (both
 /// modulo 3). Pixels are uniform in tangents. Pixel `(face * size + row) * size + column`.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct CubeView {
-    /// In the scene's coordinates, metres.
+    /// Position in the scene's coordinates, metres.
     pub eye: DVec3,
     /// The cube's axes, orthonormal; the identity is the scene's own.
     pub frame: DMat3,
@@ -58,7 +58,7 @@ pub struct CubeView {
 }
 
 impl CubeView {
-    /// A cube that stands straight.
+    /// An axis-aligned cube.
     pub fn new(eye: DVec3, size: u32) -> Self {
         Self { eye, frame: DMat3::IDENTITY, size }
     }
@@ -68,14 +68,14 @@ impl CubeView {
         6 * (self.size as usize).pow(2)
     }
 
-    /// Through a pixel's middle; of length 1 along the face's axis.
+    /// Direction through a pixel's centre; of length 1 along the face's axis.
     pub fn direction(&self, pixel: usize) -> DVec3 {
         let (face, row, column) = self.place(pixel);
         let [x, y, w] = self.axes(face);
         x * self.tangent(column as f64 + 0.5) + y * self.tangent(row as f64 + 0.5) + w
     }
 
-    /// Fraction of the sphere that a pixel takes up; all pixels add up to 1.
+    /// A pixel's fraction of the sphere; all pixels add up to 1.
     pub fn solid_angle(&self, pixel: usize) -> f64 {
         let (_, row, column) = self.place(pixel);
         let corner = |x: f64, y: f64| (x * y).atan2((x * x + y * y + 1.0).sqrt());
@@ -84,7 +84,7 @@ impl CubeView {
         (corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)) / (4.0 * PI)
     }
 
-    /// The pixel that looks the other way: its direction is the negative, to the bit.
+    /// The opposite pixel: its direction is the negative, to the bit.
     pub fn opposite(&self, pixel: usize) -> usize {
         let (face, row, column) = self.place(pixel);
         let size = self.size as usize;
@@ -101,7 +101,7 @@ impl CubeView {
         (2.0 * columns - f64::from(self.size)) / f64::from(self.size)
     }
 
-    /// Along a face's columns, its rows, and into it.
+    /// The axes along a face's columns, its rows, and into it.
     fn axes(&self, face: usize) -> [DVec3; 3] {
         let k = face / 2;
         let into = self.frame.col(k);
@@ -109,22 +109,22 @@ impl CubeView {
     }
 }
 
-/// A see-through triangle before the opaque one.
+/// A see-through triangle in front of the opaque one.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct SeeThrough {
-    /// At which pixel.
+    /// Its pixel.
     pub pixel: u32,
     /// Index into [`Scene::triangles`]: the object's nearest there.
     pub triangle: u32,
 }
 
-/// What is seen.
+/// The view from one point.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Cube {
     /// For each pixel the nearest opaque triangle, as an index into [`Scene::triangles`], or [`NONE`].
     pub triangles: Vec<u32>,
-    /// See-through triangles that are no farther, each object at most once a pixel, in an order of no meaning (that doesn't depend
-    /// on the engine, but for [`Rays`]).
+    /// See-through triangles that are no farther, each object at most once per pixel, in an arbitrary order (equal for all engines except
+    /// [`Rays`]).
     pub see_through: Vec<SeeThrough>,
 }
 
@@ -134,7 +134,7 @@ impl Cube {
         Some(self.triangles[pixel]).filter(|&t| t != NONE)
     }
 
-    /// Makes it empty, and as large as a view asks. Panics where the size is out of bounds.
+    /// Empties it and resizes it for a view. Panics if the size is out of bounds.
     pub fn clear(&mut self, view: &CubeView) {
         assert!((1..=MAX_SIZE).contains(&view.size), "a cube's faces are 1 to {MAX_SIZE} pixels wide");
         self.triangles.resize(view.pixels(), NONE);
@@ -142,13 +142,13 @@ impl Cube {
     }
 }
 
-/// Makes cubes; holds scratch memory, so each thread has its own.
+/// Renders cubes; holds scratch memory, so each thread has its own.
 pub trait CubeEngine {
-    /// What is seen from `view`, into `out`. An eye that isn't finite sees nothing. Panics where the size is out of bounds.
+    /// Renders `view` into `out`. A non-finite eye sees nothing. Panics if the size is out of bounds.
     fn cube(&mut self, view: &CubeView, out: &mut Cube);
 }
 
-/// A scene made ready for cubes.
+/// A scene prepared for cubes.
 pub struct CubeScene {
     opaque: Tree,
     see_through: Tree,
@@ -167,9 +167,8 @@ impl CubeScene {
     }
 }
 
-/// Whether the ray through a pixel's middle meets a triangle, in `f64`, and where: what an engine says of a pixel, made exact as far
-/// as that triangle goes. Of [`Hit::t`], 1 is the length of [`CubeView::direction`]. That nothing is before it is another question,
-/// which [`RayScene::is_clear`] answers.
+/// Intersection of the ray through a pixel's centre with a triangle, in `f64`: an exact test of an engine's result for that triangle. The
+/// unit of [`Hit::t`] is the length of [`CubeView::direction`]. Whether nothing is in front of it is a matter for [`RayScene::is_clear`].
 pub fn settle(rays: &RayScene<'_>, view: &CubeView, pixel: usize, triangle: u32) -> Option<Hit> {
     rays.meets(view.eye, view.direction(pixel), triangle)
 }

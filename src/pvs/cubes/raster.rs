@@ -1,8 +1,8 @@
-//! Cubes by an item buffer: the hierarchy is drawn from front to back, and what is hidden is skipped a box at a time.
+//! Cubes by an item buffer: the hierarchy is drawn from front to back, and hidden boxes are skipped.
 //!
-//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993. Deviations: children of a node are taken in the order of
-//! their nearest depth, each asked again when its turn comes; boxes that lie between the middles of pixels are skipped, too; see-through
-//! objects come after all that is opaque, each into a layer of its own, so that its nearest triangle is known before the next is drawn.
+//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993. Deviations: children of a node are visited in the order of
+//! their nearest depth, and each is tested again before its visit; boxes between pixel centres are skipped, too; see-through objects are
+//! drawn after opaque ones, each into a separate layer, so that its nearest triangle is known before the next object.
 
 use super::face::{Boxes, Drawn, Face, Rect, Triangles};
 use super::tiles::{Tile, Tiles};
@@ -19,7 +19,7 @@ struct Open {
     nearest: f32,
 }
 
-/// Where the hits of an object in a tile are.
+/// The hits of an object in a tile.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Run {
     tile: u32,
@@ -100,7 +100,7 @@ impl<'s> Raster<'s> {
         );
     }
 
-    /// Collects what is before the opaque triangles, an object at a time; pixels count from `first`.
+    /// Collects see-through hits in front of the opaque triangles, object by object; pixels count from `first`.
     #[inline(always)]
     fn draw_see_through<S: Simd>(&mut self, simd: S, face: &Face, size: usize, first: usize) {
         let Self { scene, opaque, layer, stack, touched, hits, runs } = self;
@@ -152,7 +152,7 @@ impl<'s> Raster<'s> {
     }
 }
 
-/// Draws a triangle into `tiles` where it isn't farther than `farthest`, tile by tile; tells `drawn_to` which it may have changed.
+/// Draws a triangle into `tiles` where it is not farther than `farthest`, tile by tile; calls `drawn_to` for tiles that may have changed.
 #[inline(always)]
 fn over<S: Simd>(
     simd: S,
@@ -179,7 +179,7 @@ fn over<S: Simd>(
     );
 }
 
-/// Adds the pixels of a see-through object's tile that aren't behind the opaque one.
+/// Adds the pixels of a see-through object's tile that are not behind the opaque one.
 #[inline(always)]
 fn gather(layer: &Tile, opaque: &Tile, size: usize, first: usize, corner: [usize; 2], hits: &mut Vec<SeeThrough>) {
     for row in 0..LANES.min(size - corner[1]) {
@@ -193,7 +193,7 @@ fn gather(layer: &Tile, opaque: &Tile, size: usize, first: usize, corner: [usize
     }
 }
 
-/// Hands each triangle of some blocks that may be seen to `draw`.
+/// Calls `draw` for each possibly visible triangle of some blocks.
 #[inline(always)]
 fn seen(blocks: &[Block], face: &Face, tiles: &mut Tiles, mut draw: impl FnMut(Drawn, Rect, &mut Tiles)) {
     for block in blocks {
@@ -213,7 +213,7 @@ fn seen(blocks: &[Block], face: &Face, tiles: &mut Tiles, mut draw: impl FnMut(D
     }
 }
 
-/// Hands the leaves of a tree that may be seen to `leaf`, near ones first.
+/// Calls `leaf` for the possibly visible leaves of a tree, near ones first.
 #[inline(always)]
 fn walk(
     tree: &Tree,
@@ -257,7 +257,7 @@ fn walk(
     }
 }
 
-/// A cube yet to be made.
+/// A cube to render, for dispatch.
 struct Draw<'a, 's> {
     raster: &'a mut Raster<'s>,
     view: &'a CubeView,

@@ -1,4 +1,4 @@
-//! Cubes by one ray after the other, in `f64`: slow, and what the fast engines are measured against.
+//! Cubes by one ray per pixel, in `f64`: slow, the reference for the fast engines.
 
 use super::{Cube, CubeEngine, CubeView, NONE, SeeThrough};
 use crate::scene::rays::{Hit, RayScene};

@@ -1,9 +1,9 @@
 //! A face's pixels in tiles of eight by eight, with the farthest depth of each tile.
 //!
-//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993 (here with two levels, pixels and tiles), and
-//! Hasselgren, Andersson, Akenine-Moeller, *Masked software occlusion culling*, 2016 (tiles that are worked on a row of lanes at a
-//! time). Depth is 1/w; nothing is at 0. Of two triangles at the same depth the one of the lesser index is in front, so that what is
-//! in front doesn't depend on the order of drawing.
+//! Based on: Greene, Kass, Miller, *Hierarchical Z-buffer visibility*, 1993 (here with two levels, pixels and tiles), and Hasselgren,
+//! Andersson, Akenine-Moeller, *Masked software occlusion culling*, 2016 (tiles processed one row of lanes at a time). Depth is 1/w; 0 is
+//! empty. Of two triangles at the same depth, the one with the lesser index is in front, so that the result does not depend on the order of
+//! drawing.
 
 use super::NONE;
 use super::face::{Drawn, Rect};
@@ -24,12 +24,12 @@ pub(super) struct Tile {
 impl Tile {
     pub const EMPTY: Self = Self { depth: [0.0; PIXELS], triangle: [NONE; PIXELS] };
 
-    /// Draws the part of a triangle that is in some rows of this tile; `at` are its functions at the tile's corner. Returns the depth of
-    /// what is farthest, or `None` where it is certain that nothing changed.
+    /// Draws the part of a triangle in some rows of this tile; `at` are its functions at the tile's corner. Returns the farthest depth, or
+    /// `None` if certainly nothing changed.
     #[inline(always)]
     pub fn draw<S: Simd>(&mut self, simd: S, drawn: &Drawn, at: [f32; 4], farthest: f32, rows: [usize; 2]) -> Option<f32> {
         let (a, b) = drawn.steps();
-        // Rounding is monotone: no pixel's value is beyond that of a corner pixel, as rounded.
+        // Rounding is monotone: the values of all pixels are within those of the corner pixels, as rounded.
         let end = (LANES - 1) as f32;
         let corner = |i: usize, right: bool, low: bool| {
             (at[i] + if low { b[i] * end } else { 0.0 }) + if right { a[i] * end } else { 0.0 }
@@ -99,7 +99,7 @@ impl Tile {
                     let least = simd.min_f32s(simd.min_f32s(value(0), value(1)), value(2));
                     wins = simd.and_m32s(wins, simd.greater_than_or_equal_f32s(least, zero));
                 }
-                // By arithmetic: a select becomes a masked store, which some machines take very long over.
+                // By arithmetic: a select becomes a masked store, which is very slow on some machines.
                 *depth = simd.max_f32s(simd.select_f32s(wins, z, zero), *depth);
                 least = simd.min_f32s(least, *depth);
                 let change = simd.select_u32s(wins, simd.xor_u32s(new, *triangle), none);
@@ -128,8 +128,8 @@ pub(super) struct Tiles {
 }
 
 impl Tiles {
-    /// Empties a face of `size` pixels along an edge. Pixels of tiles that are beyond it are as near as can be: they hide nothing
-    /// that is on it.
+    /// Empties a face of `size` pixels along an edge. Pixels of tiles beyond the face get the nearest depth, so that they do not affect a
+    /// tile's farthest depth.
     pub fn clear(&mut self, size: usize) {
         self.across = size.div_ceil(LANES);
         let count = self.across * self.across;
@@ -149,7 +149,7 @@ impl Tiles {
         }
     }
 
-    /// True where everything in a rectangle of pixels is nearer than `nearest`.
+    /// True if all pixels of a rectangle are nearer than `nearest`.
     #[inline(always)]
     pub fn hides(&self, rect: Rect, nearest: f32) -> bool {
         let [x0, x1] = rect.x.map(|x| x as usize / LANES);

@@ -1,10 +1,10 @@
-//! The hierarchy that both fast engines walk: eight children a node, eight triangles a block, side by side in memory.
+//! The hierarchy for both fast engines: eight children per node, eight triangles per block, as a structure of arrays.
 //!
-//! Based on: Dammertz, Hanika, Keller, *Shallow bounding volume hierarchies for fast SIMD ray tracing of incoherent rays*, 2008
-//! (a binary tree, here obvhs's, is folded into a wide one by opening the child of the largest surface until there is no room).
-//! Deviation: a subtree that fits a block becomes one leaf.
+//! Based on: Dammertz, Hanika, Keller, *Shallow bounding volume hierarchies for fast SIMD ray tracing of incoherent rays*, 2008 (a binary
+//! tree, here obvhs's, is collapsed into a wide one: the child with the largest surface is opened until all lanes are used). Deviation: a
+//! subtree that fits a block becomes one leaf.
 //!
-//! Boxes are `f32`, rounded outward; corners stay `f64`, so that they lose nothing before they are taken relative to an eye.
+//! Boxes are `f32`, rounded outward; corners stay `f64` for exact differences to an eye.
 
 use crate::bvh;
 use crate::geom::Aabb;
@@ -17,14 +17,14 @@ pub(super) const LANES: usize = 8;
 /// Marks a child that is a leaf.
 pub(super) const LEAF: u32 = 1 << 31;
 
-/// Up to eight boxes with what is in them. Lanes without a child hold a box that is nowhere.
+/// Up to eight boxes with their children. Lanes without a child hold an empty box.
 #[repr(align(64))]
 pub(super) struct Node {
     /// Lesser corners by axis.
     pub min: [[f32; LANES]; 3],
     /// Greater corners by axis.
     pub max: [[f32; LANES]; 3],
-    /// Index of a node, or [`LEAF`] and that of a leaf.
+    /// Index of a node, or [`LEAF`] plus the index of a leaf.
     pub child: [u32; LANES],
 }
 
@@ -42,22 +42,22 @@ pub(super) struct Block {
 /// A wide hierarchy.
 #[derive(Default)]
 pub(super) struct Tree {
-    /// The first is the root; empty where there is nothing.
+    /// The first is the root; empty for an empty scene.
     pub nodes: Vec<Node>,
-    /// Where each leaf's blocks start, and the end.
+    /// Start of each leaf's blocks, and the end.
     starts: Vec<u32>,
     blocks: Vec<Block>,
 }
 
 impl Tree {
-    /// Over some triangles, at most a block of them in a leaf.
+    /// A tree over triangles, at most a block per leaf.
     pub fn of_triangles(scene: &Scene, triangles: &[u32]) -> Self {
         let bounds = |&t: &u32| Aabb::of(scene.corners(t as usize));
         let bvh = binary(triangles.iter().map(bounds), LANES as u32);
         Self::fold(scene, &bvh, LANES as u32, |primitive| triangles[primitive]..triangles[primitive] + 1)
     }
 
-    /// Over some objects, one in a leaf; leaf by leaf, which object it is.
+    /// A tree over objects, one per leaf; and the object of each leaf.
     pub fn of_objects(scene: &Scene, objects: &[u32]) -> (Self, Vec<u32>) {
         let bvh = binary(objects.iter().map(|&o| scene.objects[o as usize].bounds), 1);
         let tree = Self::fold(scene, &bvh, 1, |primitive| scene.objects[objects[primitive] as usize].triangles.clone());
@@ -79,7 +79,7 @@ impl Tree {
         }
         let counts = counts(bvh);
         let is_leaf = |n: u32| counts[n as usize] <= most || bvh.nodes[n as usize].is_leaf();
-        // Binary nodes that are yet to be folded, and where their index goes.
+        // Binary nodes to collapse, and the slot of their index.
         let mut open: Vec<(u32, Option<(u32, usize)>)> = vec![(0, None)];
         while let Some((root, parent)) = open.pop() {
             let index = tree.nodes.len() as u32;
@@ -142,18 +142,18 @@ fn binary(bounds: impl Iterator<Item = Aabb>, most: u32) -> Bvh2 {
     bvh::over(boxes, Some(most))
 }
 
-/// The nearest `f32` that isn't above.
+/// The greatest `f32` that is not above `x`.
 fn below(x: f64) -> f32 {
     let y = x as f32;
     if f64::from(y) > x { y.next_down() } else { y }
 }
 
-/// The nearest `f32` that isn't below.
+/// The least `f32` that is not below `x`.
 fn above(x: f64) -> f32 {
     -below(-x)
 }
 
-/// Primitives below each node.
+/// Number of primitives below each node.
 fn counts(bvh: &Bvh2) -> Vec<u32> {
     let (mut order, mut open) = (Vec::with_capacity(bvh.nodes.len()), vec![0u32]);
     while let Some(n) = open.pop() {

@@ -1,8 +1,8 @@
-//! Bundles of planes against boxes: the test that floods do most.
+//! Tests of bundles of planes against boxes: the inner loop of floods.
 //!
-//! Based on: Assarsson, Moller, *Optimized view frustum culling algorithms for bounding boxes*, 2000 (a box's reach along a
-//! normal is its half size against the absolute normal). Deviates: all planes are looked at in groups of four without
-//! branches, and the boxes stand for windows that may be flat.
+//! Based on: Assarsson, Moller, *Optimized view frustum culling algorithms for bounding boxes*, 2000 (the extent of a box along a normal is
+//! the dot product of its half size and the absolute normal). Deviations: planes are tested in groups of four without branches, and boxes
+//! represent windows that may be flat.
 
 use super::window::{Slack, Window};
 use crate::geom::{Aabb, Plane};
@@ -16,40 +16,40 @@ const LANES: usize = 4;
 pub struct Bounds {
     middle: DVec3,
     half: DVec3,
-    /// The window is cut off where its nearest point lies at least this far outside of a plane, metres.
+    /// The window is cut off if its nearest point is at least this far outside of a plane, metres.
     limit: f64,
 }
 
-/// Where a window lies, as far as its box tells.
+/// Side of a window, judged by its box.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Side {
-    /// Wholly inside a plane.
+    /// Entirely inside a plane.
     Inside,
-    /// Nowhere inside, but for touching.
+    /// Outside, or touching.
     Outside,
-    /// It has to be looked at.
+    /// The box does not decide.
     Unknown,
 }
 
 impl Bounds {
-    /// Around some corners of a window that is flat or not. Around none: everywhere.
+    /// The box of a window's corners; without corners, all space.
     pub fn new(corners: impl Iterator<Item = DVec3>, flat: bool, slack: &Slack) -> Self {
         let bounds = Aabb::of(corners);
         let limit = if flat { -slack.strict } else { slack.coplanar };
         if bounds.is_empty() {
             return Self { middle: DVec3::ZERO, half: DVec3::INFINITY, limit };
         }
-        // Grown by as much as the arithmetic may be off.
+        // Grown by the rounding error.
         Self { middle: bounds.centre(), half: bounds.size() * 0.5 + 0.25 * slack.strict, limit }
     }
 
-    /// Whether a box comes within `margin` metres along every axis.
+    /// Whether a box is within `margin` metres along every axis.
     #[inline(always)]
     pub fn meets(&self, middle: DVec3, half: DVec3, margin: f64) -> bool {
         (self.middle - middle).abs().cmple(self.half + half + margin).all()
     }
 
-    /// On which side of a plane it lies.
+    /// Its side of a plane.
     #[inline(always)]
     pub fn side(&self, plane: &Plane) -> Side {
         let (distance, reach) = (plane.distance(self.middle), plane.n.abs().dot(self.half));
@@ -70,7 +70,7 @@ pub(crate) struct Bundle {
 }
 
 impl Bundle {
-    /// Takes over some planes. The last group is filled up with the last plane.
+    /// Copies planes. The last group is padded with the last plane.
     #[inline(always)]
     pub fn assign(&mut self, planes: &[Plane]) {
         self.groups.clear();
@@ -81,7 +81,7 @@ impl Bundle {
         }
     }
 
-    /// Cuts a window, whose box is `bounds`, down to the inside of every plane; false where no line is left.
+    /// Clips a window, whose box is `bounds`, to the inside of every plane; false if no line is left.
     #[inline(always)]
     pub fn cut(&self, window: &mut Window, bounds: &Bounds, slack: &Slack, spare: &mut Window) -> bool {
         let Bounds { middle: m, half: h, limit } = bounds;
@@ -105,8 +105,8 @@ impl Bundle {
         true
     }
 
-    /// True where some plane has a window wholly outside. Corners are looked at only where the
-    /// middle of its box lies outside of some plane: an axis-parallel rectangle's middle is a point of it, and of others it is near.
+    /// True if a window is entirely outside some plane. Corners are tested only if the centre of its box is outside some plane: the centre
+    /// of an axis-parallel rectangle is a point of it, and that of others is near.
     #[inline(always)]
     pub fn cuts_off(&self, bounds: &Bounds, window: &Window) -> bool {
         let Bounds { middle: m, half: h, limit } = bounds;

@@ -1,9 +1,8 @@
-//! Rows of single cells, worked out when somebody asks: by a thread of its own, for where a camera will be soon. A culler takes them while
-//! frames go on ([`crate::runtime::Culler::learn_row`]).
+//! Rows of single cells, computed on demand in a thread of their own, for the cells ahead of a camera. A culler takes them between frames
+//! ([`crate::runtime::Culler::learn_row`]).
 //!
-//! The search is that of [`super::flow`], which decides a pair of cells from the cheaper side and tells other searches what it has refuted. Here
-//! each cell is asked alone: of the pairs that it is one of, those are decided, and nothing is known of others. So a row has all that the whole
-//! flow leaves of it, and may have more.
+//! The search is that of [`super::flow`], which decides a pair of cells from the cheaper side and shares refutations between searches. Here
+//! each cell is searched alone, without results for other pairs. So a row is a superset of the row of the whole flow.
 
 use super::might_see::MightSee;
 use super::net::Net;
@@ -11,16 +10,16 @@ use super::{FlowInput, decide};
 use crate::CellId;
 use crate::job::{Job, Stopped};
 
-/// What may be seen from a cell.
+/// The upper bound of one cell.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct CellRow {
-    /// Cells, as bits; the cell itself is one.
+    /// Cells, as bits, including the cell itself.
     pub cells: Vec<u64>,
     /// Objects, as bits.
     pub objects: Vec<u64>,
 }
 
-/// See the [module](self). Threads may share one.
+/// See the [module](self). It may be shared by threads.
 pub struct FlowByCell<'a> {
     input: FlowInput<'a>,
     net: Net,
@@ -28,11 +27,11 @@ pub struct FlowByCell<'a> {
 }
 
 impl<'a> FlowByCell<'a> {
-    /// Finds out which portals might see each other: what every row starts from. Takes memory for about three bits a pair of directed portals.
+    /// Computes which portals might see each other, the input of every row. Takes about three bits of memory per pair of directed portals.
     ///
     /// # Panics
     ///
-    /// Where the matrices aren't of the graph's number of cells, or the boxes not of the matrices' number of objects.
+    /// If the size of a matrix does not match the graph's cells or the number of boxes.
     pub fn new(input: FlowInput<'a>) -> Self {
         let (cells, objects) = (input.graph.cells.len(), input.object_bounds.len());
         for (matrix, columns) in [(input.cells_lower, cells), (input.objects_lower, objects), (input.placement, objects)] {
@@ -43,15 +42,15 @@ impl<'a> FlowByCell<'a> {
         Self { input, net, might_see }
     }
 
-    /// The row of a cell. The same whatever was asked before, and for any number of threads.
+    /// The row of a cell. It does not depend on previous calls or on the number of threads.
     ///
     /// # Errors
     ///
-    /// Where it was stopped.
+    /// If it was stopped.
     ///
     /// # Panics
     ///
-    /// Where there is no such cell.
+    /// If there is no such cell.
     pub fn row(&self, cell: CellId, work: &Job<'_>) -> Result<CellRow, Stopped> {
         assert!(cell.index() < self.net.cells, "{cell} of {} cells", self.net.cells);
         let own = |i: usize| i == cell.index();

@@ -1,4 +1,4 @@
-//! Which cells may see each other.
+//! The upper bound of pairs of cells.
 
 use super::goals::{CellGoals, Exact, Prover};
 use super::might_see::{MightSee, from_rows, get, set, words_of};
@@ -9,43 +9,42 @@ use crate::job::{Job, Stopped};
 use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
 
-/// Pairs of cells, and what is known of them so far. All matrices are cells x cells.
+/// Pairs of cells and their state. All matrices are cells x cells.
 pub struct Cells<'a> {
     net: &'a Net,
     max_steps: u64,
     /// Pairs of directed portals that are still possible.
     pub might_see: MightSee,
-    /// Symmetric: pairs that see each other or are no longer searched for.
+    /// Symmetric: pairs that see each other or are given up.
     pub settled: BitMatrix,
     /// Symmetric: pairs that don't see each other.
     pub hidden: BitMatrix,
-    /// Pairs that are to be searched for, each from one side.
+    /// Pairs to search, each from one side.
     wanted: BitMatrix,
     rounds: Vec<Vec<Task>>,
-    /// What it took.
+    /// Counters.
     pub tally: Tally,
-    /// What came of chains that were asked exactly.
+    /// Counters of exact tests.
     pub exact: Exact,
 }
 
-/// What the searches of one task found.
+/// The result of one task.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Found<P> {
-    /// Cells that may be seen from the task's cell, or are no longer searched for.
+    /// Cells that the task's cell may see, or that are given up.
     pub settled: Vec<u32>,
-    /// For a portal, cells that no line through it reaches.
+    /// For each portal, cells that no line through it reaches.
     pub refuted: Vec<(u32, Vec<u32>)>,
     /// Lines.
     pub proofs: Vec<P>,
-    /// What it took.
+    /// Counters.
     pub tally: Tally,
-    /// What came of chains that were asked exactly.
+    /// Counters of exact tests.
     pub exact: Exact,
 }
 
 impl<'a> Cells<'a> {
-    /// Starts from what might see each other, and from pairs that are known to, one way or both. Asked are pairs of which at least one is
-    /// `own`; of others nothing is said in the end.
+    /// Starts from might-see, and from pairs known to see each other, one way or both. Only pairs with at least one `own` cell are decided.
     pub fn new(
         net: &'a Net,
         might_see: MightSee,
@@ -60,7 +59,7 @@ impl<'a> Cells<'a> {
             let neighbours = net.out(i).map(|p| net.target[p] as usize);
             known.ones(i).chain(neighbours).for_each(|j| set_both(&mut settled, i, j));
         }
-        // Hidden is what one of two can't be reached from.
+        // A pair is hidden if one cell cannot reach the other.
         let there = from_rows(n, n, || (), |(), i, row| row.copy_from_slice(&reached(net, &might_see, net.out(i))));
         let back = there.transposed();
         let hide = |i: usize, row: &mut [u64]| {
@@ -97,7 +96,7 @@ impl<'a> Cells<'a> {
         self.rounds.len()
     }
 
-    /// Searches side by side for what round `k` is to decide. Results are in the order of the tasks.
+    /// Runs the tasks of round `k` in parallel. Results are in the order of the tasks.
     pub fn search<P: Prover>(
         &self,
         k: usize,
@@ -109,7 +108,7 @@ impl<'a> Cells<'a> {
         run(round, (self.net, &self.might_see), |search, task| self.search_from(search, task, prover, work), work)
     }
 
-    /// Takes over what round `k` found.
+    /// Merges the results of round `k`.
     pub fn merge<P>(&mut self, k: usize, found: &[Found<P>]) {
         for (task, found) in self.rounds[k].iter().zip(found) {
             found.settled.iter().for_each(|&j| set_both(&mut self.settled, task.cell, j as usize));
@@ -149,7 +148,8 @@ impl<'a> Cells<'a> {
                 found.tally.capped.insert(portal);
                 bits::ones(&reached(net, &self.might_see, [portal])).for_each(|cell| goals.doubt(net, cell));
             } else if !net.out(task.cell).any(|back| get(self.might_see.row(portal), net.twin[back] as usize)) {
-                // Loops through the cell itself leave out this portal: only where there are none has it been tried for all.
+                // Chains that loop through the cell itself are not searched from this portal, so its refutation is complete only without
+                // such loops.
                 let mut cells = goals.wanted().to_vec();
                 goals.doubtful().for_each(|c| cells[c / 64] &= !(1 << (c % 64)));
                 found.refuted.push((portal as u32, bits::ones(&cells).map(|c| c as u32).collect()));
@@ -165,7 +165,7 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Cells that lines through some portals might reach, as bits.
+/// Cells that lines through the given portals might reach, as bits.
 pub fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterator<Item = usize>) -> Vec<u64> {
     let mut cells = vec![0; net.cells.div_ceil(64)];
     for portal in portals {
@@ -175,7 +175,7 @@ pub fn reached(net: &Net, might_see: &MightSee, portals: impl IntoIterator<Item 
     cells
 }
 
-/// Sets a pair both ways.
+/// Sets a pair in both directions.
 pub(crate) fn set_both(matrix: &mut BitMatrix, i: usize, j: usize) {
     matrix.set(i, j);
     matrix.set(j, i);

@@ -1,27 +1,26 @@
-//! Does a line pass a chain of windings? The exact question, asked where windows leave it open.
+//! Stabbing lines: whether a line passes a chain of windings. The exact test, for chains that windows leave open.
 //!
-//! Based on: Teller, *Computing the antipenumbra of an area light source*, 1992, and Teller, Hohmeyer, *Determining the lines
-//! through four lines*, 1999. A line that passes a winding has every directed edge of it on one side: in Plücker coordinates,
-//! which are a point of a quadric in five dimensions, a half-space each. So the lines of a chain are the points of the quadric
-//! in an open polyhedral cone.
+//! Based on: Teller, *Computing the antipenumbra of an area light source*, 1992, and Teller, Hohmeyer, *Determining the lines through four
+//! lines*, 1999. A line that passes a winding has all its directed edges on one side. In Plücker coordinates, where lines are points of a
+//! quadric in five dimensions, each edge gives a half-space. So the lines of a chain are the points of the quadric in an open polyhedral
+//! cone.
 //!
-//! Deviates: the extremal lines, which are where edges of that polytope meet the quadric, are not looked for, because where
-//! lines only touch, as in levels made on a grid they mostly do, they come in families and signs come out as zero.
-//! Instead, a proof that there is none is looked for in numbers of 53 bits and then checked in whole numbers:
+//! Deviation: it does not search for extremal lines, where edges of the polytope meet the quadric. In levels on a grid most of these lines
+//! only touch edges; they form families, and signs are zero. Instead, it searches for a refutation in floating point and then checks it in
+//! integers:
 //!
-//! 1. The cone is empty: with some weights, none negative, the sides of edges add up to zero for every line (Farkas, 1902;
-//!    Gordan, 1873), though each is positive for a line that passes.
-//! 2. The cone is not empty but misses the quadric: the same of products of two sides each, up to a multiple of the quadric,
-//!    which is zero for every line. See `products`.
-//! 3. Where neither is found, the lines are told apart by which side of some further line they pass, and each part is asked.
-//!    What passes neither side but meets it is nowhere dense, and the lines that are looked for are an open set.
+//! 1. The cone is empty: a sum of edges' sides with non-negative weights is zero for every line (Farkas, 1902; Gordan, 1873), although each
+//!    side is positive for a stabbing line.
+//! 2. The cone is not empty but misses the quadric: the same with products of two sides, up to a multiple of the quadric, which is zero for
+//!    every line. See `products`.
+//! 3. If neither is found, the lines are divided by their side of a further line, and each part is tested. Lines that meet the further line
+//!    are nowhere dense, and the stabbing lines are an open set.
 //!
-//! A line, on the other hand, is moved into the middle of the cone by successive linear approximations of the quadric, and
-//! counts only where the signs of all volumes that it spans with edges, for its two points as they are, are right (Shewchuk,
-//! *Adaptive precision floating-point arithmetic*, 1997).
+//! A candidate line is moved into the middle of the cone by successive linear approximations of the quadric. It counts only if the exact
+//! signs of all volumes that it spans with edges are right (Shewchuk, *Adaptive precision floating-point arithmetic*, 1997).
 //!
-//! The answer holds for the corners given, exactly: a slit of any width lets lines through, touching doesn't. What a winding
-//! covers is what the lines that pass it see inside its edges, after corners that bend inwards have been left out.
+//! The result is exact for the given corners: lines pass a slit of any width; touching does not count. Reflex corners of windings are left
+//! out.
 
 mod hull;
 mod nearest;
@@ -37,22 +36,22 @@ use robust::{Coord3D, orient3d};
 /// Beyond this, squares of coordinates overflow.
 const FARTHEST: f64 = 1e100;
 
-/// Two points of a line nearer than this share of the scene give its direction too coarsely; a point further along is taken instead.
+/// Least distance of the two points of a line, as a share of the scene; nearer ones give its direction too coarsely.
 const SHORTEST: f64 = 1e-3;
 
 /// A directed line, by two of its points.
 pub type Edge = [DVec3; 2];
 
-/// Parts of the lines of a chain that are looked at before it stays open.
+/// Most parts of the lines of a chain; with more it stays open.
 const PARTS: usize = 16;
 
-/// Approximations of the quadric that a line gets.
+/// Linear approximations of the quadric for a candidate line.
 const TURNS: usize = 12;
 
-/// Shares of the way to the next approximation that are tried.
+/// Step sizes towards the next approximation.
 const SHARES: [f64; 5] = [1.0, 0.5, 0.25, 0.0625, 0.015625];
 
-/// A term of a sum that is zero for every line, though each of its terms is positive for a line that passes a chain.
+/// A term of a refutation: a sum that is zero for every line, although each term is positive for a line that passes the chain.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Term {
     /// A positive whole number, in decimal.
@@ -62,18 +61,18 @@ pub struct Term {
     pub edges: Vec<Edge>,
 }
 
-/// The answer.
+/// The result of the exact test.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Answer {
     /// No line passes: a sum for each part of the lines.
     Refuted(Vec<Vec<Term>>),
     /// The line through these two points passes. They are in the planes of the first and the last winding, to within rounding.
     Line([DVec3; 2]),
-    /// Not known.
+    /// Unknown.
     Open,
 }
 
-/// Asks whether a line passes convex windings, each counter-clockwise seen from where the line goes. Their order is not asked.
+/// Tests whether a line passes convex windings, each counter-clockwise seen from the line's head. Their order does not matter.
 pub fn ask(windings: &[Vec<DVec3>]) -> Answer {
     let Some(chain) = Chain::new(windings) else { return Answer::Open };
     let (mut parts, mut sums) = (vec![Vec::new()], Vec::new());
@@ -107,18 +106,18 @@ pub fn ask(windings: &[Vec<DVec3>]) -> Answer {
     if parts.is_empty() { Answer::Refuted(sums) } else { Answer::Open }
 }
 
-/// True where a line passes a winding: it has every edge on the inside, by exact signs.
+/// True if a line passes a winding: inside all edges, by exact signs.
 pub fn passes(line: &Edge, winding: &[DVec3]) -> bool {
     around(winding).filter(|[a, b]| a != b).all(|e| side(&e, line) > 0.0)
 }
 
-/// Plücker coordinates: of an edge moment and then direction, of a line direction and then moment, so that the product of
-/// both is the side. Relative to the middle of the chain, in units of its size; unit vectors.
+/// Plücker coordinates: moment, direction for an edge; direction, moment for a line; their product is the side. Relative to the centre of
+/// the chain, in units of its size; unit vectors.
 type Row = [f64; 6];
 
 /// The windings of a chain.
 struct Chain {
-    /// Edges of the windings without corners that bend inwards.
+    /// Edges of the windings without reflex corners.
     edges: Vec<Edge>,
     /// All edges.
     all: Vec<Edge>,
@@ -129,7 +128,7 @@ struct Chain {
 }
 
 impl Chain {
-    /// `None` where the windings are none.
+    /// `None` if a winding is invalid.
     fn new(windings: &[Vec<DVec3>]) -> Option<Self> {
         let usable = |w: &Vec<DVec3>| w.len() >= 3 && w.iter().all(|p| p.abs().max_element() < FARTHEST);
         if !windings.iter().all(usable) {
@@ -156,16 +155,16 @@ impl Chain {
         unit(&[moment.x, moment.y, moment.z, along.x, along.y, along.z])
     }
 
-    /// Looks for a line far inside the cone, starting near `point`: two points of it, if it passes all windings.
+    /// Searches for a line far inside the cone, starting near `point`; returns two points of it if it passes all windings.
     fn line(&self, rows: &[Row], corner: &Corner, point: &Row) -> Option<[DVec3; 2]> {
-        // The nearest line, or what is nearest in proportion to the cone: the deeper one.
+        // The nearest line, or the nearest in the cone's own metric: the deeper one.
         let beside = |point: &Row| {
             let lines = [project(point), project(&corner.onto_quadric(point))].map(|line| (line, least(rows, &line).1));
             if lines[1].1 > lines[0].1 { lines[1] } else { lines[0] }
         };
         let (mut best, mut depth) = beside(point);
         for _ in 0..TURNS {
-            // Within the plane that touches the quadric in this line; less far where that leads too far off the quadric.
+            // A step in the tangent plane of the quadric, shorter if it leads too far off the quadric.
             let across = unit(&[best[3], best[4], best[5], best[0], best[1], best[2]]);
             let flat: Vec<Row> = rows.iter().map(|r| unit(&without(r, &across))).collect();
             let cone = nearest(|x| least(&flat, x).0);
@@ -194,7 +193,7 @@ impl Chain {
         (a.is_finite() && b.is_finite()).then_some([a, b])
     }
 
-    /// A line that tells lines apart: in the plane of an end, through where `line` meets it. A different one at each depth.
+    /// A dividing line: in the plane of an end, through its intersection with `line`. A different one at each depth.
     fn divider(&self, line: &Row, depth: usize) -> Edge {
         let [p, n, longest] = self.ends[depth % 2];
         let [u, m] = halves(line);
@@ -203,20 +202,20 @@ impl Chain {
         let hit = foot + u * t;
         let at = if hit.distance(self.centre) < 2.0 * self.scale { hit } else { p };
         let along = if depth & 2 == 0 { n.cross(longest) } else { longest };
-        // Any line does: one of short numbers is quicker to calculate with.
+        // Any line serves: short numbers make exact arithmetic faster.
         let grid = 2f64.powi(self.scale.log2() as i32 - 20);
         let short = |p: DVec3| (p / grid).round() * grid;
         [short(at), short(at + along.normalize_or(DVec3::X) * self.scale)]
     }
 }
 
-/// The exact sign of a line's side of an edge; positive where it passes on the inside.
+/// The exact sign of a line's side of an edge; positive on the inside.
 fn side(edge: &Edge, line: &Edge) -> f64 {
     let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
     orient3d(coord(edge[0]), coord(edge[1]), coord(line[1]), coord(line[0]))
 }
 
-/// The row with the least product with a vector, and that product.
+/// The row with the least product with a vector, and the product.
 fn least(rows: &[Row], x: &Row) -> ((usize, Row), f64) {
     let (mut found, mut depth) = (0, f64::INFINITY);
     for (i, row) in rows.iter().enumerate() {
@@ -232,7 +231,7 @@ fn halves(x: &Row) -> [DVec3; 2] {
     [DVec3::new(x[0], x[1], x[2]), DVec3::new(x[3], x[4], x[5])]
 }
 
-/// The nearest line: the quadric is where sum and difference of direction and moment are of one length.
+/// The nearest line: on the quadric, the sum and the difference of direction and moment have equal lengths.
 fn project(x: &Row) -> Row {
     let [u, m] = halves(x);
     let (sum, difference) = ((u + m).normalize_or(DVec3::X), (u - m).normalize_or(DVec3::X));
@@ -240,7 +239,7 @@ fn project(x: &Row) -> Row {
     unit(&[u.x, u.y, u.z, m.x, m.y, m.z])
 }
 
-/// Exact weights for products of edges' sides, each of `degree + 1` of them, that were found to add up to nothing, roughly.
+/// Exact weights for products of `degree + 1` edges' sides each, which approximately add up to zero.
 fn sum(edges: &[Edge], mut support: Vec<(Vec<usize>, f64)>, degree: usize) -> Option<Vec<Term>> {
     support.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut used: Vec<usize> = support.iter().flat_map(|s| s.0.iter().copied()).collect();
@@ -291,7 +290,7 @@ mod tests {
         }
     }
 
-    /// Asks, checks what is said, and tells whether a line passes; `None` where that stays open.
+    /// Runs the test and checks its proof; whether a line passes, or `None` if that stays open.
     fn passes_all(windings: &[Vec<DVec3>]) -> Option<bool> {
         match ask(windings) {
             Answer::Line(line) => {
@@ -315,8 +314,8 @@ mod tests {
         })
     }
 
-    /// That each sum is zero for some lines through any whole points, and that its edges are those of the windings, or tell
-    /// lines apart so that every line is in one part.
+    /// Checks that each sum is zero for random lines through integer points, and that its edges are those of the windings or dividers that
+    /// cover all lines.
     fn check(windings: &[Vec<DVec3>], sums: &[Vec<Term>]) {
         let own: Vec<Edge> = windings.iter().flat_map(|w| around(&hull(w)).collect::<Vec<_>>()).collect();
         let mut random = Random(7);
@@ -340,7 +339,7 @@ mod tests {
             let edges = sum.iter().flat_map(|t| t.edges.iter().copied());
             dividers.push(edges.filter(|e| !own.contains(e)).collect());
         }
-        // Halves of halves: any way of choosing sides leaves a part whose dividers are all chosen that way.
+        // Every choice of sides of the dividers must match some part.
         let mut all: Vec<Edge> = dividers
             .iter()
             .flatten()
@@ -360,8 +359,8 @@ mod tests {
 
     #[test]
     fn rows_of_doors_to_the_last_bit() {
-        // A line passes open intervals one behind the other if it passes every three of them (Helly), and three if the middle
-        // one meets what the outer ones leave.
+        // A line passes a sequence of open intervals if every three have a common line (Helly); three have one if the middle interval meets
+        // the span of the outer two.
         let stabs = |doors: &[(i64, [i64; 2])]| {
             let n = doors.len();
             (0..n).all(|i| {
@@ -411,9 +410,9 @@ mod tests {
 
     #[test]
     fn three_skew_slits_and_a_fourth() {
-        // Slits of half width w along the lines (a, t, a t) for a = 1, 2, 3, all on the saddle z = x y; what meets them all, for
-        // w = 0, is one of the lines (t, b, b t). A fourth, along (t, -t, c), is met by one where c = -b b. Else: 7 w is what the
-        // three leave beside the saddle at x = 0, and w the fourth; and somewhat more a little before that.
+        // Slits of half width w along the lines (a, t, a t) for a = 1, 2, 3, all on the saddle z = x y; for w = 0, the lines that meet all
+        // three are (t, b, b t). One of them meets a fourth along (t, -t, c) if c = -b b. Otherwise the three leave 7 w beside the saddle
+        // at x = 0, and the fourth w; and somewhat more a little before that.
         let w = 1.0 / 1024.0;
         let slit = |a: f64| [(-1.0, -w), (3.0, -w), (3.0, w), (-1.0, w)].map(|(t, d)| DVec3::new(a, t, a * t + d)).to_vec();
         let fourth = |c: f64| [(4.0, -w), (-1.0, -w), (-1.0, w), (4.0, w)].map(|(y, d)| DVec3::new(-y, y, c + d)).to_vec();
@@ -488,7 +487,7 @@ mod tests {
             assert_eq!(ask(&[good.clone(), odd]), Answer::Open);
         }
         assert_eq!(ask(&[]), Answer::Open);
-        // A corner that bends inwards, and one twice.
+        // A reflex corner, and a duplicate one.
         let mut dented = good.clone();
         dented.insert(1, DVec3::new(0.0, 0.5, 0.25));
         dented.push(dented[4]);

@@ -1,9 +1,9 @@
-//! What a search is for: the pairs that are still undecided.
+//! Goals of a search: the pairs that are still undecided.
 //!
 //! Based on: goal culling, from *two-sided flow* as measured for this project.
 //!
-//! A search ends as soon as nothing it can still reach is wanted. It asks three things: which portals lead into a cell that
-//! wants something, whether a goal is cut off by the planes found so far, and what an arrival decides.
+//! A search ends as soon as it can reach no more goals. It needs three things: the portals into cells with goals, whether planes cut off a
+//! goal, and what an arrival decides.
 
 use super::might_see::{get, set};
 use super::net::Net;
@@ -19,67 +19,65 @@ use std::collections::BTreeMap;
 
 /// The undecided targets of one source.
 pub trait Goals {
-    /// Directed portals that lead into a cell that still wants something, as bits.
+    /// Directed portals into cells with goals, as bits.
     fn portals(&self) -> &[u64];
 
-    /// True where nothing that a cell wants has a point inside.
+    /// True if no goal of the cell has a point inside.
     fn is_cut_off(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool;
 
-    /// True where an arrival in `cell` would decide something.
+    /// True if an arrival in `cell` would decide a goal.
     fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool;
 
-    /// True where a line through two points, which seems to pass `chain`, is one as far as these goals care.
+    /// True if these goals accept the line through two points, which seems to pass `chain`.
     fn accepts(&mut self, chain: &[u32], line: [DVec3; 2]) -> bool;
 
-    /// Asks `chain` once more, where windows leave open whether a line passes. Adds the work to `steps`.
+    /// Tests `chain` exactly, if windows leave it open. Adds the work to `steps`.
     fn settle(&mut self, _chain: &[u32], _steps: &mut u64) -> Passage {
         Passage::Unknown
     }
 
-    /// A line may enter `cell`; where the chain was asked, `passage` says what is known of it. Decides what
-    /// that shows. Returns the work in steps of the search.
+    /// A line may enter `cell`; `passage` is the result of the chain's test, if there was one. Decides the goals that follow. Returns the
+    /// work in steps of the search.
     fn arrive(&mut self, net: &Net, cell: usize, inside: &Inside<'_>, passage: Passage) -> u64;
 }
 
 /// Turns a line that passes a chain into a proof.
 pub trait Prover: Sync {
-    /// What proves it.
+    /// The type of a proof.
     type Proof: Serialize + DeserializeOwned + Send;
 
-    /// Follows a line that seems to pass `chain`; appends the cells that it is proven to pass. `None` where it is no proof of
-    /// anything.
+    /// Follows a line that seems to pass `chain`; appends the cells that it provably passes. `None` if it proves nothing.
     fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Self::Proof>;
 
-    /// Asks a chain once more, where windows leave open whether a line passes. `None`: that isn't done here. Appends the cells
-    /// along a line that is found.
+    /// Tests a chain exactly, if windows leave it open. `None`: not supported. Appends the cells along a line that is found.
     fn settle(&self, _chain: &[u32], _cells: &mut Vec<u32>) -> Option<Settled<Self::Proof>> {
         None
     }
 }
 
-/// What came of asking a chain once more.
+/// The result of an exact test.
 pub enum Settled<P> {
     /// No line passes.
     Refuted,
     /// The line through these two points passes.
     Proven([DVec3; 2], P),
-    /// Still not known.
+    /// Still unknown.
     Open,
 }
 
-/// How often chains were asked once more, and what came of it.
+/// Counters of exact tests.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Exact {
-    /// Chains.
+    /// Chains tested.
     pub asked: u64,
-    /// Those that no line passes.
+    /// Chains that no line passes.
     pub refuted: u64,
-    /// Those that a line passes.
+    /// Chains that a line passes.
     pub lines: u64,
 }
 
 impl Exact {
-    /// Adds another's.
+    /// Adds other counters.
     pub fn add(&mut self, other: &Self) {
         self.asked += other.asked;
         self.refuted += other.refuted;
@@ -87,10 +85,10 @@ impl Exact {
     }
 }
 
-/// Steps of the search that take about as long as asking a chain once more.
+/// Cost of an exact test, in steps of the search.
 const SETTLING: u64 = 128;
 
-/// Keeps no proofs: that a chain may be passed is enough.
+/// Keeps no proofs: a passable chain is enough.
 pub(crate) struct NoProof;
 
 impl Prover for NoProof {
@@ -101,15 +99,15 @@ impl Prover for NoProof {
     }
 }
 
-/// Chains that may be passed by a line that can't be found, before a cell counts as undecided and is no longer searched for.
+/// Undecided chains into a cell, after which the cell is given up as undecided.
 const DOUBTS: u32 = 8;
 
-/// Cells to be seen or not.
+/// Goals for cells.
 pub struct CellGoals<'a, P: Prover> {
     prover: &'a P,
     wanted: Vec<u64>,
     portals: Vec<u64>,
-    /// Cells that chains lead to which may or may not be passed, and how many.
+    /// For each cell, the number of undecided chains that lead to it.
     doubts: BTreeMap<usize, u32>,
     proofs: Vec<P::Proof>,
     /// The last line's cells.
@@ -118,7 +116,7 @@ pub struct CellGoals<'a, P: Prover> {
 }
 
 impl<'a, P: Prover> CellGoals<'a, P> {
-    /// Wants the cells whose bit is set.
+    /// Goals for the cells whose bit is set.
     pub fn new(net: &Net, prover: &'a P, wanted: Vec<u64>) -> Self {
         let mut portals = vec![0; net.portals().div_ceil(64)];
         for cell in bits::ones(&wanted) {
@@ -140,12 +138,12 @@ impl<'a, P: Prover> CellGoals<'a, P> {
         &self.wanted
     }
 
-    /// Cells that may be seen, though no line is known.
+    /// Cells that may be visible without a known line.
     pub fn doubtful(&self) -> impl Iterator<Item = usize> + '_ {
         self.doubts.keys().copied()
     }
 
-    /// What came of chains that were asked once more.
+    /// Counters of exact tests.
     pub fn exact(&self) -> Exact {
         self.exact
     }
@@ -155,7 +153,7 @@ impl<'a, P: Prover> CellGoals<'a, P> {
         self.proofs
     }
 
-    /// Decides that a cell may be seen, or is at least no longer searched for.
+    /// Marks a cell as possibly visible, or gives it up.
     pub fn see(&mut self, net: &Net, cell: usize) {
         if get(&self.wanted, cell) {
             self.wanted[cell / 64] &= !(1 << (cell % 64));
@@ -176,7 +174,7 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
     }
 
     fn is_cut_off(&self, _net: &Net, _cell: usize, _inside: &Inside<'_>) -> bool {
-        false // that its portals are is all there is to ask
+        false // its portals decide
     }
 
     fn would_decide(&self, _net: &Net, cell: usize, _inside: &Inside<'_>) -> bool {
@@ -235,25 +233,25 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
     }
 }
 
-/// Objects as flow sees them: boxes, and in which cells they are.
+/// Objects in flow: boxes, and their cells.
 pub(crate) struct Boxes {
-    /// Middle and half size; an infinite half size where the box is unusable.
+    /// Centre and half size; infinite half size if the box is unusable.
     boxes: Vec<(DVec3, DVec3)>,
-    /// Objects of each cell, ascending, and the box of the part of each that may be in the cell.
+    /// Objects of each cell, ascending, each with the box of its part in the cell.
     in_cell: Vec<Vec<(u32, (DVec3, DVec3))>>,
     /// Cells of each object, ascending.
     cells_of: Vec<Vec<u32>>,
 }
 
-/// An object is met in a cell only where it is: in the cell's box, this many coplanar tolerances larger. Smaller than the margin of
-/// placement, 12: what is placed in a cell from outside would have no part there.
+/// Margin of a cell's box, to which objects' boxes are clipped, in coplanar tolerances. Smaller than the margin of placement, 12: objects
+/// placed in a cell from outside would have no part there.
 const CELL_MARGIN: f64 = 16.0;
 
-/// Box tests that take about as long as one step of the search.
+/// Box tests per step of the search.
 const BOXES_A_STEP: u64 = 64;
 
 impl Boxes {
-    /// Lays out boxes relative to the net's origin.
+    /// Converts boxes to coordinates relative to the net's origin.
     pub fn new(net: &Net, graph: &CellGraph, placement: &BitMatrix, placed: Option<&[PlacedBox]>, bounds: &[Aabb]) -> Self {
         let laid_out = |b: &Aabb| {
             let (middle, half) = (b.centre() - net.origin, b.size() * 0.5);
@@ -266,7 +264,7 @@ impl Boxes {
             let around = graph.cells[c].pieces.iter().fold(Aabb::EMPTY, |b, p| b.union(p.bounds)).inflated(margin);
             let part = |o: usize| {
                 let whole = bounds[o];
-                // An object that isn't a box has no part.
+                // An object without a finite box has no part.
                 let placed = placed.as_mut().and_then(Iterator::next).filter(|_| whole.size().is_finite());
                 let b = placed.map_or(whole, |placed| placed.of_box(whole));
                 let part = Aabb { min: b.min.max(around.min), max: b.max.min(around.max) };
@@ -284,19 +282,19 @@ impl Boxes {
     }
 }
 
-/// What lines through a chain of portals meet beyond it.
+/// The space that lines through a chain of portals can reach.
 #[derive(Clone, Copy)]
 pub struct Inside<'p> {
-    /// It is inside these.
+    /// It is inside these planes.
     pub planes: &'p [Plane],
     /// The first and the last portal of the chain.
     pub ends: [usize; 2],
 }
 
 impl Inside<'_> {
-    /// True where no line meets a box, given by its middle and half size. A box that only touches a plane is met where it hangs in one of
-    /// the portals, as a leaf does: elsewhere lines in the plane, which cross no portal, would be the only ones. Where it doesn't touch
-    /// quite, by the caller's tolerance, it is met as well.
+    /// True if no line reaches a box, given by its centre and half size. A box that only touches a plane is reached if it is in one of the
+    /// portals, as a door leaf is, to within the caller's tolerance. Elsewhere only lines in the plane would reach it, and these cross no
+    /// portal.
     #[inline]
     fn cut_off(&self, net: &Net, (middle, half): (DVec3, DVec3)) -> bool {
         let hangs = self.ends.iter().any(|&portal| net.bounds(portal).meets(middle, half, net.slack.coplanar));
@@ -305,20 +303,20 @@ impl Inside<'_> {
     }
 }
 
-/// Objects to be seen or not, from one source portal.
+/// Goals for objects, from one source portal.
 pub(crate) struct ObjectGoals<'a> {
     boxes: &'a Boxes,
     wanted: Vec<u64>,
     found: Vec<usize>,
-    /// Number of wanted objects in each cell.
+    /// Number of goals in each cell.
     left: Vec<u32>,
-    /// Box around the objects that each cell wanted at the start.
+    /// Box around the initial goals of each cell.
     around: Vec<Aabb>,
     portals: Vec<u64>,
 }
 
 impl<'a> ObjectGoals<'a> {
-    /// Wants those of `undecided` that lie in `cells` and in the half-space that the source portal leads into.
+    /// Goals for the objects of `undecided` in `cells` and in the half-space in front of the source portal.
     pub fn new(net: &Net, boxes: &'a Boxes, undecided: &[u64], cells: &[u64], portal: usize) -> Self {
         let front = net.plane(portal).map(|plane| plane.flipped());
         let front = Inside { planes: front.as_slice(), ends: [portal; 2] };
@@ -348,18 +346,18 @@ impl<'a> ObjectGoals<'a> {
 }
 
 impl ObjectGoals<'_> {
-    /// Objects that may be seen, in the order in which they were found.
+    /// Objects that may be visible, in the order of discovery.
     pub fn found(&self) -> &[usize] {
         &self.found
     }
 
-    /// Decides that everything that is still wanted may be seen.
+    /// Marks all remaining goals as possibly visible.
     pub fn see_all(&mut self) {
         self.found.extend(bits::ones(&self.wanted));
         self.wanted.fill(0);
     }
 
-    /// True where an object is wanted and the part of it with this box is not cut off.
+    /// True if an object is a goal and its part with this box is not cut off.
     fn finds(&self, net: &Net, object: usize, part: (DVec3, DVec3), inside: &Inside<'_>) -> bool {
         get(&self.wanted, object) && !inside.cut_off(net, part)
     }
@@ -411,7 +409,7 @@ impl Goals for ObjectGoals<'_> {
     }
 }
 
-/// Takes the portals into a cell out of the goals.
+/// Removes the portals into a cell from the goals.
 fn forget(portals: &mut [u64], net: &Net, cell: usize) {
     for p in net.out(cell) {
         let into = net.twin[p] as usize;
@@ -424,8 +422,8 @@ mod tests {
     use super::super::net::NetPortal;
     use super::*;
 
-    /// Looking down through a hole in the slab at 3.3 m: walls that stand on the slab are not met, though the last place of `f32` puts
-    /// their feet below it; what hangs through it is, and what lies in the hole.
+    /// A view down through a hole in the slab at 3.3 m: walls on the slab are not reached, although rounding to `f32` puts their feet below
+    /// it; objects that hang through the hole or lie in it are.
     #[test]
     fn what_stands_on_the_plane_of_a_hole_is_not_met_from_above() {
         let level = 3.3;

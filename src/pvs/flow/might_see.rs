@@ -1,10 +1,10 @@
 //! Might-see: for each directed portal, a cheap superset of the portals that a line through it can cross later.
 //!
-//! Based on: the "base" pass of level compilers after Carmack, 1996 (flood over portals that lie in front). Deviates: the
-//! flood goes from portal to portal and not from cell to cell, asking at each step also the portal that it came through; and
-//! every fact is used both ways, because a line read backwards is a line. Separating planes were tried here, a step of them
-//! over all pairs in two rounds: since searches flood inside their own planes that saves hardly a step. Where there are tens of
-//! thousands of portals it is the pairs that cost, and `reach` finds the rows without asking all of them.
+//! Based on: the "base" pass of level compilers after Carmack, 1996 (flood over portals that lie in front). Deviations: the flood goes from
+//! portal to portal and not from cell to cell, and each step also tests the previous portal; and every result is used in both directions,
+//! because lines can be reversed. Separating planes do not pay here, because searches flood inside their own planes: a step of them over
+//! all pairs in two rounds saved hardly a step. With tens of thousands of portals, pairs dominate the cost, and `reach` finds the rows
+//! without testing all pairs.
 
 use super::net::Net;
 use super::planes::{Planes, WordsLeft};
@@ -13,18 +13,18 @@ use crate::parallel;
 use crate::{BitMatrix, bits};
 use std::ops::Range;
 
-/// Bit q of row p is clear only where no line crosses directed portal p and later directed portal q.
+/// Bit q of row p is clear only if no line crosses directed portal p and later directed portal q.
 #[derive(Clone)]
 pub struct MightSee {
     rows: BitMatrix,
-    /// The same with rows and columns exchanged.
+    /// The transpose.
     before: BitMatrix,
-    /// Cells x directed portals: the portals whose two cells a cell may see, as far as pairs were dropped.
+    /// Cells x directed portals: the portals whose two cells are not known to be hidden from a cell.
     open: BitMatrix,
 }
 
 impl MightSee {
-    /// Pairs whose planes allow it, along chains of such pairs.
+    /// Pairs allowed by their planes, along chains of such pairs.
     pub fn new(net: &Net) -> Self {
         let n = net.portals();
         let rows = by_windows(net)
@@ -32,7 +32,7 @@ impl MightSee {
         Self::of(net, rows)
     }
 
-    /// Pairs of `rows`, a superset of what lines cross, along chains of such pairs.
+    /// The pairs of `rows`, a superset of those that lines cross, along chains of such pairs.
     pub fn of(net: &Net, rows: BitMatrix) -> Self {
         let n = net.portals();
         let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
@@ -60,7 +60,7 @@ impl MightSee {
         self.rows.count_row(portal)
     }
 
-    /// Keeps what a chain of allowed pairs leads to: each portal of it allowed after the one before and after the first.
+    /// Keeps the portals reachable by chains in which each portal is allowed after the previous one and after the first.
     fn flood(&mut self, net: &Net) {
         let old = &self.rows;
         let fill = |(untaken, queue): &mut (WordsLeft<'_>, Vec<usize>), first: usize, row: &mut [u64]| {
@@ -79,7 +79,7 @@ impl MightSee {
         self.rows = from_rows(old.rows(), old.columns(), || (WordsLeft::new(net), Vec::new()), fill);
     }
 
-    /// Keeps (p, q) only where (q reversed, p reversed) is there too.
+    /// Keeps (p, q) only if (q reversed, p reversed) is also set.
     fn mirror(&mut self, net: &Net) {
         let old = &self.rows;
         self.rows = from_rows(
@@ -93,7 +93,7 @@ impl MightSee {
         );
     }
 
-    /// Drops everything after `portal` that leads into one of `cells`, a row of bits.
+    /// Drops all portals after `portal` that lead into one of `cells`, a row of bits.
     pub fn drop_into(&mut self, net: &Net, portal: usize, cells: &[u64]) {
         let back = net.twin[portal] as usize;
         for (i, word) in self.rows.row(portal).to_vec().into_iter().enumerate() {
@@ -111,8 +111,7 @@ impl MightSee {
         self.before.clear(b, a);
     }
 
-    /// Drops pairs of portals whose lines would join two cells that don't see each other: bit j of row i of `hidden`, both
-    /// ways.
+    /// Drops pairs of portals whose lines would connect two hidden cells: bit j of row i of `hidden`, symmetric.
     pub fn drop_all_hidden(&mut self, net: &Net, hidden: &BitMatrix) {
         parallel::for_each_mut(&mut self.open.rows_mut(), |cell, row| {
             for p in hidden.ones(cell).flat_map(|other| net.out(other)) {
@@ -136,7 +135,7 @@ impl MightSee {
         self.drop_closed(net);
     }
 
-    /// Drops pairs of portals that join a cell to a portal that is not open to it.
+    /// Drops pairs that connect a cell to a portal that is not open to it.
     fn drop_closed(&mut self, net: &Net) {
         let open = &self.open;
         for matrix in [&mut self.rows, &mut self.before] {
@@ -150,19 +149,19 @@ impl MightSee {
     }
 }
 
-/// From so many directed portals on, windows are tried: all pairs of fewer are asked in seconds, and in a level of a tenth of that, where
-/// much of everything is in sight, windows would take five times as long.
+/// Number of directed portals from which windows are tried. Smaller graphs take seconds for all pairs; windows would take five times as
+/// long in a level of a tenth of that, where much is in sight.
 pub(super) const MANY: usize = 16_384;
-/// One of so many portals is tried first.
+/// A sample of one portal in this many decides about windows.
 const TRIED: usize = 64;
-/// A source may look at one of so many portals: with more, it would take longer than by planes.
+/// With windows, a source may visit at most one portal in this many: with more, planes are faster.
 const LOOKS: usize = 32;
-/// Portals by which it is told how much the flood of all would look at, and the most that it may, words of 64 portals: a minute or two. More:
-/// bakes that take hours. Less: cities, where a street sees every window, become one cell.
+/// Sample size for the estimate of the flood's total work, and the limit on it, in words of 64 portals: a minute or two. Larger: bakes that
+/// take hours. Smaller: cities, where a street sees every window, become one cell.
 const SAMPLES: usize = 64;
 const MOST_LOOKS: f64 = 6e10;
 
-/// True where windows that narrow on the way are tried, and come to few portals from most.
+/// True if there are many portals, and narrowing windows reach few portals from most of them.
 fn windows_pay(net: &Net) -> bool {
     let n = net.portals();
     if n < MANY {
@@ -173,12 +172,12 @@ fn windows_pay(net: &Net) -> bool {
     2 * done.iter().filter(|done| **done).count() >= done.len()
 }
 
-/// True where might-see would take longer than minutes: portals by the ten thousand between few cells, as where rough walls leave cracks.
+/// True if might-see would take longer than minutes: tens of thousands of portals between few cells, as with cracks in rough walls.
 pub(super) fn is_over_budget(net: &Net) -> bool {
     looks_of_all(net) > MOST_LOOKS && !windows_pay(net)
 }
 
-/// What floods by planes would look at in all, words of 64 portals, as far as a few tell.
+/// Estimate of the total work of floods by planes, words of 64 portals, from a sample.
 fn looks_of_all(net: &Net) -> f64 {
     let n = net.portals();
     let samples = SAMPLES.min(n);
@@ -190,7 +189,7 @@ fn looks_of_all(net: &Net) -> f64 {
     looks.into_iter().sum::<u64>() as f64 * n as f64 / samples.max(1) as f64
 }
 
-/// Where there are many portals, of which most come to few: rows by windows that narrow on the way.
+/// The rows by narrowing windows, if there are many portals and most reach few others.
 fn by_windows(net: &Net) -> Option<BitMatrix> {
     if !windows_pay(net) {
         return None;
@@ -207,7 +206,7 @@ fn by_windows(net: &Net) -> Option<BitMatrix> {
     Some(from_rows(n, n, scratch, fill))
 }
 
-/// A matrix whose rows are worked out in parallel, each by itself, with scratch memory.
+/// A matrix whose rows are computed in parallel, independently, with scratch memory.
 pub(crate) fn from_rows<S: Send>(
     rows: usize,
     columns: usize,
@@ -231,18 +230,18 @@ fn unset(row: &mut [u64], bit: usize) {
     row[bit / 64] &= !(1 << (bit % 64));
 }
 
-/// True where a bit of a row is set.
+/// True if a bit of a row is set.
 #[inline]
 pub(crate) fn get(row: &[u64], bit: usize) -> bool {
     row[bit / 64] >> (bit % 64) & 1 != 0
 }
 
-/// The words that a range of bits covers, each with the mask of the bits in the range.
+/// The words of a range of bits, each with the mask of its bits in the range.
 pub(crate) fn words_of(range: Range<usize>) -> impl Iterator<Item = (usize, u64)> {
     (range.start / 64..range.end.div_ceil(64)).map(move |word| (word, mask_of(&range, word)))
 }
 
-/// The bits of a range in one of the words that it covers.
+/// The mask of a range's bits in one word.
 #[inline]
 pub(super) fn mask_of(range: &Range<usize>, word: usize) -> u64 {
     let low = !0u64 << range.start.saturating_sub(word * 64).min(63);
@@ -307,7 +306,7 @@ mod tests {
 
     #[test]
     fn a_few_floods_tell_what_all_take() {
-        // A row of rooms, none of whose doors can be left out: each first door asks all in front and behind.
+        // A row of rooms with all doors in line: each source visits all doors in front and behind.
         let net = row(&[0.0; 60]);
         let mut planes = Planes::new(&net);
         let all: u64 = (0..net.portals()).map(|first| planes.from(first, &mut [0; 2])).sum();

@@ -1,4 +1,4 @@
-//! A cell graph laid out for flow: directed portals in a row, those of one cell side by side.
+//! A cell graph laid out for flow: directed portals in an array, grouped by cell.
 
 use super::bundle::Bounds;
 use super::window::{Slack, Window};
@@ -7,22 +7,22 @@ use crate::geom::{Aabb, Plane};
 use glam::DVec3;
 use std::ops::Range;
 
-/// A window is flat if its corners are within so many times the coplanar tolerance of its plane.
+/// A window is flat if its corners are within this many coplanar tolerances of its plane.
 const FLAT: f64 = 4.0;
 
-/// The square of a unit normal's length is this near to 1.
+/// Tolerance of a unit normal's squared length.
 const UNIT: f64 = 1e-9;
 
-/// Beyond this a coordinate is not a place in a building: its square would no longer be exact enough to compare.
+/// Largest coordinate: squares beyond it are not exact enough to compare.
 const FARTHEST: f64 = 1e100;
 
-/// Two unit normals are opposite where their dot product is below this (an angle of about 0.08 degrees).
+/// Two unit normals are opposite if their dot product is below this (an angle of about 0.08 degrees).
 const OPPOSITE: f64 = -1.0 + 1e-6;
 
-/// A portal as [`Net::new`] takes it.
+/// A portal as input of [`Net::new`].
 #[derive(Clone, Copy)]
 pub struct NetPortal<'a> {
-    /// Behind the plane, in front of it.
+    /// The cells behind and in front of the plane.
     pub cells: [u32; 2],
     /// Normal from `cells[0]` into `cells[1]`.
     pub plane: Plane,
@@ -36,8 +36,7 @@ impl<'a> From<&'a Portal> for NetPortal<'a> {
     }
 }
 
-/// The plane of a directed portal and a sphere around its window. What is not known is not a number, so that comparisons with
-/// it are false.
+/// The plane of a directed portal and a sphere around its window. Unknown values are NaN, so that comparisons are false.
 #[derive(Clone, Copy)]
 struct Outline {
     plane: Plane,
@@ -53,48 +52,47 @@ pub struct Net {
     pub origin: DVec3,
     /// Tolerances.
     pub slack: Slack,
-    /// Error of a distance between two corners, metres.
+    /// Rounding error of a distance between two corners, metres.
     pub rounding: f64,
-    /// How far off `f32` puts the farthest corner, metres: as models and the file hold it. What reaches beyond a plane by less only touches it.
-    /// Larger: true slivers of objects are lost. Smaller: storeys are seen from under their floor, by the last place of a level.
+    /// Largest rounding error of a corner in `f32`, the precision of models and files, metres. An object that reaches beyond a plane by
+    /// less only touches it. Larger: true slivers of objects are lost. Smaller: rounding makes storeys visible from under their floor.
     pub single: f64,
     /// Number of cells.
     pub cells: usize,
-    /// The plane of each directed portal, normal the way it leads; `None` where the winding doesn't lie in the plane that
-    /// the graph gives, or is no polygon. Such portals hide nothing by themselves.
+    /// The plane of each directed portal, normal in its direction; `None` if the winding is not in the given plane or is no polygon. Such
+    /// portals hide nothing by themselves.
     planes: Vec<Option<Plane>>,
-    /// The whole window of each; without corners where they are unusable.
+    /// The whole window of each; without corners if they are unusable.
     windows: Vec<Window>,
     /// Box around each winding.
     bounds: Vec<Bounds>,
-    /// What is asked of each most often, side by side in memory.
+    /// The data used most often, contiguous in memory.
     outlines: Vec<Outline>,
-    /// The cell that each leads out of.
+    /// Source cell of each.
     pub source: Vec<u32>,
-    /// The cell that each leads into.
+    /// Target cell of each.
     pub target: Vec<u32>,
-    /// The same portal, the other way.
+    /// The same portal in the opposite direction.
     pub twin: Vec<u32>,
     /// `2 * portal + side` of each.
     pub ids: Vec<u32>,
-    /// For each portal, those that can be crossed in the same point, ascending; mostly none. See [`Net::find_flush`].
+    /// For each portal, those that a line can cross at the same point, ascending; usually none. See [`Net::find_flush`].
     flush: Vec<Vec<u32>>,
-    /// Where the portals out of each cell begin.
+    /// Start of each cell's portals.
     first_out: Vec<u32>,
-    /// Portals that may be crossed right after each, as words of a row of bits, and where those of each begin.
+    /// Portals that may follow each directly, as words of a row of bits, and the start of each list.
     next: Vec<(u32, u64)>,
     first_next: Vec<u32>,
 }
 
 impl Net {
-    /// Lays out the portals of `graph`. `coplanar`, metres: how far corners may lie from the plane that they are meant to lie
-    /// in.
+    /// Lays out the portals of `graph`. `coplanar`: tolerance of corners from their plane, metres.
     pub fn of_graph(graph: &CellGraph, coplanar: f64) -> Self {
         let portals: Vec<NetPortal<'_>> = graph.portals.iter().map(NetPortal::from).collect();
         Self::new(graph.cells.len(), &portals, coplanar)
     }
 
-    /// Lays out `portals` between `cells` cells, every one of which is there.
+    /// Lays out `portals` between `cells` cells; all cell numbers must be valid.
     pub fn new(cells: usize, portals: &[NetPortal<'_>], coplanar: f64) -> Self {
         let usable = |p: &DVec3| p.abs().max_element() < FARTHEST;
         let bounds = Aabb::of(portals.iter().flat_map(|p| p.winding).copied().filter(usable));
@@ -153,7 +151,7 @@ impl Net {
         net
     }
 
-    /// Appends the winding and the plane of the next directed portal, which leads against the plane where `back` is set.
+    /// Appends the winding and the plane of the next directed portal, against the plane if `back` is set.
     fn push(&mut self, winding: &[DVec3], plane: Plane, back: bool) {
         let mut corners = Vec::new();
         if winding.iter().all(|p| p.abs().max_element() < FARTHEST) {
@@ -163,7 +161,7 @@ impl Net {
         let wide = crate::geom::area(&corners) > self.slack.strict * self.slack.strict;
         let flat = wide && (plane.n.length_squared() - 1.0).abs() < UNIT && off <= FLAT * self.slack.coplanar;
         if flat {
-            // The portal is what its winding covers on its plane.
+            // Corners are projected onto the plane.
             for p in corners.iter_mut() {
                 *p -= plane.n * plane.distance(*p);
             }
@@ -182,8 +180,8 @@ impl Net {
         self.windows.push(Window::new(&corners, plane.n, flat));
     }
 
-    /// Portals one behind the other that lie in one plane, to within rounding, overlap there and lead the same way: the cells
-    /// between them have no thickness, and a line may cross all of them in one point. So their planes say nothing about each other.
+    /// Finds successive portals that are coplanar to within rounding, overlap and have the same direction: the cells between them have no
+    /// thickness, and a line may cross all of them at one point. So their planes do not constrain each other.
     fn find_flush(&self) -> Vec<Vec<u32>> {
         let near = 4.0 * self.slack.strict;
         let in_plane = |p: Plane, b: usize| self.windows[b].iter().all(|q| p.distance(q).abs() <= near);
@@ -193,7 +191,7 @@ impl Net {
         };
         let boxes: Vec<Aabb> = self.windows.iter().map(|w| Aabb::of(w.iter()).inflated(near)).collect();
         let follow = |a: usize| {
-            // Cells without thickness may lie one on the other: go on as long as it stays flush.
+            // Cells without thickness may be stacked: continue while portals are flush.
             let (mut found, mut queue) = (Vec::new(), vec![a]);
             while let Some(last) = queue.pop() {
                 for b in self.out(self.target[last] as usize) {
@@ -209,13 +207,13 @@ impl Net {
         (0..self.portals()).map(follow).collect()
     }
 
-    /// The plane of `a` flipped, if it holds back lines that go on through `b`.
+    /// The plane of `a` flipped, if it constrains lines that go on through `b`.
     #[inline]
     pub fn front(&self, a: usize, b: usize) -> Option<Plane> {
         self.planes[a].filter(|_| !self.is_flush(a, b)).map(|p| p.flipped())
     }
 
-    /// The plane of `b`, if it holds back lines that come from `a`.
+    /// The plane of `b`, if it constrains lines that come from `a`.
     #[inline]
     pub fn behind(&self, a: usize, b: usize) -> Option<Plane> {
         self.planes[b].filter(|_| !self.is_flush(a, b))
@@ -231,7 +229,7 @@ impl Net {
         self.source.len()
     }
 
-    /// The plane of a directed portal, if it has one: the way it leads is outside.
+    /// The plane of a directed portal, if it has one; its direction is outside.
     #[inline]
     pub fn plane(&self, portal: usize) -> Option<Plane> {
         self.planes[portal]
@@ -249,7 +247,7 @@ impl Net {
         self.first_out[cell] as usize..self.first_out[cell + 1] as usize
     }
 
-    /// The portals that a line may cross right after a portal, as far as their planes tell: words of a row of bits.
+    /// The portals that may follow a portal directly, by their planes: words of a row of bits.
     #[inline]
     pub fn next(&self, portal: usize) -> &[(u32, u64)] {
         &self.next[self.first_next[portal] as usize..self.first_next[portal + 1] as usize]
@@ -261,7 +259,7 @@ impl Net {
         &self.bounds[portal]
     }
 
-    /// False where no line crosses directed portal `a` and later directed portal `b`, by their planes alone.
+    /// False if the planes prove that no line crosses directed portal `a` and later directed portal `b`.
     pub fn may_follow(&self, a: usize, b: usize) -> bool {
         if a == b || a == self.twin[b] as usize {
             return false;
@@ -280,7 +278,7 @@ impl Net {
         if pa.is_some_and(|p| is_cut_off(b, p.flipped())) || pb.is_some_and(|p| is_cut_off(a, p)) {
             return self.is_flush(a, b);
         }
-        // Two windows of one wall: out through one and in through the other is no line, however the corners were rounded.
+        // Two windows of one wall: no line leaves through one and enters through the other, whatever the rounding.
         let in_one_wall = |pa: Plane, pb: Plane| {
             pa.n.dot(pb.n) < OPPOSITE
                 && self.windows[b].iter().all(|p| pa.distance(p) <= self.slack.coplanar)

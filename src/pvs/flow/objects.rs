@@ -1,4 +1,4 @@
-//! Which objects may be seen from each cell.
+//! The upper bound of objects for each cell.
 
 use super::FlowInput;
 use super::cells::reached;
@@ -11,16 +11,16 @@ use crate::job::{Job, Stopped};
 use crate::{BitMatrix, bits};
 use serde::{Deserialize, Serialize};
 
-/// What a task found.
+/// The result of a task.
 #[derive(Serialize, Deserialize)]
 struct Found {
-    /// Objects that may be seen, as bits.
+    /// Objects that may be visible, as bits.
     seen: Vec<u64>,
-    /// What it took.
+    /// Counters.
     tally: Tally,
 }
 
-/// Decides every pair of an `own` cell and an object; of other cells, rows say nothing.
+/// Decides every pair of an `own` cell and an object; other rows are meaningless.
 pub(super) fn decide(
     input: &FlowInput<'_>,
     net: &Net,
@@ -58,7 +58,7 @@ pub(super) fn decide(
     Ok(upper)
 }
 
-/// Objects in some of `cells` that are not `known`, as bits.
+/// Objects in any of `cells` that are not `known`, as bits.
 fn undecided(placement: &BitMatrix, cells: &[u64], known: &[u64]) -> Vec<u64> {
     let mut objects = vec![0; known.len()];
     for cell in bits::ones(cells) {

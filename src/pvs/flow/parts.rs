@@ -1,9 +1,9 @@
-//! Parts: where nobody sees far, flow over a graph piece by piece.
+//! Parts: flow over a graph in parts, if views are short.
 //!
-//! A part has some cells of its own, and with them whatever lines from these can come to (`reach`): a line from such a cell crosses no
-//! portal that the part lacks, so that what flow proves hidden there is hidden in the graph. Every cell is one part's own. A pair of two
-//! parts' cells is asked in both, and hidden where either says so. Matrices are then over a part's portals and no longer over all, and
-//! both time and memory follow the number of cells instead of its square.
+//! A part has its own cells, and everything that lines from these can reach (`reach`). A line from an own cell crosses only portals of the
+//! part, so a pair that flow proves hidden there is hidden in the graph. Every cell belongs to exactly one part. A pair of cells of two
+//! parts is decided in both, and is hidden if either proves it. Matrices are over the portals of a part, so time and memory are linear in
+//! the number of cells instead of quadratic.
 
 use super::might_see::{MANY, MightSee, from_rows, set};
 use super::net::Net;
@@ -17,22 +17,23 @@ use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// When a graph is taken apart, and how.
+/// When and how a graph is divided.
 #[derive(Clone, Copy)]
 pub(super) struct Sizes {
-    /// From so many directed portals on. Fewer: nothing is gained over one matrix.
+    /// Least number of directed portals. Smaller: no gain over one matrix.
     many: usize,
-    /// A source may look at one of so many portals: with more, it sees far.
+    /// A source may visit at most one portal in this many; with more, its view is long.
     looks: usize,
-    /// Directed portals out of a part's own cells. Fewer: more of what is around parts is in several; more: matrices are larger.
+    /// Directed portals out of a part's own cells. Fewer: parts overlap more. More: matrices are larger.
     own: usize,
-    /// Parts of a graph, at least, if it has portals for them: as many machines can work on it at once.
+    /// Least number of parts, if there are enough portals: as many machines can work on the graph at once.
     least: usize,
-    /// Matrices of all parts together are at most one of so many of those of the whole graph, or it isn't worth it.
+    /// The matrices of all parts together must be at most one in this many of those of the whole graph.
     worth: usize,
 }
 
-/// Parts that are counted as worked on at once, whatever threads there are: what is joined for lack of memory must not depend on that.
+/// Parts assumed to be in memory at once, independent of the number of threads, so that merges of cells for lack of memory do not depend on
+/// it.
 const AT_ONCE: u64 = 16;
 
 impl Default for Sizes {
@@ -44,7 +45,7 @@ impl Default for Sizes {
 /// Cells and portals of a graph, ascending.
 struct Part {
     cells: Vec<u32>,
-    /// Of `cells`, its own.
+    /// Whether each of `cells` is its own.
     own: Vec<bool>,
     portals: Vec<u32>,
 }
@@ -52,11 +53,11 @@ struct Part {
 /// A graph in parts.
 pub(super) struct Parts {
     parts: Vec<Part>,
-    /// By `2 * portal + side`, the directed portals that lines through it may cross later, named likewise.
+    /// For each `2 * portal + side`, the directed portals that lines through it may cross later, numbered likewise.
     reach: Vec<Vec<u32>>,
 }
 
-/// What a part found out of its own cells, as the graph's cells and objects.
+/// The result for a part's own cells, in the graph's numbers.
 #[derive(Serialize, Deserialize)]
 struct Found {
     cells: Vec<(u32, Vec<u32>)>,
@@ -67,14 +68,14 @@ struct Found {
 }
 
 impl Parts {
-    /// Parts of a graph; `None` where there are few portals, or lines come to too many.
+    /// Parts of a graph; `None` if there are few portals, or lines reach too many.
     pub fn new(net: &Net, sizes: Sizes) -> Option<Self> {
         let n = net.portals();
         if n < sizes.many {
             return None;
         }
         let most = n / sizes.looks;
-        // Once one sees far, the others need not be asked.
+        // One source with a long view ends it.
         let far = AtomicBool::new(false);
         let from = |reach: &mut Reach<'_>, first| {
             let mut found = Vec::new();
@@ -82,7 +83,7 @@ impl Parts {
             far.fetch_or(!near, Relaxed);
             found
         };
-        // Most that see far are found out by a few.
+        // A sample finds most graphs with long views.
         let few = n.div_ceil(sizes.looks);
         parallel::map_init(few, || Reach::new(net), |reach, i| from(reach, i * sizes.looks));
         let rows: Vec<Vec<u32>> = parallel::map_init(n, || Reach::new(net), from);
@@ -101,14 +102,14 @@ impl Parts {
         (sizes.worth * pairs <= n * n).then_some(Self { parts, reach })
     }
 
-    /// What flow takes at most, bytes: what lines come to, and the matrices of so many of the largest parts as are worked on at once.
+    /// Upper bound of flow's memory, bytes: the reach of all portals, and matrices for `AT_ONCE` times the largest part.
     pub fn bytes(&self) -> u64 {
         let largest = self.parts.iter().map(|part| flow_bytes(part.cells.len(), part.portals.len())).max();
         let reach: usize = self.reach.iter().map(|row| size_of_val(row) + size_of_val(row.as_slice())).sum();
         reach as u64 + largest.unwrap_or(0) * AT_ONCE
     }
 
-    /// Flow, part by part.
+    /// Runs flow for all parts.
     pub fn flow(&self, input: &FlowInput<'_>, work: &Job<'_>) -> Result<FlowResult, Stopped> {
         let one = |(): &mut (), part: &Part| self.flow_in(part, input, &work.within());
         let done = |done: usize| work.tell("flow: parts", done as f64 / self.parts.len() as f64);
@@ -143,7 +144,7 @@ impl Parts {
         Ok(all)
     }
 
-    /// Flow within a part; `None` where it was stopped.
+    /// Runs flow within a part; `None` if it was stopped.
     fn flow_in(&self, part: &Part, input: &FlowInput<'_>, work: &Job<'_>) -> Option<Found> {
         // 1. The part as a graph of its own.
         let graph = part.graph(input.graph);
@@ -156,7 +157,7 @@ impl Parts {
             self.reach[there(net.ids[p]) as usize].iter().filter_map(|&q| here(q)).for_each(|q| set(row, q));
         };
         let might_see = MightSee::of(&net, from_rows(net.portals(), net.portals(), || (), fill));
-        // 2. What is in it, and known of it.
+        // 2. Its objects, and the known pairs.
         let mut objects: Vec<u32> =
             part.cells.iter().flat_map(|&c| input.placement.ones(c as usize)).map(|o| o as u32).collect();
         objects.sort_unstable();
@@ -185,11 +186,11 @@ impl Parts {
             object_bounds: &bounds,
             cells_lower: &of_part(input.cells_lower, &part.cells),
             objects_lower: &of_part(input.objects_lower, &objects),
-            // It goes by the graph's own names.
+            // Fronts use the whole graph's numbers.
             fronts: None,
             ..*input
         };
-        // 3. What its own cells see, by the graph's names.
+        // 3. The result for its own cells, in the graph's numbers.
         let (cells_upper, objects_upper, tally) = decide(&within, &net, might_see, |c| part.own[c], work).ok()?;
         let own = |matrix: &BitMatrix, names: &[u32]| -> Vec<(u32, Vec<u32>)> {
             let own = (0..part.cells.len()).filter(|&c| part.own[c]);
@@ -227,7 +228,7 @@ impl Part {
     }
 }
 
-/// The cells of each part: from the first that is left, whatever is near, until `most` portals lead out of them.
+/// The own cells of each part: a flood from the first unassigned cell, until `most` portals lead out of them.
 fn own_cells(net: &Net, most: usize) -> Vec<Vec<u32>> {
     let mut taken = vec![false; net.cells];
     let mut parts = Vec::new();
@@ -241,7 +242,7 @@ fn own_cells(net: &Net, most: usize) -> Vec<Vec<u32>> {
             own.push(cell as u32);
             portals += net.out(cell).len();
             if portals >= most {
-                // What was come to and isn't in this part is the next ones'.
+                // Queued cells that are not in this part stay unassigned.
                 queue.drain(..).for_each(|cell| taken[cell] = false);
                 parts.push(std::mem::take(&mut own));
                 portals = 0;
@@ -258,7 +259,7 @@ fn own_cells(net: &Net, most: usize) -> Vec<Vec<u32>> {
     parts
 }
 
-/// A part, with all that lines from its `own` cells come to. `sources`: by `2 * portal + side`, the cell that it leads out of.
+/// A part with everything that lines from its `own` cells reach. `sources`: the source cell of each `2 * portal + side`.
 fn part(net: &Net, reach: &[Vec<u32>], sources: &[u32], mut own: Vec<u32>) -> Part {
     own.sort_unstable();
     let out = || own.iter().flat_map(|&cell| net.out(cell as usize));
@@ -284,7 +285,7 @@ mod tests {
 
     const SIDE: usize = 12;
 
-    /// Rooms of a metre in a square with holes between them, and an object in each.
+    /// A square of rooms of a metre with holes between them, and an object in each.
     fn campus(numbers: &mut Numbers) -> (CellGraph, Vec<Aabb>, BitMatrix) {
         let portals = rooms(numbers, SIDE);
         let n = SIDE * SIDE;

@@ -1,20 +1,20 @@
-//! The flood of might-see: from portal to portal, as far as the planes of the last two and of the first and the last allow.
+//! The flood of might-see: from portal to portal, if the planes allow the last two portals and the first and the last.
 //!
-//! Based on: Carmack's "base" pass, 1996, of single portals instead of cells. Deviates: words of 64 portals are looked at together, and no
-//! longer once all of them were come to.
+//! Based on: Carmack's "base" pass, 1996, of single portals instead of cells. Deviation: words of 64 portals are processed together, and
+//! skipped once all of them are reached.
 
 use super::might_see::{mask_of, set, words_of};
 use super::net::Net;
 use crate::bits;
 
-/// To ask the planes of two portals takes as long as so many looks at a word.
+/// Cost of a plane test of two portals, in word accesses.
 const LOOKS_A_QUESTION: u64 = 10;
 
-/// A flood over portals that their planes allow.
+/// A flood over portals, restricted by their planes.
 pub struct Planes<'n> {
     net: &'n Net,
     queue: Vec<u32>,
-    /// Portals out of cells that were come to, as bits: those that may follow the first and were not come to yet.
+    /// Portals out of reached cells, as bits: those that may follow the first and are not reached yet.
     waiting: Vec<u64>,
     left: WordsLeft<'n>,
 }
@@ -24,7 +24,7 @@ impl<'n> Planes<'n> {
         Self { net, queue: Vec::new(), waiting: vec![0; net.portals().div_ceil(64)], left: WordsLeft::new(net) }
     }
 
-    /// Sets the portals that a flood from `first` reaches whose planes allow it. Returns what that took, in looks at a word of 64 portals.
+    /// Sets the portals that a flood from `first` reaches. Returns the work, in accesses to words of 64 portals.
     pub fn from(&mut self, first: usize, row: &mut [u64]) -> u64 {
         let Self { net, queue, waiting, left } = self;
         let mut looks = 0;
@@ -58,14 +58,14 @@ impl<'n> Planes<'n> {
     }
 }
 
-/// For each cell, the words of the portals out of it that a flood isn't done with. A cell may have a thousand of them, and be entered from as
-/// many portals: so none is looked at again once nothing is left in it.
+/// For each cell, the unfinished words of its portals. A cell may have a thousand portals, and be entered as often: so finished words are
+/// dropped.
 pub struct WordsLeft<'n> {
     net: &'n Net,
     /// Words of all cells, ascending within each; those of a cell begin at `begin`.
     words: Vec<u32>,
     begin: Vec<u32>,
-    /// By cell: how many are left, and in which flood that was so.
+    /// For each cell, the number of unfinished words, and the flood that it is valid for.
     left: Vec<(u32, u32)>,
     flood: u32,
 }
@@ -79,17 +79,18 @@ impl<'n> WordsLeft<'n> {
         Self { net, words: vec![0; begin[net.cells] as usize], begin, left: vec![(0, 0); net.cells], flood: 0 }
     }
 
-    /// The next flood begins: everything is left.
+    /// Starts the next flood: all words are unfinished.
     pub fn restart(&mut self) {
         self.flood += 1;
     }
 
-    /// True until words of the cell are asked for in this flood.
+    /// True before the first access to the cell in this flood.
     fn is_new(&self, cell: usize) -> bool {
         self.left[cell].1 != self.flood
     }
 
-    /// Shows the words of a cell that are left, ascending, each with the mask of the cell's portals in it; drops those of which `keep` is false.
+    /// Visits the unfinished words of a cell, ascending, each with the mask of the cell's portals in it; drops those for which `keep` is
+    /// false.
     #[inline]
     pub fn retain(&mut self, cell: usize, mut keep: impl FnMut(usize, u64) -> bool) {
         let out = self.net.out(cell);
@@ -122,7 +123,7 @@ mod tests {
     use crate::random::SplitMix;
     use glam::DVec3;
 
-    /// Squares that stand anywhere in a cube of 10 m and face anywhere, each between two of so many cells.
+    /// Random squares in a cube of 10 m, each between two random cells.
     fn scattered(cells: u32, portals: usize, seed: u64) -> Net {
         let mut random = SplitMix::new(seed);
         let mut unit = || DVec3::new(random.unit(), random.unit(), random.unit());

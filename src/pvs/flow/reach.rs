@@ -1,8 +1,8 @@
-//! Reach: the portals that lines through one portal can come to, by windows that narrow on the way.
+//! Reach: the portals that lines through one portal can reach, by narrowing windows.
 //!
-//! Based on: separating planes of portal flow (`separators`). Deviates: no chain of portals is followed to its end, of which there may
-//! be exponentially many; a portal keeps the windows by which it was come to, a few at most, and beyond that stands open as a
-//! whole. So each portal is looked at a few times for each source, and the cost follows what can be come to, not what there is.
+//! Based on: separating planes of portal flow (`separators`). Deviation: chains, of which there may be exponentially many, are not followed
+//! one by one. A portal keeps at most a few windows, and beyond that counts as entirely open. So each portal is visited a few times for
+//! each source, and the cost is proportional to the reachable portals, not to all.
 
 use super::bundle::Bundle;
 use super::net::Net;
@@ -11,15 +11,15 @@ use super::window::Window;
 use crate::geom::Plane;
 use std::collections::VecDeque;
 
-/// Windows that a portal keeps before it stands open as a whole. Fewer: more is come to; more: portals are looked at more often.
+/// Most windows of a portal; with more, it counts as entirely open. Fewer: more is reached. More: portals are visited more often.
 const WINDOWS: usize = 3;
 
-/// By what a portal was come to.
+/// The windows by which a portal was reached.
 #[derive(Clone, Copy, Default)]
 struct Arrival {
-    /// From which source; older ones mean nothing.
+    /// The source; entries of other sources are invalid.
     source: u32,
-    /// It stands open as a whole.
+    /// Whether it counts as entirely open.
     whole: bool,
     /// Windows, by number.
     windows: [u32; WINDOWS],
@@ -37,10 +37,10 @@ pub(super) struct Reach<'n> {
     spare: Window,
     come: Vec<Arrival>,
     sources: u32,
-    /// All windows of this source; those from `used` on are free.
+    /// Windows of this source; those from `used` on are free.
     windows: Vec<Window>,
     used: usize,
-    /// Portals with the windows that are still to be followed.
+    /// Portals with windows to follow.
     queue: VecDeque<(u32, u32)>,
 }
 
@@ -51,8 +51,8 @@ impl<'n> Reach<'n> {
         Self { net, separators, planes, bundle, source, part, spare, come, sources: 0, windows, used: 0, queue }
     }
 
-    /// Makes `found` the portals that lines through `first` may cross later, as they are come to. False where that took more than
-    /// `most` looks: then it says nothing.
+    /// Sets `found` to the portals that lines through `first` may cross later, in the order of discovery. False if that takes more than
+    /// `most` visits: then `found` is invalid.
     pub fn from(&mut self, first: usize, most: usize, found: &mut Vec<u32>) -> bool {
         let net = self.net;
         found.clear();
@@ -91,12 +91,12 @@ impl<'n> Reach<'n> {
         false
     }
 
-    /// Cuts the window that is looked at; false where no line is left.
+    /// Clips the current window; false if no line is left.
     fn cut_by(&mut self, planes: &[Option<Plane>]) -> bool {
         planes.iter().flatten().all(|plane| self.part.cut(plane, &self.net.slack, &mut self.spare))
     }
 
-    /// Lines come to the window that is looked at, of portal `q`.
+    /// Lines reach the current window, of portal `q`.
     fn arrive(&mut self, first: usize, q: usize, found: &mut Vec<u32>) {
         let net = self.net;
         let come = &mut self.come[q];
@@ -130,7 +130,7 @@ impl<'n> Reach<'n> {
     }
 }
 
-/// Portals that may be crossed right after one.
+/// Portals that may directly follow a portal.
 fn next(net: &Net, portal: usize) -> impl Iterator<Item = usize> + '_ {
     net.next(portal).iter().flat_map(|&(word, mask)| {
         let left = std::iter::successors(Some(mask), |m| (*m != 0).then(|| m & (m - 1))).take_while(|&m| m != 0);
@@ -147,7 +147,7 @@ pub(super) mod tests {
     use crate::pvs::flow::net::NetPortal;
     use glam::DVec3;
 
-    /// Numbers in `0..1`, always the same.
+    /// Deterministic numbers in `0..1`.
     pub struct Numbers(pub u64);
 
     impl Numbers {

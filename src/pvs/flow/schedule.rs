@@ -1,8 +1,8 @@
-//! Which searches run side by side, and what they may know of each other.
+//! Order of searches, and exchange of results between them.
 //!
-//! Portals of a cell are searched in ascending order of what they might see (cheap ones decide much of what dear ones would
-//! search for; the other way round takes three times as long), in tasks of a few portals that share what they find. Tasks are
-//! spread over a fixed number of rounds; between rounds everything is shared.
+//! Portals of a cell are searched in ascending order of the number of portals that they might see: cheap searches decide many goals of
+//! expensive ones; the reverse order takes three times as long. A task has a few portals, which share results. Tasks are spread over a
+//! fixed number of rounds; all results are shared between rounds.
 
 use super::might_see::MightSee;
 use super::net::Net;
@@ -12,27 +12,26 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// Portals that one task searches from. Larger: more is shared at once, less runs side by side.
+/// Portals of one task. Larger: more sharing, less parallelism.
 const TASK_PORTALS: usize = 16;
 
-/// Number of rounds. Larger: more is shared, more time goes to sharing.
+/// Number of rounds. Larger: more sharing, more time for it.
 const ROUNDS: usize = 16;
 
-/// Steps that all searches of a stage together are meant to take: so many times the most that one may take, or so many for each
-/// portal, whichever is more.
+/// Target for the total steps of a stage: a multiple of the limit of one search, or a number per portal, whichever is more.
 const STAGE_STEPS: u64 = 125;
 const PORTAL_STEPS: u64 = 1000;
 
-/// Dear searches may take this many times the mean of what is left: most take next to nothing.
+/// Limit of one search, as a multiple of the mean of the remaining steps: most searches take almost none.
 const DEAR: u64 = 32;
 
-/// Searches out of one cell, one after the other.
+/// Consecutive searches out of one cell.
 pub(crate) struct Task {
     /// The cell.
     pub cell: usize,
     /// Directed portals out of it.
     pub portals: Vec<usize>,
-    /// No later round has portals of this cell.
+    /// Whether no later round has portals of this cell.
     pub last: bool,
 }
 
@@ -53,7 +52,7 @@ impl Tally {
     }
 }
 
-/// What all portals of a cell might see together: the cost of searching from it.
+/// Search cost of each cell: the total number of portals that its portals might see.
 pub(crate) fn costs(net: &Net, might_see: &MightSee) -> Vec<u64> {
     (0..net.cells).map(|c| net.out(c).map(|p| might_see.count(p)).sum()).collect()
 }
@@ -77,8 +76,8 @@ pub(crate) fn rounds(net: &Net, might_see: &MightSee, cells: impl Iterator<Item 
     rounds
 }
 
-/// Steps that one search of round `k` may take, after `spent` steps in this stage. Where every search runs into its limit
-/// (thousands of portals in the open, all in sight of each other) the limit shrinks, so that the stage ends in time.
+/// Step limit of one search in round `k`, after `spent` steps in this stage. If every search reaches its limit (thousands of portals in the
+/// open, all in sight of each other), the limit shrinks, so that the stage ends in time.
 fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
     let portals = |rounds: &[Vec<Task>]| rounds.iter().flatten().map(|task| task.portals.len() as u64).sum::<u64>();
     let all = max_steps.saturating_mul(STAGE_STEPS).max(portals(rounds).saturating_mul(PORTAL_STEPS.min(max_steps)));
@@ -90,15 +89,15 @@ fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
 pub(crate) struct Round<'r> {
     /// The stage's name, for progress.
     pub stage: &'r str,
-    /// All rounds, and which of them this is.
+    /// All rounds, and the index of this one.
     pub rounds: &'r [Vec<Task>],
     pub k: usize,
-    /// Steps that earlier rounds of the stage took, and the most that one search may take.
+    /// Steps of earlier rounds of the stage, and the step limit of one search.
     pub spent: u64,
     pub max_steps: u64,
 }
 
-/// Runs the tasks of a round side by side; results are in the order of the tasks. Tells the fraction of all rounds that is done.
+/// Runs the tasks of a round in parallel; results are in the order of the tasks. Reports the fraction of all rounds done.
 pub(crate) fn run<F: Serialize + DeserializeOwned + Send>(
     Round { stage, rounds, k, spent, max_steps }: Round<'_>,
     (net, might_see): (&Net, &MightSee),
@@ -108,7 +107,7 @@ pub(crate) fn run<F: Serialize + DeserializeOwned + Send>(
     let round = &rounds[k];
     let max_steps = limit(max_steps, rounds, k, spent);
     let scratch = || Search::new(net, might_see, max_steps);
-    // The dearest first, so that no thread is left with one of them at the end.
+    // The most expensive first, so that threads finish together.
     let tasks: Vec<&Task> = round.iter().rev().collect();
     let share = |done: usize| (k as f64 + done as f64 / tasks.len() as f64) / rounds.len() as f64;
     let search = |memory: &mut Search<'_>, task: &&Task| search(memory, task);

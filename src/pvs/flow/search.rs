@@ -1,14 +1,13 @@
-//! Portal flow: every chain of portals that a line from one source portal may cross, as far as goals lie along it.
+//! Portal flow: every chain of portals that a line from one source portal may cross, while it leads to goals.
 //!
-//! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992; the recursion over source,
-//! pass and target portals of level compilers after Carmack, 1996. Deviates: goals that the planes of (source, pass) cut off
-//! are dropped from the branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels);
-//! so are goals that no way through portals leads to inside those planes, which a flood tells at each step (three times
-//! fewer again, because most goals that lie in view lie behind a wall); the source is cut by every window of the chain and
-//! not only by the last one (1.4 to 2.7 times fewer), through edges that are a portal's own and not made by a cut, because the
-//! others tell nothing new; the stack is explicit, because a chain may be thousands of portals long; and cells needn't be
-//! convex. A line may cross one cell several times, but a chain that comes back into one of its cells needn't be followed:
-//! without the loop it is a chain too, it asks less of a line, and it leads to the same places.
+//! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992; the recursion over source, pass and
+//! target portals of level compilers after Carmack, 1996. Deviations: goals that the planes of (source, pass) cut off are dropped from the
+//! branch, and a branch without goals ends (goal culling: four to ten times fewer steps on game levels). So are goals that a flood through
+//! portals inside those planes does not reach (three times fewer again, because most goals in view are behind a wall). The source is
+//! clipped by every window of the chain and not only by the last one (1.4 to 2.7 times fewer), through original edges of portals only,
+//! because edges made by clipping give nothing new. The stack is explicit, because a chain may have thousands of portals. Cells need not be
+//! convex. A line may cross one cell several times, but a chain that returns to one of its cells need not be followed: the chain without
+//! the loop constrains a line less, and leads to the same places.
 
 use super::bundle::{Bundle, Side};
 use super::goals::{Goals, Inside};
@@ -20,71 +19,70 @@ use super::window::Window;
 use crate::geom::Plane;
 use glam::DVec3;
 
-/// Frames whose planes a portal is clipped by: the last one's alone let through windows that the one before had cut. Larger:
-/// slower by a few per cent, and hardly any chain more is cut.
+/// Frames whose planes clip a portal: the last one alone would pass windows that the previous one had cut. Larger: slower by a few per
+/// cent, and hardly any further chain is cut.
 const ANCESTORS: usize = 4;
 
-/// Windows of a chain that cut the source: so many of the last ones, and as many of all others. Fewer: searches of long chains follow more
-/// of them. More: a step takes as long as its chain is.
+/// Windows of a chain that clip the source: this many of the last ones, and as many of all others. Fewer: more long chains are followed.
+/// More: the time of a step grows with the length of its chain.
 const NEAR: usize = 32;
 
-/// Goals and portals that a step may look at for nothing; so many more count as one step. More: where there are tens of thousands, a step
-/// takes as long as hundreds elsewhere. Fewer: buildings of a thousand rooms get fewer steps than they are promised.
+/// Goals and portals that a step may visit; each further `LOOKS_A_STEP` count as one step. More: with tens of thousands, a step takes as
+/// long as hundreds elsewhere. Fewer: buildings of a thousand rooms get fewer steps than specified.
 const LOOKS: usize = 4096;
 const LOOKS_A_STEP: usize = 64;
 
-/// Up to so many goals, what leads to none of them is left out of the way. Larger: it takes longer than it saves.
+/// With at most this many goals, the flood skips portals that lead to none of them. Larger: it costs more than it saves.
 const FEW: usize = 32;
 
-/// How a search went.
+/// The result of a search.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Outcome {
     /// Steps taken.
     pub steps: u64,
-    /// It ran out of steps: what is still wanted stays undecided.
+    /// Whether it ran out of steps: remaining goals stay undecided.
     pub capped: bool,
 }
 
-/// Where a search ended, for those who want to know why.
+/// The end of a chain, as a proof.
 #[derive(Clone, PartialEq, Debug)]
 pub struct End {
-    /// Directed portals of the chain, from the source on.
+    /// Directed portals of the chain, from the source.
     pub chain: Vec<u32>,
-    /// Everything that lines through the chain meet beyond it is inside these, and no goal can be reached inside them. Empty:
-    /// no line passes the chain.
+    /// All points that lines through the chain reach beyond it are inside these planes, and no goal is reachable inside them. Empty: no
+    /// line passes the chain.
     pub planes: Vec<Plane>,
 }
 
-/// What so many looks count on top of a step.
+/// Extra steps for this many visits.
 fn more(looks: usize) -> u64 {
     (looks.saturating_sub(LOOKS) / LOOKS_A_STEP) as u64
 }
 
-/// A chain of portals, as it stands when it has entered a cell.
+/// The state of a chain after it has entered a cell.
 #[derive(Default)]
 struct Frame {
-    /// What is left of the source portal.
+    /// The rest of the source portal.
     source: Window,
-    /// What is left of the portal that led in here.
+    /// The rest of the last portal.
     pass: Window,
-    /// Everything that lines through both can meet from here on is inside these: first the half-spaces that the two portals
-    /// lead into, then separating planes.
+    /// All points that lines through both can reach from here are inside these planes: first the planes of the two portals, then separating
+    /// planes.
     planes: Vec<Plane>,
     separators: usize,
-    /// The separating planes once more, for boxes.
+    /// The separating planes again, for box tests.
     bundle: Bundle,
-    /// Where the goals of this frame begin and end in the list of all frames: portals that lead into a cell that wants
-    /// something and that no plane has cut off.
+    /// Range of this frame's goals in the list of all frames: portals into cells with goals that no plane has cut off.
     goals: [usize; 2],
-    /// Portals that can be reached inside the planes, as bits. None that the chain has crossed is among them.
+    /// Portals reachable inside the planes, as bits, without those of the chain.
     live: Vec<u64>,
     /// The next portal to try and the end of the cell's portals.
     next: usize,
     end: usize,
 }
 
-/// A search, to be compiled for the vector units that the machine turns out to have: the same operations in the same order,
-/// so the same bits on every machine.
+/// A search, compiled for several vector units and dispatched at run time: the same operations in the same order, so the same bits on every
+/// machine.
 struct Run<'s, 'a, G> {
     search: &'s mut Search<'a>,
     first: usize,
@@ -105,7 +103,7 @@ pub struct Search<'a> {
     net: &'a Net,
     might_see: &'a MightSee,
     max_steps: u64,
-    /// Where searches ended, if that is to be kept.
+    /// The ends of chains, if they are recorded.
     pub ends: Option<Vec<End>>,
     frames: Vec<Frame>,
     /// The portal through which each frame was entered.
@@ -115,11 +113,11 @@ pub struct Search<'a> {
     on_chain: Vec<u64>,
     waist: Window,
     stab: Stab,
-    /// A line that passes the chain as it was, and how long it was.
+    /// The last stabbing line, and the length of its chain.
     line: Option<([DVec3; 2], usize)>,
     spare: Window,
     separators: Separators,
-    /// Portals that a flood has not asked yet, as bits.
+    /// Portals that a flood has not tested yet, as bits.
     allowed: Vec<u64>,
     /// Portals that lead to a goal, as bits.
     leads: Vec<u64>,
@@ -127,7 +125,7 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// A search that takes at most `max_steps` steps a source portal.
+    /// A search with at most `max_steps` steps per source portal.
     pub fn new(net: &'a Net, might_see: &'a MightSee, max_steps: u64) -> Self {
         let (frames, chain, goals, on_chain, waist, stab, line, spare, allowed, leads, queue) = Default::default();
         let separators = Separators::new(net.rounding);
@@ -151,10 +149,10 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Follows every line out through directed portal `first` that may lead to a goal.
+    /// Follows all lines out through directed portal `first` that may lead to a goal.
     ///
-    /// The cell that it leads out of counts as one of the chain: without the loop through `first`, what is seen is seen
-    /// through another of the cell's portals. So nothing is refuted for `first` alone where chains lead back into its cell.
+    /// Its source cell counts as part of the chain: a target seen over a loop through the cell is seen through another of the cell's
+    /// portals. So nothing is refuted for `first` alone if chains lead back into its cell.
     pub fn run(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
         pulp::Arch::new().dispatch(Run { search: self, first, goals })
     }
@@ -204,7 +202,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Sets up the frame behind the source portal. False where nothing is wanted beyond.
+    /// Sets up the frame behind the source portal. False if there is no goal beyond.
     #[inline(always)]
     fn start(&mut self, first: usize, goals: &mut impl Goals) -> bool {
         let net = self.net;
@@ -235,7 +233,7 @@ impl<'a> Search<'a> {
         !self.goals.is_empty()
     }
 
-    /// True where `target` leads to a goal: itself, or one that may come after it. Lists those after the goals of the frame.
+    /// True if `target` leads to a goal: itself, or a portal that may follow. Lists these after the goals of the frame.
     #[inline(always)]
     fn wanted(&mut self, depth: usize, target: usize, goals: &impl Goals) -> bool {
         let (row, wanted) = (self.might_see.row(target), goals.portals());
@@ -254,8 +252,7 @@ impl<'a> Search<'a> {
         is_goal || self.goals.len() > end
     }
 
-    /// Tries to lead the lines of the frame at `depth` through `target`: fills the windows of the frame above.
-    /// False where no line passes.
+    /// Extends the chain of the frame at `depth` through `target`: fills the windows of the frame above. False if no line passes.
     #[inline(always)]
     fn cross(&mut self, depth: usize, target: usize) -> bool {
         if self.frames.len() == depth + 1 {
@@ -264,7 +261,7 @@ impl<'a> Search<'a> {
         self.clip_pass(depth, target) && self.clip_source(depth, target)
     }
 
-    /// What is left of `target` inside the planes of the last frames.
+    /// Clips `target` to the planes of the last frames.
     #[inline(always)]
     fn clip_pass(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
@@ -293,7 +290,7 @@ impl<'a> Search<'a> {
         true
     }
 
-    /// What is left of the source for lines that go on through what is left of `target`.
+    /// Clips the source to lines that go on through the rest of `target`.
     #[inline(always)]
     fn clip_source(&mut self, depth: usize, target: usize) -> bool {
         let net = self.net;
@@ -307,13 +304,13 @@ impl<'a> Search<'a> {
         if depth == 0 {
             return true;
         }
-        // Lines from the target back through each window of the chain end in part of the source.
+        // Lines from the target back through each window of the chain reach only part of the source.
         self.waist.assign(&frame.pass);
         if !net.behind(entered, target).is_none_or(|plane| self.waist.cut(&plane, &net.slack, &mut self.spare)) {
             return false;
         }
         let mut cut = Cut { window: &mut child.source, passes: true, slack: &net.slack, spare: &mut self.spare };
-        // Of a long chain the last windows, and as many of those before them.
+        // In a long chain, the last windows, and as many of the earlier ones.
         let (near, far) = (depth.saturating_sub(NEAR).max(1), depth.saturating_sub(NEAR).div_ceil(NEAR).max(1));
         let passes = below[near..depth].iter().rev().chain(below[1..near].iter().rev().step_by(far));
         let passes = std::iter::once(&self.waist).chain(passes.map(|frame| &frame.pass));
@@ -326,13 +323,13 @@ impl<'a> Search<'a> {
         true
     }
 
-    /// Works out what the frame above `depth`, which has just crossed `target`, decides and may still reach. False where
-    /// there is no such line or nothing beyond that is wanted.
+    /// Computes what the frame above `depth`, which has just crossed `target`, decides and may still reach. False if no line passes or no
+    /// goal remains.
     #[inline(always)]
     fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let cell = net.target[target] as usize;
-        // What passed another portal than this one.
+        // Drops a line of another branch.
         self.line.take_if(|(_, length)| *length > depth + 1);
         self.spread(depth, target);
         let ends = [self.chain[0] as usize, target];
@@ -370,8 +367,7 @@ impl<'a> Search<'a> {
         child.bundle.assign(&child.planes[child.separators..]);
     }
 
-    /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False where
-    /// none is left.
+    /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False if none is left.
     #[inline(always)]
     #[expect(clippy::too_many_lines, reason = "the innermost loop, whose parts share borrows of the frames")]
     fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
@@ -380,14 +376,14 @@ impl<'a> Search<'a> {
         let wanted = goals.portals();
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
-        // A long chain that doesn't branch: its next portal tells as much as a flood of all that may come.
+        // A long chain without branches: its next portal decides as well as a flood.
         if depth >= NEAR && net.out(net.target[target] as usize).len() <= 2 {
             child.live.clear();
             child.live.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
             child.goals = [start, self.goals.len()];
             return self.goals.len() > start;
         }
-        // First the goals alone, because that often is the end of it.
+        // First the goals alone, because often none is left.
         let mut kept = start;
         for i in start..self.goals.len() {
             let goal = self.goals[i] as usize;
@@ -406,7 +402,7 @@ impl<'a> Search<'a> {
             self.allowed.push(a & b);
         }
         if kept - start <= FEW {
-            // What leads to none of the goals that are left is no part of the way to them.
+            // Portals that lead to none of the remaining goals are skipped.
             self.leads.clear();
             self.leads.resize(row.len(), 0);
             for &goal in &self.goals[start..] {
@@ -454,7 +450,7 @@ impl<'a> Search<'a> {
         kept > start
     }
 
-    /// Notes that the chain ends with `target`, because of the planes of a frame or as such.
+    /// Records that the chain ends with `target`, because of the planes of a frame or because no line passes.
     fn end(&mut self, target: usize, frame: Option<usize>) {
         if let Some(ends) = &mut self.ends {
             let chain = self.chain.iter().copied().chain([target as u32]).collect();
@@ -462,11 +458,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Asks whether a line passes the chain of which the frame above `depth` is the last.
+    /// Tests whether a line passes the chain up to the frame above `depth`.
     fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
         let net = self.net;
         let top = &self.frames[depth + 1];
-        // A line that passes the chain up to here may go on straight.
+        // The last stabbing line may also pass the new portal.
         if let Some((line, length)) = self.line {
             let on = self.frames[length..=depth + 1].iter().try_fold(line[1], |_, f| f.pass.met_by(line));
             if let Some(on) = on.filter(|&on| goals.accepts(&self.chain, [line[0], on])) {

@@ -1,31 +1,30 @@
-//! Separating planes of two windows: how far the lines through both can spread beyond the second.
+//! Separating planes of two windows: bounds on the lines through both beyond the second.
 //!
-//! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992 (antipenumbra); the planes
-//! through an edge of one window and a corner of the other are the ones that portal flow in level compilers takes, after an
-//! idea of Carmack, 1996. Deviates in two ways.
+//! Based on: Teller, *Visibility computations in densely occluded polyhedral environments*, 1992 (antipenumbra); planes through an edge of
+//! one window and a corner of the other are those of portal flow in level compilers, after Carmack, 1996. Two deviations.
 //!
-//! How a plane is found: turned about an edge, away from the window's own plane, it meets the other window first in the corner
-//! of the greatest cotangent; so one pass over the corners gives the only candidate of an edge.
+//! How a plane is found: rotated about an edge, away from the window's own plane, it first meets the other window's corner with the
+//! greatest cotangent; so one pass over the corners gives the only candidate of an edge.
 //!
-//! How a plane is accepted: not by the way it was made, but by testing that the first window lies wholly on its outside and
-//! the second wholly on its inside. That alone makes a plane valid, for any two sets of points: a line from `s` to `w` that
-//! has not gone inwards by `w` never comes back out beyond it. So bad input (collinear corners, edges of length zero, windings
-//! that aren't quite flat, normals that are a guess) can make planes fail the test, never pass it wrongly.
+//! How a plane is accepted: by a test that the first window is entirely outside and the second entirely inside, not by its construction.
+//! The test alone makes a plane valid, for any two sets of points: a line that crosses from outside to inside never returns. So bad input
+//! (collinear corners, edges of length zero, windings that are not quite flat, wrong normals) can make planes fail the test, but never pass
+//! it wrongly.
 
 use super::window::{Slack, Window};
 use crate::geom::Plane;
 use glam::DVec3;
 
-/// A window must reach this many times the rounding error of the test away from a plane that it touches. Rounding can then
-/// lose lines only within that fraction of the window's width from its edge. Larger: narrower slits go without planes.
+/// Least extent of a window away from a plane that it touches, in rounding errors of the test. Rounding then loses lines only within that
+/// fraction of the window's width from its edge. Larger: narrower slits get no planes.
 const DEPTH: f64 = 1024.0;
 
-/// Which way lines go through a window, by the way its portal leads.
+/// Direction of lines through a window, relative to its portal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Way {
-    /// As it leads.
+    /// In the portal's direction.
     Along,
-    /// The other way.
+    /// Opposite.
     Against,
 }
 
@@ -43,30 +42,30 @@ impl Way {
 enum Turn {
     /// That of the other window.
     Kept,
-    /// That of the window whose edges it is put through.
+    /// That of the window whose edges it contains.
     Over,
 }
 
-/// Edges of a window that planes are put through.
+/// Edges of a window that planes contain.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Edges {
     /// All of them.
     All,
-    /// Those that are the portal's own. The others lie in planes that the window was cut by: what they tell of lines was known
-    /// before, but for a little that is not worth the time.
+    /// Original edges of the portal. The others lie in planes that clipped the window: their constraints are known already, apart from a
+    /// little that is not worth the time.
     Own,
 }
 
-/// Takes planes.
+/// A consumer of planes.
 pub(crate) trait Sink {
-    /// False where a plane through `a` across the unit vector `n` needn't be looked at any closer.
+    /// False if the plane through `a` with the unit normal `n` is useless.
     fn is_of_use(&self, n: DVec3, a: DVec3) -> bool;
 
-    /// Takes a plane; false where that is enough.
+    /// Takes a plane; false to stop.
     fn take(&mut self, plane: Plane) -> bool;
 }
 
-/// Planes that differ from each other, from some place of a list on.
+/// Collects distinct planes, from some place of a list on.
 struct Distinct<'a> {
     planes: &'a mut Vec<Plane>,
     start: usize,
@@ -85,11 +84,11 @@ impl Sink for Distinct<'_> {
     }
 }
 
-/// Cuts a window down to the inside of each plane.
+/// Clips a window to the inside of each plane.
 pub(crate) struct Cut<'a> {
-    /// What is left of it.
+    /// The window.
     pub window: &'a mut Window,
-    /// Whether anything is.
+    /// Whether anything is left.
     pub passes: bool,
     /// Tolerances.
     pub slack: &'a Slack,
@@ -110,10 +109,10 @@ impl Sink for Cut<'_> {
     }
 }
 
-/// Makes separating planes. Scratch memory, and the error of a distance between two corners.
+/// Makes separating planes. Holds scratch memory, and the rounding error of a distance between two corners.
 pub(crate) struct Separators {
     rounding: f64,
-    /// Inverse heights of the other window's corners over the plane of the one whose edges are looked at.
+    /// Inverse heights of the other window's corners over the plane of the current one.
     heights: Vec<[f64; 4]>,
 }
 
@@ -123,11 +122,10 @@ impl Separators {
         Self { rounding, heights: Vec::new() }
     }
 
-    /// Gives `sink` planes whose inside holds everything that lines through `first` and then `second` can meet beyond
-    /// `second`, until it has enough.
+    /// Gives `sink` planes whose inside contains all points that lines through `first` and then `second` reach beyond `second`, until it
+    /// stops.
     ///
-    /// The planes of the windows themselves are not among them. Where a window is empty (nothing is known about it) there are
-    /// none.
+    /// The planes of the windows themselves are not included. An empty (unknown) window gives none.
     #[inline(always)]
     pub fn each(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
         if first.is_empty() || second.is_empty() {
@@ -138,7 +136,7 @@ impl Separators {
         }
     }
 
-    /// As [`Separators::each`], through edges of `second` only, and of those the portal's own.
+    /// As [`Separators::each`], through original edges of `second` only.
     #[inline(always)]
     pub fn through_second(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
         if !first.is_empty() && !second.is_empty() {
@@ -146,8 +144,8 @@ impl Separators {
         }
     }
 
-    /// Appends those planes to a list, but of `second` only those through edges that are the portal's own. One that nearly is
-    /// another, as from edges that are parallel, is left out.
+    /// Appends these planes to a list; of `second`, only those through original edges. Near duplicates, as from parallel edges, are left
+    /// out.
     #[inline(always)]
     pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
         if first.is_empty() || second.is_empty() {
@@ -165,8 +163,8 @@ impl Separators {
         self.each(first, second, way, &mut Distinct { planes, start });
     }
 
-    /// Gives `sink` planes through an edge of `edges` and a corner of `others`, on the side that `way` leads to, that have
-    /// `edges` outside and `others` inside, turned. False where it has enough.
+    /// Gives `sink` planes through an edge of `edges` and a corner of `others`, on the side of `way`, with `edges` outside and `others`
+    /// inside, oriented by the turn. False if it stops.
     #[inline(always)]
     fn through_edges(
         &mut self,
@@ -194,7 +192,7 @@ impl Separators {
             // Towards the inside of `edges`, in its plane.
             let inward = edges.normal.cross(along);
             let start = inward.dot(a);
-            // The corner that a plane turned about the edge meets first: that with the least angle from `inward` to `up`.
+            // The corner that a plane rotated about the edge meets first: that with the least angle from `inward` to `up`.
             let (mut best, mut greatest) = (0, f64::NEG_INFINITY);
             for (g, ([x, y, z], heights)) in others.groups().zip(&self.heights).enumerate() {
                 let mut cotangents = [0.0; 4];
@@ -237,13 +235,13 @@ impl Separators {
     }
 }
 
-/// Planes whose normals have a greater dot product are taken for one.
+/// Planes are equal if the dot product of their normals is greater.
 const SAME: f64 = 1.0 - 1e-12;
 
-/// Stands for the inverse of a height of zero.
+/// Represents the inverse of a height of zero.
 const LEVEL: f64 = 1e300;
 
-/// The plane through `a` across the unit vector `n`, if `outer` lies outside of it and `inner` inside.
+/// The plane through `a` with the unit normal `n`, if `outer` is outside of it and `inner` inside.
 #[inline(always)]
 fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
     let plane = Plane::through(a, n);
@@ -252,7 +250,7 @@ fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> 
         return None;
     }
     let (outer_low, outer_high) = outer.range(&plane);
-    // `inner_high` is 0 but for rounding, which may only move the plane outwards.
+    // `inner_high` is 0 apart from rounding, which may only move the plane outwards.
     (outer_low >= -rounding && outer_high > DEPTH * rounding).then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
 }
 
@@ -286,13 +284,13 @@ mod tests {
     #[test]
     fn windows_that_tell_nothing_give_no_planes() {
         assert!(between(&[], &square(1.0, 1.0)).is_empty() && between(&square(0.0, 1.0), &[]).is_empty());
-        // One on the other, and one point twice.
+        // A window and itself, and degenerate windows of one point.
         assert!(between(&square(0.0, 1.0), &square(0.0, 1.0)).is_empty());
         assert!(between(&[DVec3::ZERO; 4], &[DVec3::ZERO; 4]).is_empty());
         assert!(between(&[DVec3::splat(f64::NAN); 4], &square(1.0, 1.0)).is_empty());
     }
 
-    /// Corners of a window: round, thin, a segment or a point, anywhere.
+    /// Corners of a random window: round, thin, a segment or a point.
     fn window() -> impl Strategy<Value = Vec<DVec3>> {
         let thin = prop_oneof![Just(1.0), Just(1e-3), Just(1e-6), Just(1e-9), Just(0.0)];
         let real = || -1.0..1.0f64;
@@ -303,7 +301,7 @@ mod tests {
         })
     }
 
-    /// Any points at all: no window, but planes must hold for them too.
+    /// Random points: not a window, but planes must be valid for them, too.
     fn cloud() -> impl Strategy<Value = Vec<DVec3>> {
         proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64).prop_map(DVec3::from), 3..6)
     }

@@ -1,33 +1,33 @@
-//! Does a line stab a chain of windows? Asked of chains that are about to decide something.
+//! Stabbing test: whether a line passes a chain of windows, for chains that would decide a goal.
 //!
-//! Based on: the branch and bound of *two-sided flow* as measured for this project, on the windows of Teller, *Visibility
-//! computations in densely occluded polyhedral environments*, 1992. The search narrows only the source and the last window of
-//! a chain, and so lets through chains that no line passes. Here all windows are narrowed by all others, forwards and
-//! backwards; then the larger end is halved, until every half is refuted, a line is found, or the pieces run out. Only a
-//! refutation is relied on by the upper bound; a line is handed to the caller, who may check it and keep it as a witness.
+//! Based on: the branch and bound of *two-sided flow* as measured for this project, on the windows of Teller, *Visibility computations in
+//! densely occluded polyhedral environments*, 1992. The search narrows only the source and the last window of a chain, and so passes some
+//! chains without a stabbing line. Here all windows are narrowed by all others, forwards and backwards; then the larger end is halved,
+//! until every half is refuted, a line is found, or the pieces run out. The upper bound relies only on refutations; the caller may check a
+//! line and keep it as a witness.
 
 use super::separators::{Cut, Separators, Way};
 use super::window::{Slack, Window};
 use crate::geom::Plane;
 use glam::DVec3;
 
-/// Pieces of one chain that are looked at before it counts as passable. Larger: rare wrong chains cost more.
+/// Most pieces of one chain; with more it counts as passable. Larger: rare wrong chains cost more.
 const PIECES: u32 = 24;
 
-/// A window shorter than this times [`Slack::strict`] is not halved.
+/// Least length of a window that is halved, in [`Slack::strict`].
 const SMALLEST: f64 = 1024.0;
 
-/// Times that the search for a line changes ends.
+/// Passes of the search for a line, from alternating ends.
 const TURNS: usize = 4;
 
-/// The answer.
+/// The result.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Passage {
     /// No line passes.
     Refuted,
-    /// The line through these two points passes, and the caller has accepted it.
+    /// The line through these two points passes, and the caller accepted it.
     Line([DVec3; 2]),
-    /// Not known: count it as passable.
+    /// Unknown: counts as passable.
     Unknown,
 }
 
@@ -39,18 +39,18 @@ pub(crate) struct Stab {
     aim: Window,
 }
 
-/// What is asked of a chain.
+/// The inputs of a test.
 pub(crate) struct Question<'a> {
     /// Tolerances.
     pub slack: &'a Slack,
     /// Makes planes.
     pub separators: &'a mut Separators,
-    /// Says whether a line, given by two points, is one.
+    /// Accepts or rejects a line, given by two points.
     pub accept: &'a mut dyn FnMut([DVec3; 2]) -> bool,
 }
 
 impl Stab {
-    /// Asks whether a line passes the windows, one after the other. Adds the work to `steps`.
+    /// Tests whether a line passes the windows in order. Adds the work to `steps`.
     pub fn ask(&mut self, windows: impl Iterator<Item = Window>, question: &mut Question<'_>, steps: &mut u64) -> Passage {
         let windows: Vec<Window> = windows.collect();
         if windows.iter().any(|w| !w.flat) {
@@ -96,15 +96,15 @@ impl Stab {
         Passage::Refuted
     }
 
-    /// Narrows every window by the planes of those on both sides of it: backwards first, because the search has narrowed
-    /// forwards. False where one is left without a line.
+    /// Narrows every window by the planes of those on both sides: backwards first, because the search has narrowed forwards. False if a
+    /// window has no line left.
     fn narrow(&mut self, windows: &mut [Window], question: &mut Question<'_>) -> bool {
         let last = windows.len() - 1;
         (0..=last - 2).rev().all(|k| self.cut(windows, [last, k + 1, k], Way::Against, question))
             && (2..=last).all(|k| self.cut(windows, [0, k - 1, k], Way::Along, question))
     }
 
-    /// Cuts window `k` by the planes of two others that a line meets in this order before it (or after it).
+    /// Clips window `k` by the planes of two others that a line passes in this order before it (or after it).
     fn cut(
         &mut self,
         windows: &mut [Window],
@@ -120,7 +120,7 @@ impl Stab {
         passes
     }
 
-    /// Looks for a line: from the middle of one end through all windows to the other end, and back from what that left.
+    /// Searches for a line: from the centre of one end through all windows to the other end, and back from the rest.
     fn line(&mut self, windows: &[Window], question: &mut Question<'_>) -> Option<[DVec3; 2]> {
         let last = windows.len() - 1;
         let mut aim = std::mem::take(&mut self.aim);
@@ -131,7 +131,7 @@ impl Stab {
             aim.assign(&windows[if forwards { last } else { 0 }]);
             let seen = (1..last)
                 .all(|k| self.keep_seen(&mut aim, eye, &windows[if forwards { k } else { last - k }], question.slack));
-            let to = aim.middle(); // of what was left before the window that closed the view, if one did
+            let to = aim.middle(); // of the last non-empty view
             let line = if forwards { [eye, to] } else { [to, eye] };
             if seen && (question.accept)(line) {
                 found = Some(line);
@@ -143,7 +143,7 @@ impl Stab {
         found
     }
 
-    /// Cuts `aim` down to what is seen from `eye` through a window. False where that is nothing.
+    /// Clips `aim` to the view from `eye` through a window. False if that is empty.
     fn keep_seen(&mut self, aim: &mut Window, eye: DVec3, window: &Window, slack: &Slack) -> bool {
         let centre = window.middle();
         let mut a = window.corner(window.len() - 1);
@@ -160,7 +160,7 @@ impl Stab {
     }
 }
 
-/// The two corners that are farthest apart.
+/// The two most distant corners.
 fn longest(window: &Window) -> [DVec3; 2] {
     let n = window.len();
     let pairs = (0..n).flat_map(|i| (i..n).map(move |k| [window.corner(i), window.corner(k)]));

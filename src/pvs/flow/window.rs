@@ -1,45 +1,43 @@
-//! Windows: what is left of a portal's winding for the lines of one chain.
+//! Windows: the part of a portal's winding that the lines of one chain can pass.
 //!
-//! Based on: Sutherland, Hodgman, *Reentrant polygon clipping*, 1974. Deviates in two ways. The plane is moved out by
-//! [`Slack::reach`] before the cut, and the cut itself then has no tolerance: keeping corners that lie within an epsilon, as
-//! is usual, drops the wedge between such a corner and the place where a long edge crosses the plane. And what is left may be
-//! a segment or a point: it is still a window, and only a line that is known to be none ends a chain.
+//! Based on: Sutherland, Hodgman, *Reentrant polygon clipping*, 1974. Two deviations. The plane is moved out by [`Slack::reach`] before the
+//! cut, and the cut itself has no tolerance: the usual epsilon for corners would drop the wedge between a corner and the crossing of a long
+//! edge. And a segment or a point is still a window, because a chain ends only if provably no line is left.
 //!
-//! Corners are held as a structure of arrays, filled up to whole groups of four with copies of the first, so that distances
-//! of all corners to a plane are a loop without branches. There is no limit on their number.
+//! Corners are a structure of arrays, padded to groups of four with copies of the first, so that their distances to a plane are a loop
+//! without branches. Their number is not limited.
 
 use crate::geom::{Aabb, Plane};
 use glam::DVec3;
 
-/// How much a comparison with a plane gives way, metres.
+/// Tolerances of comparisons with planes, metres.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Slack {
-    /// A cut keeps what lies up to this far outside. Swallows the rounding of the cuts before it.
+    /// A cut keeps points up to this far outside. Covers the rounding of previous cuts.
     pub reach: f64,
-    /// A window that lies nowhere deeper than this inside is cut off: only lines that touch the plane would be left.
+    /// A window nowhere deeper than this inside is cut off: only lines that touch the plane would be left.
     pub strict: f64,
-    /// The caller's tolerance: windows that have no plane, and boxes of objects, are cut off only where they lie this far
-    /// outside.
+    /// The caller's tolerance: windows without a plane, and boxes of objects, are cut off only if they are this far outside.
     pub coplanar: f64,
 }
 
 /// Corners in one group.
 const LANES: usize = 4;
 
-/// Corners of a convex polygon that holds every point where a line of the chain can cross the portal. Without corners:
-/// nothing is known, a line may cross anywhere.
+/// Corners of a convex polygon that contains every point where a line of the chain can cross the portal. Without corners: unknown, a line
+/// may cross anywhere.
 #[derive(Clone, Default, Debug)]
 pub struct Window {
     /// x of all corners, then y, then z, each `room` long.
     corners: Vec<f64>,
     room: usize,
     len: usize,
-    /// Bit i: the edge that ends at corner i is one of the portal's own, not made by a cut. Corners from 64 on count as such.
+    /// Bit i: the edge that ends at corner i is an original edge of the portal, not made by a cut. Corners from 64 on count as original.
     own: u64,
-    /// The way the portal leads. Corners are counter-clockwise seen from its tip, where the window is flat.
+    /// The portal's direction. Corners of a flat window are counter-clockwise seen from its tip.
     pub normal: DVec3,
-    /// Whether the corners lie in one plane that is known. Others are never clipped, only kept or cut off as a whole, because
-    /// clipping the outline of a body doesn't clip the body.
+    /// Whether the corners lie in one known plane. Other windows are never clipped, only kept or cut off as a whole, because clipping the
+    /// outline of a body does not clip the body.
     pub flat: bool,
 }
 
@@ -52,7 +50,7 @@ impl Window {
         window
     }
 
-    /// Takes over another window, keeping the memory.
+    /// Copies another window, reusing memory.
     #[inline(always)]
     pub fn assign(&mut self, other: &Self) {
         if self.room == other.room {
@@ -71,13 +69,13 @@ impl Window {
         self.len
     }
 
-    /// True where nothing is known.
+    /// True if the window is unknown.
     #[inline(always)]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// True where the edge that ends at a corner is one of the portal's own, not made by a cut.
+    /// True if the edge that ends at a corner is an original edge of the portal.
     #[inline(always)]
     pub fn is_own(&self, i: usize) -> bool {
         i >= 64 || self.own >> i & 1 != 0
@@ -99,7 +97,7 @@ impl Window {
         self.iter().sum::<DVec3>() / self.len.max(1) as f64
     }
 
-    /// x, y and z of the corners in groups of four; the last group is filled up with copies of the first corner.
+    /// x, y and z of the corners in groups of four; the last group is padded with copies of the first corner.
     #[inline(always)]
     pub fn groups(&self) -> impl Iterator<Item = [&[f64; LANES]; 3]> {
         let (x, rest) = self.corners.split_at(self.room);
@@ -109,7 +107,7 @@ impl Window {
         x[..groups].iter().zip(&y[..groups]).zip(&z[..groups]).map(|((x, y), z)| [x, y, z])
     }
 
-    /// The least and the greatest distance of a corner to a plane.
+    /// The least and the greatest distance of corners to a plane.
     #[inline(always)]
     pub fn range(&self, plane: &Plane) -> (f64, f64) {
         let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
@@ -125,7 +123,7 @@ impl Window {
         (least(least(low[0], low[1]), least(low[2], low[3])), most(most(high[0], high[1]), most(high[2], high[3])))
     }
 
-    /// True where all corners lie at least `limit` outside of one of four planes.
+    /// True if all corners are at least `limit` outside of one of four planes.
     #[inline(always)]
     pub fn is_beyond(&self, [nx, ny, nz, d]: &[[f64; LANES]; 4], limit: f64) -> bool {
         let mut low = [f64::INFINITY; LANES];
@@ -139,7 +137,7 @@ impl Window {
         low.iter().any(|&low| low >= limit)
     }
 
-    /// True where a corner lies on the side of the plane through `a` that `n` points to.
+    /// True if a corner is on the side of the plane through `a` that `n` points to.
     #[inline(always)]
     pub fn reaches(&self, n: DVec3, a: DVec3) -> bool {
         let d = n.dot(a);
@@ -152,13 +150,12 @@ impl Window {
         outside[0] | outside[1] | outside[2] | outside[3]
     }
 
-    /// True where every corner of another window of the same portal lies in this one, to rounding. A window without corners is
-    /// everything.
+    /// True if every corner of another window of the same portal is in this one, to rounding. A window without corners contains everything.
     pub fn holds(&self, other: &Self) -> bool {
         if self.is_empty() || other.is_empty() {
             return self.is_empty();
         }
-        // The box is for windows that are no more than a segment.
+        // The box test handles windows that are only a segment.
         let inside = |k: usize| {
             let own = Aabb::of(self.iter());
             let p = other.corner(k);
@@ -172,7 +169,7 @@ impl Window {
         (0..other.len).all(inside) && (!self.flat || (0..self.len).all(edge))
     }
 
-    /// Where the line through two points meets the inside of a flat window.
+    /// Intersection of the line through two points with the inside of a flat window.
     pub fn met_by(&self, [a, b]: [DVec3; 2]) -> Option<DVec3> {
         if self.len < 3 || !self.flat {
             return None;
@@ -185,14 +182,14 @@ impl Window {
         (p.is_finite() && (0..self.len).all(inside)).then_some(p)
     }
 
-    /// True where no line through the window comes inside `plane`, touching lines aside.
+    /// True if no line through the window goes inside `plane`, except touching lines.
     #[inline(always)]
     pub fn is_cut_off(&self, plane: &Plane, slack: &Slack) -> bool {
         let limit = if self.flat { -slack.strict } else { slack.coplanar };
         self.len > 0 && self.range(plane).0 >= limit
     }
 
-    /// Cuts the window down to the inside of `plane`; false where no line is left. `spare` is scratch.
+    /// Clips the window to the inside of `plane`; false if no line is left. `spare` is scratch.
     #[must_use]
     #[inline(always)]
     pub fn cut(&mut self, plane: &Plane, slack: &Slack, spare: &mut Self) -> bool {
@@ -209,7 +206,7 @@ impl Window {
         true
     }
 
-    /// Cuts off what lies farther out than `reach`; there is something on both sides.
+    /// Clips at `reach` outside; there are corners on both sides.
     fn clip(&mut self, plane: &Plane, reach: f64, spare: &mut Self) {
         spare.len = 0;
         let mut own = Flags { bits: !0, next: 1 };
@@ -220,7 +217,7 @@ impl Window {
             let b = self.corner(i);
             let db = outside(b);
             if (da > 0.0) != (db > 0.0) {
-                // Coming back in, this ends the edge that the plane has made.
+                // The return crossing ends the edge made by the plane.
                 own.add(db > 0.0 && self.is_own(i));
                 spare.push(a + (b - a) * (da / (da - db)));
             }
@@ -270,7 +267,7 @@ impl Window {
     }
 }
 
-/// Bits in a row, as far as there is room; those beyond stay set.
+/// The first 64 bits; those beyond count as set.
 struct Flags {
     bits: u64,
     next: u64,
@@ -316,7 +313,7 @@ mod tests {
 
     #[test]
     fn the_wedge_beside_a_corner_that_nearly_touches_is_kept() {
-        // A corner a hair inside, its neighbour 10 cm outside and 100 m away: the crossing lies far along the edge.
+        // A corner barely inside, its neighbour slightly outside and 100 m away: the crossing is far along the edge.
         let mut w = window(&[(0., -1e-9), (100., 1e-8), (100., 1.), (0., 1.)]);
         assert!(cut(&mut w, DVec3::Y, 0.0));
         assert!(w.iter().any(|p| p.x > 9.0), "{w:?}");

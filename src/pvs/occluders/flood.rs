@@ -1,27 +1,27 @@
-//! Does a surface hide everything between two convex sets from each other?
+//! Whether a surface hides two convex sets from each other.
 //!
-//! Based on: Navazo, Rossignac, Jou, Shariff, *ShieldTester: cell-to-cell visibility test for surface occluders*, 2003: a connected
-//! surface that one segment between two sets crosses, and whose border and silhouette stay out of their shaft, is crossed by
-//! every segment between them. Deviates: edges meet by distance and in any number, not two by two (see [`super::mesh`]), and what is
-//! asked of an edge is whether some surface goes on to both sides of every line that meets it.
+//! Based on: Navazo, Rossignac, Jou, Shariff, *ShieldTester: cell-to-cell visibility test for surface occluders*, 2003: if one segment
+//! between two sets crosses a connected surface, and the surface's border and silhouette are outside their shaft, then every segment
+//! between the sets crosses it. Deviation: edges are connected by distance and in any number, not in pairs (see [`super::mesh`]), and the
+//! test of an edge is whether the surface continues on both sides of every line that meets it.
 //!
 //! # Why nothing visible is hidden
 //!
-//! Take a surface C of whole triangles, and move a segment of the shaft that meets C to one that doesn't, through segments of the
-//! shaft. The last that meets C meets it at an edge, or at an end of its own. The ends are kept off C. At an edge, seen along it, C
-//! reaches away in several directions; all of one end lies to the right of one of them and to the left of another, so the segment
-//! passes between these two and meets one of them wherever it goes: unless it passes the gap between edge and triangle,
-//! which nothing that keeps a clearance does.
+//! Take a surface C of whole triangles, and move a segment of the shaft that meets C continuously to one that does not, within the shaft.
+//! The last segment that meets C meets it at an edge, or at one of its own ends. The ends are kept away from C. At an edge, seen along it,
+//! C continues in several directions. All of one end of the shaft is to the right of one of them and to the left of another. So the segment
+//! passes between these two, and meets one of them wherever it moves, unless it passes the gap between edge and triangle, which no segment
+//! with clearance does.
 
 use super::mesh::{Mesh, Seam, Tri};
 use super::shaft::{End, Shaft, reach};
 use crate::geom::{Aabb, Plane, middle};
 use glam::DVec3;
 
-/// Most triangles of one surface. Larger: more surfaces are closed, at more cost where none is.
+/// Most triangles of one surface. Larger: more surfaces close shafts; failures cost more.
 const MOST: usize = 192;
 
-/// Memory of one thread.
+/// Scratch memory of one thread.
 #[derive(Default)]
 pub(super) struct Flood {
     members: Vec<u32>,
@@ -33,28 +33,28 @@ pub(super) struct Flood {
 pub(super) struct Failed {
     /// A point of it.
     pub at: DVec3,
-    /// A unit vector across the edge and the shaft, or across a triangle that is too near to an end; zero where neither is to blame.
+    /// A unit vector perpendicular to the edge and the shaft, or the normal of a triangle that is too near to an end; otherwise zero.
     pub across: DVec3,
 }
 
-/// Two ends, and what is asked of them.
+/// Two ends of a shaft, and the options of the test.
 pub(super) struct Between<'a> {
     /// From a portal's window, to a target.
     pub ends: [&'a End; 2],
     /// The hull of both.
     pub shaft: &'a Shaft,
-    /// The object that the target is a part of, where that is one.
+    /// The target's object, if it is only one.
     pub object: Option<u32>,
-    /// Lines that pass something within the clearance count, too.
+    /// Whether lines within the clearance of a surface count, too.
     pub count_grazing_lines: bool,
 }
 
-/// Every line that passes an edge within this share of the clearance is promised nothing. Less than 1 by what the arithmetic is off.
+/// Lines within this share of the clearance of an edge are not guaranteed. Less than 1 because of rounding.
 const NEAR: f64 = 0.95;
 
 impl Flood {
-    /// True where the surface around triangle `seed` hides one end from the other: every segment between the two meets it, or
-    /// passes an edge of it more closely than the clearance. Else where it ends.
+    /// Succeeds if the surface around triangle `seed` hides one end from the other: every segment between the two meets it, or passes an
+    /// edge of it within the clearance. Otherwise returns where the surface ends.
     pub fn closes(&mut self, mesh: &Mesh, between: &Between<'_>, seed: u32) -> Result<(), Failed> {
         let Between { ends: [from, to], shaft, object, count_grazing_lines } = *between;
         let axis = to.bounds.centre() - from.bounds.centre();
@@ -68,10 +68,10 @@ impl Flood {
             if part.is_empty() {
                 continue;
             }
-            // At its end a line may pass what is nearer to the target than the clearance.
+            // Near its end, a line may pass triangles within the clearance of the target.
             if !apart(from, &part, mesh.gap) {
                 if !count_grazing_lines && from.points.iter().all(|&p| t.is_near(p, NEAR * mesh.clearance)) {
-                    return Ok(()); // all lines come too near to it right there
+                    return Ok(()); // all lines are within the clearance of it there
                 }
                 return Err(Failed { at: middle(&part), across: t.plane.n });
             }
@@ -114,7 +114,7 @@ impl Flood {
         Ok(())
     }
 
-    /// Takes in triangles that go on along the whole stretch `span` of an edge, on the other side of `end` than the triangle itself.
+    /// Adds triangles that continue the surface along all of `span` of an edge, on the opposite side of `end`.
     fn cover(
         &mut self,
         mesh: &Mesh,
@@ -132,7 +132,7 @@ impl Flood {
         let mut at = span[0];
         let before = self.members.len();
         while at < span[1] - slack {
-            // Members first, then what reaches farthest.
+            // Members first, then the farthest-reaching seam.
             let reaches = |s: &&Seam| s.span[0] <= at + slack && s.span[1] > at + slack;
             let best = self.covers.iter().filter(reaches).max_by(|x, y| {
                 let known = |s: &Seam| self.members.contains(&s.tri);
@@ -151,7 +151,7 @@ impl Flood {
     }
 }
 
-/// True where a polygon is certain to be more than `margin` metres away from an end.
+/// True if a polygon is provably more than `margin` metres away from an end.
 fn apart(end: &End, part: &[DVec3], margin: f64) -> bool {
     let off = |plane: &Plane| {
         let (low, high) = reach(part, plane);
@@ -164,7 +164,7 @@ fn apart(end: &End, part: &[DVec3], margin: f64) -> bool {
     (0..3).any(|k| b.min[k] > a.max[k] + margin || b.max[k] < a.min[k] - margin)
 }
 
-/// True where every segment passes a triangle within the clearance, a little before it comes to its target.
+/// True if every segment passes a triangle within the clearance, a little before its target.
 fn lands_beside(from: &End, to: &End, t: &Tri, axis: DVec3, clearance: f64) -> bool {
     let Some(target) = to.plane else { return false };
     let side = from.side(&target, 4.0 * clearance);
@@ -177,7 +177,7 @@ fn lands_beside(from: &End, to: &End, t: &Tri, axis: DVec3, clearance: f64) -> b
     crossings(from, to, &plane, |p| t.is_near(p, NEAR * clearance))
 }
 
-/// True where every segment between corners of two ends crosses `plane` from behind, at a place where `holds`.
+/// True if every segment between corners of two ends crosses `plane` from behind, at a point that satisfies `holds`.
 fn crossings(from: &End, to: &End, plane: &Plane, holds: impl Fn(DVec3) -> bool) -> bool {
     from.points.iter().all(|&s| {
         let ds = plane.distance(s);
@@ -188,8 +188,8 @@ fn crossings(from: &End, to: &End, plane: &Plane, holds: impl Fn(DVec3) -> bool)
     })
 }
 
-/// True where every segment between two ends passes a segment within `near` metres: where it crosses the plane through that which
-/// faces it most. Distance from a convex set is convex, so the corners tell.
+/// True if every segment between two ends passes the segment `a`-`b` within `near` metres, measured in the plane through it that faces the
+/// shaft. Distance from a convex set is convex, so corners suffice.
 fn grazes(from: &End, to: &End, [a, b]: [DVec3; 2], axis: DVec3, near: f64) -> bool {
     let along = (b - a).normalize_or_zero();
     let Some(n) = (axis - along * along.dot(axis)).try_normalize() else { return false };
@@ -207,7 +207,7 @@ mod tests {
 
     const MARGIN: f64 = 1e-3;
 
-    /// Rectangles upright over a line in plan, `[x, z]` to `[x, z]`, between two heights; each an object.
+    /// Vertical rectangles over lines in plan, `[x, z]` to `[x, z]`, between two heights; each an object.
     fn walls(walls: &[([f64; 2], [f64; 2], [f64; 2])]) -> Scene {
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         for (i, &(a, b, [low, high])) in walls.iter().enumerate() {
@@ -264,9 +264,9 @@ mod tests {
 
     #[test]
     fn corners_hide_from_inside_and_end_from_outside() {
-        // A corner that points away, as a room's: lines meet one wall or the other.
+        // A corner that points away, as in a room: lines meet one wall or the other.
         assert!(hides(&walls(&[([-4.0, 1.0], [0.1, 5.0], HIGH), ([0.1, 5.0], [4.0, 1.0], HIGH)])));
-        // Two walls that overlap without meeting: each has an edge in the way, between them is a passage.
+        // Two walls that overlap without meeting: each has an edge in the shaft, and there is a passage between them.
         assert!(!hides(&walls(&[([-2.0, 5.0], [0.1, 5.0], HIGH), ([-0.1, 6.0], [2.0, 6.0], HIGH)])));
     }
 

@@ -1,8 +1,8 @@
-//! Opaque triangles, and along each edge what the surface goes on with.
+//! Opaque triangles, and the adjacency along each edge.
 //!
-//! Models are not meshes in the strict sense: walls abut on walls, storeys are drawn one by one, edges of one solid lie along or
-//! inside faces of another. So an edge's neighbours are found by distance: every triangle that comes within [`Mesh::gap`] along a
-//! stretch of it. What passes between the two passes nearer to them than the clearance that every claim of a bake keeps.
+//! Models are not manifold meshes: walls abut on walls, storeys are separate, edges of one solid lie along or inside faces of another. So
+//! neighbours of an edge are found by distance: every triangle within [`Mesh::gap`] along a stretch of it. A line between the two is within
+//! the clearance of them, and the guarantee does not cover it.
 
 use crate::cells::locate::BoxTree;
 use crate::geom::{Aabb, Plane};
@@ -23,44 +23,44 @@ pub(super) struct Tri {
 }
 
 impl Tri {
-    /// True where a point lies over the triangle, no farther off than `near` metres.
+    /// True if a point is over the triangle, within `near` metres.
     pub fn is_near(&self, p: DVec3, near: f64) -> bool {
         self.plane.distance(p).abs() <= near && inside(self, p, 0.0)
     }
 }
 
-/// A stretch of a triangle's edge along which another triangle reaches away from it.
+/// A stretch of a triangle's edge along which another triangle continues.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seam {
-    /// Which edge: from corner `edge` to the next.
+    /// The edge from corner `edge` to the next.
     pub edge: u8,
     /// The other triangle.
     pub tri: u32,
-    /// The other triangle reaches towards its own normal x the edge's direction; else the other way.
+    /// Whether the other triangle extends towards its own normal x the edge's direction; otherwise the opposite.
     pub ahead: bool,
-    /// From where to where, as fractions of the edge.
+    /// The stretch, as fractions of the edge.
     pub span: [f64; 2],
 }
 
-/// Edge and triangle within this share of the clearance meet. Larger: an end of a shaft must be farther from planes to count as off
-/// them, so more of the rim of portals stays undecided. Smaller: walls that abut to within rounding fall apart.
+/// An edge and a triangle are connected within this share of the clearance. Larger: an end of a shaft must be farther from planes, so more
+/// of the rim of portals stays undecided. Smaller: walls that abut to within rounding fall apart.
 const GAP: f64 = 0.15;
 
-/// The opaque triangles of a scene that have an inside; not prisms around tubes, which hide more than these do.
+/// The opaque non-degenerate triangles of a scene, without the bounding prisms of tubes, which hide more than the tubes.
 pub(super) struct Mesh {
     /// The triangles.
     pub tris: Vec<Tri>,
-    /// Edge and triangle within this distance meet, metres.
+    /// Distance within which an edge and a triangle are connected, metres.
     pub gap: f64,
-    /// What lines are promised nothing within, metres.
+    /// The clearance that guaranteed lines keep, metres.
     pub clearance: f64,
     tree: BoxTree,
-    /// Seams of each triangle, found when first asked for: most never are.
+    /// Seams of each triangle, computed on first use: most never are.
     seams: Vec<OnceLock<Box<[Seam]>>>,
 }
 
 impl Mesh {
-    /// Of a scene; `clearance` in metres is what lines are promised nothing within.
+    /// The mesh of a scene; `clearance`: that of guaranteed lines, metres.
     pub fn new(scene: &Scene, clearance: f64) -> Self {
         let gap = GAP * clearance;
         let opaque = (0u32..).zip(&scene.objects).filter(|(_, o)| o.opaque && !o.is_tube());
@@ -70,7 +70,7 @@ impl Mesh {
             let [a, b, c] = corners;
             let n = (b - a).cross(c - a);
             let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-            // Thinner than the gap: whatever goes on beyond it meets across it.
+            // Thinner than the gap: its neighbours are connected across it.
             let thin = n.length_squared() <= longest * gap * gap;
             (!thin).then(|| Tri { corners, plane: Plane::through(a, n.normalize()), id, object })
         };
@@ -81,7 +81,7 @@ impl Mesh {
         Self { tris, gap, clearance, tree, seams }
     }
 
-    /// What goes on along the edges of a triangle.
+    /// The neighbours along the edges of a triangle.
     pub fn seams(&self, tri: u32) -> &[Seam] {
         self.seams[tri as usize].get_or_init(|| self.find_seams(tri).into())
     }
@@ -115,8 +115,8 @@ impl Mesh {
         out
     }
 
-    /// A convex polygon less what lies within `inset` metres of triangles all along one of its edges, or would but for `grown` metres by
-    /// which the edge was moved out. Edges across which it reaches less than `least` metres stay.
+    /// Insets a convex polygon by `inset` metres along each edge that is lined by triangles, or that would be without its growth of `grown`
+    /// metres. Edges across which the polygon extends less than `least` metres stay.
     pub fn inset(&self, winding: &[DVec3], n: DVec3, [grown, inset]: [f64; 2], least: f64) -> Vec<DVec3> {
         let mut out = winding.to_vec();
         for (i, &a) in winding.iter().enumerate() {
@@ -134,7 +134,7 @@ impl Mesh {
         out
     }
 
-    /// True where triangles come within the gap all along the segment from `a` to `b`.
+    /// True if triangles are within the gap all along the segment from `a` to `b`.
     fn is_lined(&self, a: DVec3, b: DVec3) -> bool {
         let mut spans = Vec::new();
         self.tree.in_box(&Aabb::of([a, b]).inflated(self.gap), &mut |i| {
@@ -146,7 +146,7 @@ impl Mesh {
         reached >= 1.0 - slack
     }
 
-    /// Triangles that the segment from `a` to `b` crosses, from `a` on, at most `most`.
+    /// Triangles that the segment from `a` to `b` crosses, in order from `a`, at most `most`.
     pub fn crossed(&self, a: DVec3, b: DVec3, most: usize, out: &mut Vec<(f64, u32)>) {
         out.clear();
         let length = a.distance(b);
@@ -166,18 +166,18 @@ impl Mesh {
     }
 }
 
-/// True where a point of a triangle's plane is within the triangle grown by `by` metres.
+/// True if a point of a triangle's plane is in the triangle grown by `by` metres.
 fn inside(t: &Tri, p: DVec3, by: f64) -> bool {
     (0..3).all(|k| outward(t, k).is_none_or(|e| e.distance(p) <= by))
 }
 
-/// The plane through an edge that stands on the triangle, normal away from it.
+/// The plane through an edge perpendicular to the triangle, normal outward.
 fn outward(t: &Tri, edge: usize) -> Option<Plane> {
     let (a, b) = (t.corners[edge], t.corners[(edge + 1) % 3]);
     Some(Plane::through(a, (b - a).cross(t.plane.n).try_normalize()?))
 }
 
-/// The stretch of the segment from `a` to `b` that lies within `gap` of a triangle.
+/// The stretch of the segment from `a` to `b` within `gap` of a triangle.
 fn near(a: DVec3, b: DVec3, t: &Tri, gap: f64) -> Option<[f64; 2]> {
     let mut span = [0.0f64, 1.0];
     let faces = [t.plane, t.plane.flipped()].into_iter().chain((0..3).filter_map(|k| outward(t, k)));
@@ -192,7 +192,7 @@ fn near(a: DVec3, b: DVec3, t: &Tri, gap: f64) -> Option<[f64; 2]> {
     (span[0] < span[1]).then_some(span)
 }
 
-/// Cuts a stretch of a segment down to where a distance, `da` at its start and `db` at its end, is not above 0.
+/// Clips a stretch of a segment to where a linear distance, `da` at its start and `db` at its end, is not above 0.
 pub(super) fn keep_inside(da: f64, db: f64, span: &mut [f64; 2]) {
     match (da > 0.0, db > 0.0) {
         (true, true) => span[1] = span[0] - 1.0,

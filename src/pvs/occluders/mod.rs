@@ -1,12 +1,11 @@
-//! Pairs that flow left undecided, asked of the triangles themselves: is the way from a cell's portals to an object shut?
+//! Occluders: tests undecided pairs against triangles. A pair is hidden if surfaces close all shafts from the cell's portals to the object.
 //!
-//! Flow knows portals; what stands within a cell, or hides one part of a cell from another, it does not see. Here each undecided pair
-//! is put into segments from a window of the cell to a part of the object, and both ends are halved until a surface
-//! hides the one from the other (`flood`), or a segment is a witness, or what is left is too small or has cost too much.
-//! Groups of objects are asked together first: one wall hides a whole wing.
+//! Flow knows only portals, not the occluders within a cell. Here each undecided pair becomes shafts from a window of the cell to a part of
+//! the object. Both ends are halved until a surface hides one from the other (`flood`), a segment is a witness, or the rest is too small or
+//! too expensive. Groups of objects are tested together first: one wall hides a whole wing.
 //!
-//! Lines that come nearer to a surface than the clearance are promised nothing, but for those through portals that were given and leave
-//! no other way (`narrow_portals`).
+//! Lines within the clearance of a surface are not guaranteed, except those through given portals that are too narrow for other lines
+//! (`narrow_portals`).
 
 mod flood;
 mod mesh;
@@ -27,33 +26,33 @@ use mesh::Mesh;
 use serde::{Deserialize, Serialize};
 use shaft::{End, Shaft};
 
-/// A shaft shorter than this many clearances has no room for a clear line.
+/// Least length of a shaft with room for a clear line, in clearances.
 const LONG: f64 = 4.0;
 
-/// A polygon narrower than this share of its longest edge is cut no more.
+/// Least width of a polygon that is divided, as a share of its longest edge.
 const POINT: f64 = 1e-3;
 
-/// Shafts that an object may cost from one portal in each round; what isn't decided then is asked again in the next. More rounds of
-/// more shafts decide few pairs more: on a real house, ten times the shafts a sixth of what was left.
+/// Most shafts per object and portal in each round; undecided pairs go to the next round. More rounds or shafts decide few more pairs: on a
+/// real house, ten times the shafts decide a sixth of the rest.
 const ROUNDS: [f64; 3] = [24.0, 192.0, 1536.0];
 /// Surfaces tried in one shaft.
 const SEEDS: usize = 6;
 
-/// What is known of a pair.
+/// The state of a pair.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 enum State {
-    /// No line is known so far; once all portals have been asked, none is.
+    /// No line is known so far; if it stays so for all portals, the pair is hidden.
     Open,
     /// There is a witness.
     Seen,
-    /// It cost too much.
+    /// It exceeded its budget.
     OverBudget,
-    /// It is neither shut nor proven clear down to the tolerance.
+    /// It is undecided down to the tolerance.
     Narrow,
 }
 
-/// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go
-/// to `lower`, and those that the tolerance leaves open to `unresolved`. At most `shafts` shafts.
+/// Decides pairs of a closed cell and an object in other cells. Pairs proven hidden are cleared from `objects_upper`; witnesses go to
+/// `lower`, and pairs undecided down to the tolerance to `unresolved`. At most `shafts` shafts.
 pub(super) fn decide(
     rays: &RayScene<'_>,
     graph: &CellGraph,
@@ -78,32 +77,32 @@ pub(super) fn decide(
     Ok(())
 }
 
-/// What is known of pairs so far.
+/// The current bounds of pairs.
 pub(super) struct Bounds<'b> {
-    /// Cells x objects: which objects are in which cell.
+    /// Cells x objects: the objects in each cell.
     pub placement: &'b BitMatrix,
-    /// Pairs of cells, and of cells and objects, that flow leaves possible.
+    /// Pairs of cells, and of cells and objects, that flow did not refute.
     pub cells_upper: &'b BitMatrix,
     pub objects_upper: &'b mut BitMatrix,
     /// Pairs with a witness.
     pub lower: &'b mut Witnessed,
-    /// Cells x objects: pairs that the tolerance leaves open.
+    /// Cells x objects: pairs undecided down to the tolerance.
     pub unresolved: &'b mut BitMatrix,
 }
 
-/// Pairs of cells and objects, and what may still be spent on them.
+/// Pairs of cells and objects, and the remaining budget.
 struct Pairs<'p> {
     scene: &'p Scene,
     placement: &'p BitMatrix,
     objects_upper: &'p mut BitMatrix,
     lower: &'p mut Witnessed,
     unresolved: &'p mut BitMatrix,
-    /// Shafts.
+    /// Remaining shafts.
     left: f64,
 }
 
 impl Pairs<'_> {
-    /// Asks what narrow portals may show, and returns it: it stays as flow has it.
+    /// Computes which pairs narrow portals may connect, and returns them: flow's result stands for these.
     fn ask_narrow(&mut self, asker: &Asker<'_>, cells_upper: &BitMatrix, work: &Job<'_>) -> Result<BitMatrix, Stopped> {
         let graph = asker.graph;
         let open = self.undecided(graph);
@@ -136,7 +135,7 @@ impl Pairs<'_> {
         Ok(kept)
     }
 
-    /// Asks about what is undecided, but for `kept`. False where nothing is left, of that or to spend.
+    /// Tests undecided pairs, except `kept`. False if no pair or no budget is left.
     fn ask_round(&mut self, asker: &Asker<'_>, round: usize, kept: &BitMatrix, work: &Job<'_>) -> Result<bool, Stopped> {
         let graph = asker.graph;
         let open = self.undecided(graph);
@@ -173,16 +172,16 @@ impl Pairs<'_> {
         Ok(true)
     }
 
-    /// Takes what a task found, and its price.
+    /// Merges a task's results, and subtracts its cost.
     fn pay(&mut self, shafts: u64, mut found: Found) {
         self.left -= shafts as f64;
-        // They are part of the shafts' price.
+        // Included in the cost of shafts.
         found.rays = 0;
         self.lower.merge(found);
     }
 
-    /// Pairs of closed cells and objects in others that are neither witnessed nor proven hidden. Triangles tell nothing of an object that may be
-    /// elsewhere.
+    /// Pairs of closed cells and objects in other cells that are neither witnessed nor proven hidden. Moving objects are left out, because
+    /// their triangles have no fixed place.
     fn undecided(&self, graph: &CellGraph) -> BitMatrix {
         let mut open = BitMatrix::new(self.placement.rows(), self.placement.columns());
         let is_known =
@@ -196,13 +195,13 @@ impl Pairs<'_> {
     }
 }
 
-/// Shafts for an object through one portal: at most `most`, and of `left` in all what `pairs` of the two may expect.
+/// Budget of shafts for an object through one portal: at most `most`, or a share of `left` among `pairs`.
 fn budget(most: f64, left: f64, pairs: usize) -> f64 {
-    // Most pairs cost far less than they may.
+    // Most pairs cost far less than their budget.
     most.min(4.0 * left / pairs.max(1) as f64)
 }
 
-/// What every task needs.
+/// The common inputs of all tasks.
 struct Asker<'a> {
     scene: &'a Scene,
     graph: &'a CellGraph,
@@ -235,16 +234,16 @@ impl<'a> Asker<'a> {
     }
 }
 
-/// What segments lead to.
+/// The far end of segments.
 #[derive(Clone)]
 enum Target {
-    /// Objects, by their place in the task's list.
+    /// Objects, by their index in the task's list.
     Objects(Vec<u32>),
     /// Parts of one object: polygons, each with its triangle.
     Parts(u32, Vec<(u32, Vec<DVec3>)>),
 }
 
-/// Which end of a shaft is halved, and across which direction.
+/// The end of a shaft to halve, and the direction across it.
 enum Halving {
     Far(DVec3),
     Near(DVec3),
@@ -252,22 +251,22 @@ enum Halving {
     Neither,
 }
 
-/// One cell's open pairs.
+/// The open pairs of one cell.
 struct Task<'a> {
     scene: &'a Scene,
     graph: &'a CellGraph,
     mesh: &'a Mesh,
     prover: &'a Prover<'a>,
     cell: CellId,
-    /// The objects, ascending, what is known of each, and how many shafts it has cost from this portal.
+    /// The objects, ascending, with the state of each, and its shafts so far from this portal.
     objects: &'a [u32],
     state: Vec<State>,
     spent: Vec<f64>,
     /// Most shafts.
     budget: f64,
-    /// Lines that graze surfaces count, too, but for those at the ends of a slit.
+    /// Whether lines that graze surfaces count, too, except those at the ends of a slit.
     count_grazing_lines: bool,
-    /// How far portals were moved out over their rims, metres.
+    /// Growth of portals over their rims, metres.
     grown: f64,
     random: Random,
     found: Found,
@@ -280,7 +279,7 @@ struct Task<'a> {
 }
 
 impl Task<'_> {
-    /// Everything out through one portal of the cell.
+    /// Tests all objects through one portal of the cell.
     fn through(&mut self, portal: DirectedPortal) {
         let plane = self.graph.plane(portal);
         let mut winding = self.graph.portals[portal.portal().index()].winding.clone();
@@ -295,7 +294,7 @@ impl Task<'_> {
             self.state[k as usize] == State::Open && plane.distance(b.centre()) + reach > -margin
         };
         let all: Vec<u32> = (0..self.objects.len() as u32).filter(ahead).collect();
-        // Whatever passes the portal's rim where a wall or floor runs along it comes nearer to that than the clearance.
+        // Lines at a rim with a wall or floor along it are within the clearance of that.
         let least = if self.count_grazing_lines { 2.0 * self.mesh.clearance } else { 0.0 };
         let window = self.mesh.inset(&winding, plane.n, [self.grown, 0.8 * self.mesh.clearance], least);
         if window.is_empty() {
@@ -328,7 +327,7 @@ impl Task<'_> {
         }
     }
 
-    /// Takes the price of a shaft from what is still open of a target; false where nothing is.
+    /// Charges a shaft to the open objects of a target; false if there are none.
     fn charge(&mut self, target: &mut Target) -> bool {
         match target {
             Target::Objects(list) => {
@@ -356,7 +355,7 @@ impl Task<'_> {
         }
     }
 
-    /// The end that makes a shaft widest where surfaces end, across their edge, is halved.
+    /// Halves the end that contributes most to the shaft's width at the surfaces' edge, across it.
     fn halving(&self, from: &End, to: &End, target: &Target, contour: &Failed) -> Halving {
         let [near, far] = [from, to].map(|e| e.bounds.centre().distance(contour.at));
         let f = near / (near + far).max(1e-300);
@@ -398,7 +397,7 @@ impl Task<'_> {
         }
     }
 
-    /// `None` where nothing of the target is left to be decided here; else where the surfaces that were tried end.
+    /// `None` if the target is decided; otherwise, where the tested surfaces end.
     fn ask(&mut self, from: &End, to: &End, target: &Target, plane: &Plane) -> Option<Failed> {
         self.shafts += 1;
         // A segment to a random point of the target.
@@ -417,7 +416,7 @@ impl Task<'_> {
         let start = within(&from.points, &mut self.random);
         let mut crossed = std::mem::take(&mut self.crossed);
         self.mesh.crossed(start, goal, SEEDS, &mut crossed);
-        // What it meets first may be a witness of its own.
+        // Its first hit may be a witness, too.
         if plane.distance(goal) > 0.0 {
             let first = crossed.first().map(|&(s, i)| (start.lerp(goal, s), self.mesh.tris[i as usize].id));
             let (at, tri) = first.unwrap_or((goal, tri));
@@ -456,7 +455,7 @@ impl Task<'_> {
         (!shut).then_some(contour)
     }
 
-    /// True where every line of a shaft that is smaller than the clearance passes something more closely than that.
+    /// True if the shaft is smaller than the clearance and all its lines are within the clearance of a surface.
     fn is_narrow(&self, from: &End, to: &End, k: u32) -> bool {
         let [a, b] = [from, to].map(|e| geom::middle(&e.points));
         let clearance = self.mesh.clearance;
@@ -485,7 +484,7 @@ impl Task<'_> {
             }
             Target::Objects(list) => {
                 let k = list[0];
-                // Segments lead out of the cell: what lies behind the portal is another portal's.
+                // Segments lead out of the cell: parts behind the portal belong to other portals.
                 let behind = Plane { n: -plane.n, d: -plane.d - 0.1 * self.mesh.gap };
                 let part = |t: u32| {
                     let part = geom::clip(&self.scene.corners(t as usize), &behind, 0.0);
@@ -507,7 +506,7 @@ impl Task<'_> {
     }
 }
 
-/// Two halves of a list, along the axis in which it is longest.
+/// Divides a list at the median of its longest axis.
 fn median<T>(mut list: Vec<T>, centre: impl Fn(&T) -> DVec3) -> (Vec<T>, Vec<T>) {
     let size = Aabb::of(list.iter().map(&centre)).size();
     let axis = if size.x >= size.y && size.x >= size.z {
@@ -522,7 +521,7 @@ fn median<T>(mut list: Vec<T>, centre: impl Fn(&T) -> DVec3) -> (Vec<T>, Vec<T>)
     (list, rest)
 }
 
-/// Two halves of a convex polygon, across `along` as far as that lies in its plane, or across the direction in which it is longest.
+/// Halves a convex polygon across `along`, projected into its plane, or across its longest direction.
 fn split(points: &[DVec3], along: DVec3) -> Vec<Vec<DVec3>> {
     let mut longest = (0.0, DVec3::X);
     for (i, &a) in points.iter().enumerate() {

@@ -1,35 +1,35 @@
-//! Declared portals that whoever passes them comes nearer to a surface than the clearance that occluders keep: keyholes, slits.
+//! Given portals narrower than twice the clearance: keyholes, slits.
 //!
-//! Occluders promise nothing about lines that graze a surface, and every line through such a portal does. So each gets rows of its own, by
-//! shafts that take no such liberty (`Task::count_grazing_lines`): what it may show on either side. A pair that one of them may join, its cell
-//! on one side and its object in the row of the other, is not for occluders to decide.
+//! Occluders ignore lines within the clearance of a surface, which are all lines through such a portal. So each of these portals gets rows
+//! of its own for both sides, by shafts that count all lines (`Task::count_grazing_lines`). Occluders do not decide a pair that such a
+//! portal may connect: its cell on one side, and its object in the row of the other.
 //!
-//! What a split finds in triangles alone is another matter: holes as narrow may be cracks, and a file says below which width it promises
-//! nothing ([`CellGraph::smallest_hole`]).
+//! Portals found by a split are different: such narrow holes may be cracks, and the file states the width below which it guarantees nothing
+//! ([`CellGraph::smallest_hole`]).
 
 use super::mesh::Mesh;
 use crate::cells::{CellGraph, Strategy};
 use crate::{BitMatrix, DirectedPortal, geom};
 
-/// Portals that were given, through which no line keeps the clearance.
+/// Given portals through which no line keeps the clearance.
 fn portals(graph: &CellGraph, clearance: f64) -> impl Iterator<Item = usize> + '_ {
     let narrow = move |i: &usize| geom::width(&graph.portals[*i].winding) < 2.0 * clearance;
     (0..graph.portals.len()).filter(move |i| graph.strategy == Strategy::Given && narrow(i))
 }
 
-/// What is asked of one side of a narrow portal.
+/// One side of a narrow portal.
 pub(super) struct Side {
-    /// Out of the cell behind it.
+    /// The portal, out of the cell behind it.
     pub portal: DirectedPortal,
-    /// Objects that may matter there, ascending.
+    /// Candidate objects, ascending.
     pub objects: Vec<u32>,
-    /// Cells whose lines may lead to it.
+    /// Cells with lines to it.
     pub cells: Vec<u32>,
-    /// False where it is so narrow that surfaces meet across it.
+    /// False if it is so narrow that surfaces are connected across it.
     pub can_be_asked: bool,
 }
 
-/// Both sides of narrow portals, as far as undecided pairs (`open`: cells x objects) may need them.
+/// Both sides of narrow portals that undecided pairs (`open`: cells x objects) may need.
 pub(super) fn sides(
     graph: &CellGraph,
     open: &BitMatrix,
@@ -40,7 +40,7 @@ pub(super) fn sides(
     let side = |portal: DirectedPortal| {
         let p = &graph.portals[portal.portal().index()];
         let (behind, ahead) = (p.cells[portal.side()].index(), p.cells[1 - portal.side()].index());
-        // Who sees whom is symmetric, and a cell sees itself.
+        // Visibility of cells is symmetric and reflexive.
         let sees_both = |&c: &usize| c == behind || cells_upper.get(ahead, c);
         let cells: Vec<u32> = cells_upper.ones(behind).filter(sees_both).map(|c| c as u32).collect();
         let matters = |&o: &usize| cells.iter().any(|&c| open.get(c as usize, o));

@@ -1,13 +1,13 @@
-//! All segments between two convex sets, as the planes around them.
+//! A shaft: all segments between two convex sets, bounded by planes.
 //!
-//! Based on: Haines, Wallace, *Shaft culling for efficient ray-traced radiosity*, 1991. Deviates: the planes are all those through
-//! an edge of one set and a corner of the other that have both sets on one side, so the shaft is the hull but for caps.
+//! Based on: Haines, Wallace, *Shaft culling for efficient ray-traced radiosity*, 1991. Deviation: the planes are all those through an edge
+//! of one set and a corner of the other with both sets on one side, so the shaft is the convex hull without caps.
 
 use super::mesh::keep_inside;
 use crate::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 
-/// A convex set that segments start or end in.
+/// A convex set at one end of a shaft.
 #[derive(Clone, Debug)]
 pub(super) struct End {
     /// Its corners; those of a polygon in order.
@@ -18,7 +18,7 @@ pub(super) struct End {
     pub bounds: Aabb,
 }
 
-/// Corners of a box joined by edges, by the bits of their numbers.
+/// Edges of a box, as pairs of corners; bits of a corner's number give its position.
 const BOX_EDGES: [(usize, usize); 12] =
     [(0, 1), (2, 3), (4, 5), (6, 7), (0, 2), (1, 3), (4, 6), (5, 7), (0, 4), (1, 5), (2, 6), (3, 7)];
 
@@ -34,7 +34,7 @@ impl End {
         Self { points: (0..8).map(corner).collect(), plane: None, bounds: b }
     }
 
-    /// How far it reaches along a direction, metres; its box's diagonal for none.
+    /// Its extent along a direction, metres; for the zero vector, its box's diagonal.
     pub fn size(&self, along: DVec3) -> f64 {
         if along == DVec3::ZERO {
             return self.bounds.diagonal();
@@ -51,14 +51,14 @@ impl End {
         })
     }
 
-    /// 1 where all of it lies in front of a plane by more than `margin` metres, -1 where all lies behind it so, else 0.
+    /// 1 if all of it is more than `margin` metres in front of a plane, -1 if behind, otherwise 0.
     pub fn side(&self, plane: &Plane, margin: f64) -> i32 {
         let (low, high) = reach(&self.points, plane);
         i32::from(low > margin) - i32::from(high < -margin)
     }
 }
 
-/// The least and the greatest distance of some points from a plane, metres.
+/// The least and the greatest distance of points from a plane, metres.
 pub(super) fn reach(points: &[DVec3], plane: &Plane) -> (f64, f64) {
     points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &p| {
         let d = plane.distance(p);
@@ -66,13 +66,13 @@ pub(super) fn reach(points: &[DVec3], plane: &Plane) -> (f64, f64) {
     })
 }
 
-/// The hull of two sets.
+/// The shaft of two sets.
 pub(super) struct Shaft {
     planes: Vec<Plane>,
 }
 
 impl Shaft {
-    /// Around all segments from `a` to `b`, and `slack` metres more.
+    /// The shaft of all segments from `a` to `b`, grown by `slack` metres.
     pub fn new(a: &End, b: &End, slack: f64, planes: Vec<Plane>) -> Self {
         let mut shaft = Self { planes };
         shaft.planes.clear();
@@ -126,7 +126,7 @@ impl Shaft {
         winding
     }
 
-    /// Hands its memory on.
+    /// Returns its memory for reuse.
     pub fn into_planes(self) -> Vec<Plane> {
         self.planes
     }

@@ -1,15 +1,14 @@
-//! Visibility cubes where they show most that isn't known.
+//! Adaptive placement of visibility cubes, where they are expected to show most unknown objects.
 //!
-//! Based on: Nirenstein, Blake, *Hardware accelerated visibility preprocessing using adaptive sampling*, 2004: whatever is seen
-//! from inside a closed cell beyond itself is seen through its portals, so cubes stand on portals, in quadtrees that split where cubes
-//! disagree. Deviations:
+//! Based on: Nirenstein, Blake, *Hardware accelerated visibility preprocessing using adaptive sampling*, 2004: a closed cell sees
+//! everything beyond itself through its portals, so cubes are placed on portals, in quadtrees that split where cubes disagree. Deviations:
 //!
-//! * a patch has one cube, not four at corners that it shares: the portal's middle first, its corners next, then the
-//!   middles of smaller and smaller patches, so that a portal that shows nothing new costs one cube;
-//! * what counts is solid angle, since the paper's counts of ids weigh a distant screw like a wall; first of all that of what
-//!   a cube shows and the cells beside it weren't known to see, then that on which a patch and its parent disagree;
-//! * no threshold, which says nothing about time: one queue holds the patches of all portals, and a place inside every cell (objects in
-//!   a cell need proofs too), in the order of what cubes there are expected to show.
+//! * a patch has one cube, not four at common corners: first at the portal's centre, next at its corners, then at the centres of smaller
+//!   and smaller patches, so that a portal that shows nothing new costs one cube;
+//! * the measure is solid angle, because the paper's counts of ids weigh a distant screw like a wall: mainly that of objects in a cube that
+//!   are new for the adjacent cells, then that of the difference between a patch and its parent;
+//! * no threshold, because it does not control time: one queue holds the patches of all portals, and a place inside every cell (objects in
+//!   a cell need proofs, too), in the order of the expected result.
 
 use super::cast::{COST, Caster, Seen, Stand};
 use super::lines;
@@ -26,38 +25,38 @@ use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
 use std::sync::Arc;
 
-/// Halvings of a portal's sides, at most.
+/// Most halvings of a portal's sides.
 const DEPTH: u32 = 6;
-/// What a patch and its parent disagree on weighs this much of what is not known at all.
+/// Weight of the difference between a patch and its parent, relative to unknown objects.
 const DISAGREED: f64 = 0.1;
-/// A patch is expected to show this fraction of what the one that it is a quarter of showed.
+/// Expected result of a patch, as a fraction of its parent's.
 const QUARTER: f64 = 0.5;
-/// A cube in a cell is expected to show half of what the last one did and half of what the one before was expected to; and this
-/// fraction of the sphere over the number of cubes there were: what is behind a corner of a cell shows in no cube before it. Less,
-/// and cells whose first cubes stood badly are given up; more, and all cells get equally many.
+/// Expected result of a cube in a cell: half of the last result, plus half of the last expectation, plus this fraction of the sphere over
+/// the number of cubes, because a corner of a cell may hide objects from all previous cubes. Smaller: cells with badly placed first cubes
+/// are given up. Larger: all cells get equally many.
 const HOPE: f64 = 1e-2;
-/// Of so many random points of a cell its next cube stands at the one farthest from the cubes before it (Mitchell, *Spectrally
-/// optimal sampling for distribution ray tracing*, 1991), of which it looks at the last so many.
+/// Best-candidate sampling in a cell: the next cube is at the farthest of this many random points from the last `REMEMBERED` cubes
+/// (Mitchell, *Spectrally optimal sampling for distribution ray tracing*, 1991).
 const CANDIDATES: u32 = 8;
 const REMEMBERED: usize = 64;
-/// What first cubes are expected to show. In cells more than any cube shows, so that each has one before any has two; on portals
-/// less than in a cell with fewer than ten cubes: where portals are many, most of them show nothing that those don't.
+/// Expected results of first cubes. In cells: more than any cube shows, so that each cell gets one before any gets two. On portals: less
+/// than in a cell with fewer than ten cubes, because most of many portals show nothing new.
 const FIRST: f64 = 2.0;
 const FIRST_ON_PORTAL: f64 = 1e-3;
 
-/// Where a cube may stand next.
+/// A candidate place for a cube.
 struct Place {
-    /// Solid angle (fraction of the sphere) that it is expected to show.
+    /// Expected result, solid angle (fraction of the sphere).
     hope: f64,
-    /// Breaks ties, and the seed of what is random there.
+    /// Tie breaker, and seed of its random numbers.
     key: u64,
     at: At,
 }
 
 enum At {
-    /// On a patch, and what the cube of the patch around it saw.
+    /// On a patch, with the result of the parent's cube.
     Patch(Patch, Arc<Seen>),
-    /// Inside a cell, and how many cubes stand there already. Only the last one that a cell was given counts.
+    /// Inside a cell, with the number of previous cubes. Only the last entry of a cell is valid.
     Cell(CellId, u32),
 }
 
@@ -73,7 +72,7 @@ struct Patch {
 impl Patch {
     const WHOLE: u32 = 1 << DEPTH;
 
-    /// Where its cube stands: in the middle, but for a portal's quarters, whose cubes stand in the portal's corners.
+    /// The position of its cube: the centre, except for a portal's quarters, whose cubes are in the portal's corners.
     fn eye(&self) -> [u32; 2] {
         [self.u, self.v].map(|low| match (2 * self.size == Self::WHOLE, low) {
             (true, 0) => 0,
@@ -112,18 +111,18 @@ impl PartialEq for Place {
 
 impl Eq for Place {}
 
-/// What cubes inside a cell have shown.
+/// State of the cubes inside a cell.
 #[derive(Clone, Default)]
 struct Inside {
-    /// Eyes of the last ones.
+    /// Eyes of the last cubes.
     eyes: VecDeque<DVec3>,
-    /// What the next one is expected to show, by those whose results are known.
+    /// Expected result of the next one, from known results.
     hope: f64,
-    /// Key of its place in the queue.
+    /// Key of its queue entry.
     next: u64,
 }
 
-/// Portals and cells by what cubes there are expected to show.
+/// Queue of portals and cells, ordered by the expected result of cubes.
 pub(super) struct Adaptive<'a, 'c> {
     sampler: &'a Sampler<'a>,
     caster: &'a Caster<'c>,
@@ -150,14 +149,14 @@ impl<'a, 'c> Adaptive<'a, 'c> {
         all
     }
 
-    /// The next cube inside a cell, after `count` of them, instead of the one that was the next before.
+    /// Queues the next cube inside a cell, after `count` of them, instead of the previous entry.
     fn stand_inside(&mut self, cell: CellId, count: u32, hope: f64, key: u64) {
         self.insides[cell.index()].next = key;
         self.queue.push(Place { hope, key, at: At::Cell(cell, count) });
     }
 
-    /// The place whose cube is expected to show most. Inside a cell the next cube, too, may be of the same batch: as long as nothing is known of
-    /// this one, it is expected to show half as much.
+    /// The place with the largest expected result. The next cube inside the same cell may be in the same batch: until the result of this
+    /// one is known, half as much is expected of it.
     fn next_place(&mut self) -> Option<Place> {
         loop {
             let place = self.queue.pop()?;
@@ -194,14 +193,14 @@ impl<'a, 'c> Adaptive<'a, 'c> {
         }
     }
 
-    /// True where a patch may be split.
+    /// True if a patch may be split.
     fn is_split(&self, patch: Patch) -> bool {
         let surface = &self.surfaces[patch.portal as usize];
         let extent = surface.extent() * f64::from(patch.size) / f64::from(Patch::WHOLE);
         patch.size >= 4 && extent >= surface.inset * 4.0
     }
 
-    /// Where to go on from a place whose cube showed `seen`, of which `fresh` (solid angle) wasn't known.
+    /// Queues the places that follow a cube which showed `seen`, with the new solid angle `fresh`.
     fn follow(&mut self, place: Place, seen: Seen, fresh: f64) {
         match place.at {
             At::Patch(patch, parent) => {
@@ -245,7 +244,7 @@ impl Source for Adaptive<'_, '_> {
     }
 }
 
-/// The solid angle (fraction of the sphere) of what one of two cubes shows and the other doesn't.
+/// Solid angle (fraction of the sphere) of the objects that only one of two cubes shows.
 fn missed(a: &Seen, b: &Seen) -> f64 {
     let mut all: Vec<(u32, f32)> = a.objects().chain(b.objects()).collect();
     all.sort_unstable_by_key(|&(object, _)| object);
@@ -279,7 +278,7 @@ impl Surface {
         }
         let mut edges = lines::edges(winding, n);
         let room = edges.iter().map(|e| -e.distance(middle)).fold(f64::INFINITY, f64::min).max(0.0);
-        // Opaque triangles stand along most edges: keep so far off that rays have room.
+        // Opaque triangles are along most edges: keep a distance, so that rays have room.
         let inset = (4.0 * clearance).max(0.02 * room).min(0.5 * room);
         edges.iter_mut().for_each(|e| e.d -= inset);
         let axes = [u * (high[0] - low[0]), v * (high[1] - low[1])];
@@ -290,7 +289,7 @@ impl Surface {
         self.axes[0].length().max(self.axes[1].length())
     }
 
-    /// The point at (`u`, `v`), pulled towards the middle until it is within the inset winding.
+    /// The point at (`u`, `v`), moved towards the centre until it is within the inset winding.
     fn point(&self, [u, v]: [u32; 2]) -> DVec3 {
         let unit = f64::from(Patch::WHOLE);
         let p = self.origin + self.axes[0] * (f64::from(u) / unit) + self.axes[1] * (f64::from(v) / unit);

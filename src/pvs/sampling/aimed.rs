@@ -1,9 +1,8 @@
-//! Aimed witnesses: segments tried at the pairs that flow left undecided.
+//! Aimed witnesses: segments at the pairs that flow left undecided.
 //!
-//! Cubes look everywhere; what flow leaves between the two bounds is a short list, so the rays that are left go there: from
-//! random points on the cell's portals and in its pieces to random points on the object, and for an object in the cell itself
-//! also from random points straight before it. Pairs are tried in rounds of more and
-//! more attempts, so that easy ones don't wait for hopeless ones.
+//! Cubes look everywhere; the undecided pairs are a short list, so the remaining rays go there: from random points on the cell's portals
+//! and in its pieces to random points on the object, and for an object in the cell itself also from random points in front of it. The
+//! number of attempts grows from round to round, so that easy pairs do not wait for hopeless ones.
 
 use super::sampler::{Random, mix};
 use super::witness::{Found, Prover, Witnessed};
@@ -19,19 +18,19 @@ use glam::DVec3;
 
 /// Attempts at a pair in the first round; each round doubles them.
 const FIRST: u64 = 4;
-/// Rounds, at most.
+/// Most rounds.
 const ROUNDS: u32 = 6;
-/// Pieces of a cell that segments start in.
+/// Most pieces of a cell with starting points of segments.
 const PIECES: usize = 16;
 
-/// What flow left: pairs of the upper set, of which those of the lower set are decided.
+/// The upper set; pairs of the lower set are decided.
 pub(in crate::pvs) struct Undecided<'a> {
     pub cells_upper: &'a BitMatrix,
     pub objects_upper: &'a BitMatrix,
     pub placement: &'a BitMatrix,
 }
 
-/// Tries pairs of `cells_upper` and `objects_upper` that have no proof yet until the lower bound has cost `budget` rays.
+/// Tries pairs of `cells_upper` and `objects_upper` without a proof until the lower bound has cost `budget` rays.
 pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
@@ -88,11 +87,11 @@ pub(in crate::pvs) fn sample(
     Ok(())
 }
 
-/// Pairs of a cell that have no proof yet.
+/// Pairs of a cell without a proof.
 struct Left {
     cell: CellId,
     objects: Vec<usize>,
-    /// Cells of higher numbers.
+    /// Cells with higher numbers.
     cells: Vec<usize>,
 }
 
@@ -124,7 +123,7 @@ pub(in crate::pvs) fn point_on(scene: &Scene, object: usize, random: &mut Random
     (a + (b - a) * x + (c - a) * y, Hit { t: 1.0, triangle, object: ObjectId(object as u32) })
 }
 
-/// A random point straight before a point of a triangle, on either side: near ones as likely as far ones.
+/// A random point on the normal through a point of a triangle, on either side, with log-uniform distance.
 fn before(rays: &RayScene<'_>, to: DVec3, hit: Hit, random: &mut Random) -> DVec3 {
     let [a, b, c] = rays.scene().corners(hit.triangle as usize);
     let (near, far) = (8.0 * rays.tolerance().clearance, 0.1 * rays.bounds().diagonal());
@@ -133,7 +132,7 @@ fn before(rays: &RayScene<'_>, to: DVec3, hit: Hit, random: &mut Random) -> DVec
     to + (b - a).cross(c - a).normalize_or(DVec3::Y) * side
 }
 
-/// Convex sets of a cell that segments start in: its portals' windings, just inside the cell, and its largest pieces' corners.
+/// Convex sets with starting points of segments: the portals' windings, just inside the cell, and the largest pieces' corners.
 struct Origins {
     portals: Vec<Vec<DVec3>>,
     pieces: Vec<Vec<DVec3>>,
@@ -156,12 +155,12 @@ impl Origins {
         Self { portals: portals.collect(), pieces: pieces.filter(|p| p.len() >= 4).collect() }
     }
 
-    /// A random point of one of them: two times of three on a portal.
+    /// A random point of one of them: two thirds are on portals.
     fn draw(&self, random: &mut Random) -> Option<DVec3> {
         let portals = self.pieces.is_empty() || (!self.portals.is_empty() && !random.bits().is_multiple_of(3));
         let sets = if portals { &self.portals } else { &self.pieces };
         let set = sets.get((random.bits() % sets.len().max(1) as u64) as usize)?;
-        // A point between three random corners and, a little, the middle: never on the rim.
+        // A combination of three random corners and, with a small weight, the centre: never on the rim.
         let mut corner = || (set[(random.bits() % set.len() as u64) as usize], -(1.0 - random.unit()).ln());
         let chosen = [corner(), corner(), corner(), (geom::middle(set), 0.1)];
         let total: f64 = chosen.iter().map(|c| c.1).sum();

@@ -1,13 +1,13 @@
-//! How much is worked on between two looks at what is known: an eighth of what was worked on before, so that what is known
-//! grows about evenly from look to look. A bake has some dozens of batches with any number of rays (each is a wait where several
-//! machines work on one bake), and one of many rays begins as one of few does.
+//! Size of a batch between two updates of the known pairs: an eighth of the previous rays, so that knowledge grows about evenly. A bake has
+//! some dozens of batches for any number of rays (each is a wait if several machines share a bake), and the first batches do not depend on
+//! the budget.
 
-/// Rays of a batch, at least.
+/// Least rays of a batch.
 const LEAST: u64 = 32_000;
-/// A batch is this part of all rays before it. More: what is found guides the next rays sooner. Less: less is waited for.
+/// A batch is one in this many of all previous rays. Larger: results guide the next rays sooner. Smaller: fewer waits.
 const PART: u64 = 8;
 
-/// Rays of the next batch, after `spent` of them.
+/// Rays of the next batch, after `spent` rays.
 pub(super) fn after(spent: u64) -> u64 {
     (spent / PART).max(LEAST)
 }
@@ -27,7 +27,7 @@ mod tests {
             count
         };
         assert_eq!([0, 32_000, 256_000, 288_000].map(batches), [0, 1, 8, 9]);
-        // A batch more for each 12.5 % of rays, so six more for twice as many.
+        // One more batch for each 12.5 % of rays, so six more for twice as many.
         assert_eq!([20_000_000, 40_000_000, 1_000_000_000].map(batches), [46, 51, 79]);
     }
 }

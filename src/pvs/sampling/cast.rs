@@ -1,7 +1,7 @@
-//! One visibility cube made into proofs: a few pixels of each object that it shows are followed as lines.
+//! Proofs from a visibility cube: a few pixels of each visible object are traced as lines.
 //!
-//! A cube tells of hundreds of thousands of directions for the price of some thousand rays, but only along the way to the first
-//! triangle and without a witness's clearance. So it chooses where lines go, and the lines do the proving, both ways.
+//! A cube covers hundreds of thousands of directions for the price of some thousand rays, but only up to the first triangle and without a
+//! witness's clearance. So it chooses the lines, and the lines give proofs, in both directions.
 
 use super::sampler::{Random, Sampler, Site};
 use super::source::Part;
@@ -13,41 +13,40 @@ use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Pixels along a face's edge. More: more of what is small is seen, fewer cubes in the same time; but a cube of a quarter of
-/// the pixels takes two thirds of the time.
+/// Pixels along a face's edge. More: more small objects per cube, fewer cubes in the same time; a cube with a quarter of the pixels takes
+/// two thirds of the time.
 const SIZE: u32 = 128;
-/// What a cube counts as, with the lines that are followed from it: rays that take about as long.
+/// Cost of a cube with its lines, in rays of equal time.
 pub(super) const COST: u64 = 1_500;
-/// Lines followed through pixels of one object: where one of the cells beside the cube isn't known to see it, and else, for the
-/// cells farther along.
+/// Lines through pixels of one object: if it is new for an adjacent cell; otherwise, for the cells farther along.
 const LINES: [usize; 2] = [4, 1];
 
-/// Most lines followed from a cube.
+/// Most lines from a cube.
 const MOST_LINES: usize = 384;
 
-/// Objects seen from a site, ascending, with their solid angles (fractions of the sphere). Two bytes an object, mostly: how much more
-/// its number is than the one before, seven bits a byte and the lowest first, and its [`level`]. Most of a journal, and of the
-/// memory that cubes take, is this.
+/// Objects visible from a site, ascending, with their solid angles (fractions of the sphere). Usually two bytes per object: the difference
+/// to the previous number, seven bits per byte and the lowest first, and its [`level`]. This is most of a journal, and of the memory of
+/// cubes.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Seen(Vec<u8>);
 
-/// A solid angle up to 2, and down to 2^-31, to an eighth of its power of two. The nearest one: 6 % off at most.
+/// A solid angle from 2^-31 to 2, rounded to an eighth of its power of two: an error of at most 6 %.
 fn level(solid: f32) -> u8 {
     let rounded = solid.to_bits().saturating_add(1 << (LEVEL_BITS - 1)) >> LEVEL_BITS;
     rounded.saturating_sub(LEVEL_ZERO).min(255) as u8
 }
 
-/// What a level stands for.
+/// The solid angle of a level.
 fn of_level(level: u8) -> f32 {
     f32::from_bits((LEVEL_ZERO + u32::from(level)) << LEVEL_BITS)
 }
 
-/// Bits of an `f32` that levels leave out, and the others of the least one: 2^-31 and an eighth more.
+/// Bits of an `f32` dropped by levels, and the remaining bits of the least level: 2^-31 and an eighth more.
 const LEVEL_BITS: u32 = 20;
 const LEVEL_ZERO: u32 = (127 - 31) * 8 + 1;
 
 impl FromIterator<(u32, f32)> for Seen {
-    /// Of objects in ascending order.
+    /// From objects in ascending order.
     fn from_iter<I: IntoIterator<Item = (u32, f32)>>(objects: I) -> Self {
         let (mut last, mut bytes) = (0, Vec::new());
         for (object, solid) in objects {
@@ -75,7 +74,7 @@ impl Seen {
             let (mut gap, mut shift) = (0u32, 0);
             loop {
                 let byte = *bytes.next()?;
-                // A damaged journal may say anything.
+                // A damaged journal may have any content.
                 gap |= u32::from(byte & 0x7f).checked_shl(shift).unwrap_or(0);
                 if byte < 0x80 {
                     break;
@@ -88,17 +87,17 @@ impl Seen {
     }
 }
 
-/// Where a cube is made.
+/// A cube to render.
 pub(super) struct Stand {
-    /// Of what is random in it.
+    /// Seed of its random numbers.
     pub seed: u64,
-    /// Where.
+    /// Its place.
     pub site: Site,
-    /// Whether it is to tell all that it sees.
+    /// Whether it returns all visible objects.
     pub tells: bool,
 }
 
-/// Makes cubes.
+/// Renders cubes and proves what they show.
 pub(super) struct Caster<'a> {
     sampler: &'a Sampler<'a>,
     cubes: &'a CubeScene,
@@ -121,8 +120,8 @@ impl<'a> Caster<'a> {
         Self { sampler, cubes, owners, solid }
     }
 
-    /// Makes cubes in order. What those see that are to tell it, and the solid angle (fraction of the sphere) of that part of it that
-    /// the cells beside them weren't known to see, their mean where they are two.
+    /// Renders cubes in order. For those that `tells`: the visible objects, and the solid angle (fraction of the sphere) of the objects
+    /// that are new for the adjacent cells, the mean of two cells.
     pub fn cast(&self, stands: &[Stand], lower: &mut Witnessed, part: &Part<'_>) -> Result<Vec<(Seen, f64)>, Stopped> {
         let known = &*lower;
         let cast = |eyes: &mut Eyes<'_>, stand: &Stand| eyes.cube(self, stand, known);
@@ -140,14 +139,14 @@ impl<'a> Caster<'a> {
 struct Eyes<'a> {
     engine: Raster<'a>,
     cube: Cube,
-    /// What this cube shows of each object.
+    /// Pixels of each object in this cube.
     objects: Vec<Shown>,
     touched: Vec<u32>,
     line: Line,
     crossings: Vec<(f64, PortalId)>,
 }
 
-/// Of one object: its solid angle (fraction of the sphere), its pixels, and a few of those.
+/// One object: its solid angle (fraction of the sphere), its number of pixels, and a sample of them.
 #[derive(Clone, Copy, Default)]
 struct Shown {
     solid: f32,
@@ -162,7 +161,7 @@ impl<'a> Eyes<'a> {
         Self { engine: Raster::new(caster.cubes), cube, objects, touched, line, crossings }
     }
 
-    /// Counts a run of pixels that show one object.
+    /// Counts a run of pixels of one object.
     fn show(&mut self, object: u32, first: usize, count: usize, solid: f32, random: &mut Random) {
         let shown = &mut self.objects[object as usize];
         if shown.pixels == 0 {
@@ -171,8 +170,7 @@ impl<'a> Eyes<'a> {
         shown.solid += solid;
         let before = shown.pixels as usize;
         shown.pixels += count as u32;
-        // Each pixel about as likely as the others to be one of the few, by whole runs (Vitter, *Random sampling with a reservoir*,
-        // 1985).
+        // Reservoir sampling by whole runs (Vitter, *Random sampling with a reservoir*, 1985).
         let few = shown.some.len();
         if before < few {
             (before..few.min(before + count)).for_each(|place| shown.some[place] = (first + place - before) as u32);
@@ -184,11 +182,11 @@ impl<'a> Eyes<'a> {
         }
     }
 
-    /// One cube: what it sees, and what that proves.
+    /// One cube: visible objects, and proofs.
     fn cube(&mut self, caster: &Caster<'_>, stand: &Stand, known: &Witnessed) -> ((Seen, f64), Found) {
         let (sampler, site) = (caster.sampler, stand.site);
         let mut random = Random::new(stand.seed);
-        // Turned by chance, so that pixels of neighbours don't fall on the same places.
+        // Random rotation, so that pixels of neighbouring cubes do not coincide.
         let turn = DQuat::from_euler(glam::EulerRot::XYZ, random.unit() * TAU, random.unit() * TAU, random.unit() * TAU);
         let view = CubeView { eye: site.at, frame: DMat3::from_quat(turn), size: SIZE };
         self.engine.cube(&view, &mut self.cube);
@@ -199,7 +197,7 @@ impl<'a> Eyes<'a> {
             let from = first;
             first += run.len();
             if run[0] != NONE {
-                // A run from one face into the next is rare; its pixels weigh about the same there.
+                // A run across two faces is rare; pixel weights are about equal there.
                 let solid = (from..first).map(|pixel| caster.solid[pixel % face]).sum();
                 self.show(caster.owners[run[0] as usize], from, run.len(), solid, &mut random);
             }

@@ -1,15 +1,14 @@
-//! How much there is to see that nobody has seen: a bound, by rays that had no part in finding what is known.
+//! Confidence bound of the unseen part, by rays that had no part in building the rows.
 //!
-//! What is unseen of a region is the probability that a ray from a random point of it, in a random direction, shows an object that
-//! isn't in the region's row: the mean, over its points, of the solid angle (fraction of the sphere) of what is missing. Fresh rays
-//! are independent of the row, so the number of those that show something missing has a binomial distribution, and the bound of
-//! Clopper and Pearson holds (*The use of confidence or fiducial limits illustrated in the case of the binomial*, 1934), however
-//! the row was found; after *n* rays that show nothing missing it is about 3 / *n*. What they do show is then added to the row,
-//! which makes less unseen; so the next look, with twice the rays, may bound it better. Each look takes its share of the doubt
-//! (Bonferroni), and the least bound counts. The estimate of Good and Turing needs no rays of its own, but holds only for rows found
-//! by independent rays, which guided and adaptive samples are not.
+//! The unseen part of a region is the probability that a ray from a random point, in a random direction, shows an object that is not in the
+//! region's row: the mean, over its points, of the solid angle (fraction of the sphere) of missing objects. Fresh rays are independent of
+//! the row, so the number of hits on missing objects has a binomial distribution, and the bound of Clopper and Pearson holds (*The use of
+//! confidence or fiducial limits illustrated in the case of the binomial*, 1934), however the row was found; after *n* rays without a hit
+//! it is about 3 / *n*. Hits are then added to the row, which lowers the unseen part; so the next test, with twice the rays, may give a
+//! better bound. Each test takes its share of the allowed error (Bonferroni), and the least bound counts. The Good-Turing estimate needs no
+//! extra rays, but holds only for rows found by independent rays, which guided and adaptive samples are not.
 //!
-//! The bound of a mean over regions with equally many rays each comes from the same formula: the sum is then no more spread than a
+//! The bound of a mean over regions with equally many rays each follows from the same formula: the sum then has no larger variance than a
 //! binomial one with the same mean (Hoeffding, *On the distribution of the number of successes in independent trials*, 1956).
 
 use super::region::Region;
@@ -21,44 +20,44 @@ use crate::scene::rays::{Hit, RayScene};
 use crate::types::bounds::{CONFIDENCE, Unseen};
 use glam::DVec3;
 
-/// A bound is worked out to within this share of itself.
+/// Relative accuracy of a bound.
 const CLOSE: f64 = 1e-9;
 
-/// A term below this share of a sum no longer changes it.
+/// Relative size below which a term no longer changes a sum.
 const NOTHING: f64 = 1e-17;
 
-/// Looks at what a set number of rays found; each has twice the rays of the one before.
+/// Number of tests with a fixed total of rays; each has twice the rays of the previous one.
 const LOOKS: u32 = 3;
 
-/// What one of [`LOOKS`] may be wrong with.
+/// Allowed error of one of [`LOOKS`] tests.
 pub(in crate::pvs) const DOUBT: f64 = (1.0 - CONFIDENCE) / LOOKS as f64;
 
-/// A least bound over looks.
+/// The least bound over several tests.
 #[derive(Clone, Copy)]
 pub(in crate::pvs) struct Bound(pub f64);
 
 impl Bound {
-    /// Nothing known.
+    /// No test yet.
     pub const NONE: Self = Self(1.0);
 
-    /// Takes in one look, which may be wrong with probability `doubt`.
+    /// Adds one test, which may be wrong with probability `doubt`.
     pub fn look(&mut self, hits: u64, rays: u64, doubt: f64) {
         self.0 = self.0.min(upper_bound(hits, rays, doubt));
     }
 }
 
-/// The doubt of look `number` where nobody knows how many there will be: 1/2, 1/6, 1/12, ... of all, which add up to one.
+/// Allowed error of test `number` of an unknown number of tests: 1/2, 1/6, 1/12, ... of the total, which add up to one.
 pub(in crate::pvs) fn doubt_of(number: u32) -> f64 {
     (1.0 - CONFIDENCE) / (f64::from(number + 1) * f64::from(number + 2))
 }
 
-/// Rays of each look, of `rays` in all.
+/// Rays of each test, of `rays` in all.
 pub(in crate::pvs) fn looks(rays: u64) -> impl Iterator<Item = u64> {
     (0..LOOKS).map(move |look| (rays << look) / ((1 << LOOKS) - 1)).filter(|&rays| rays > 0)
 }
 
-/// Casts `count` rays from points that are drawn from a region; those that show an object not in `row` are handed to `missed` with what they show, and
-/// counted. `None` where the region has no room.
+/// Casts `count` rays from random points of a region; counts those that show an object not in `row`, and passes them to `missed` with their
+/// hits. `None` if the region is empty.
 pub(in crate::pvs) fn look(
     rays: &RayScene<'_>,
     draw: &dyn Fn(&mut Random) -> Option<DVec3>,
@@ -84,23 +83,23 @@ pub(in crate::pvs) fn look(
     Some(hits)
 }
 
-/// Bounds of what rows miss, look by look.
+/// Bounds of the unseen parts, test by test.
 pub(super) struct Test<'a> {
     sampler: &'a Sampler<'a>,
     regions: &'a [Region],
     mean: Bound,
     cells: Vec<Bound>,
-    /// Looks so far.
+    /// Tests so far.
     looks: u32,
 }
 
 impl<'a> Test<'a> {
-    /// No look yet.
+    /// No test yet.
     pub fn new(sampler: &'a Sampler<'a>, regions: &'a [Region]) -> Self {
         Self { sampler, regions, mean: Bound::NONE, cells: vec![Bound::NONE; regions.len()], looks: 0 }
     }
 
-    /// Looks at `lower` three times, with about `budget` rays in all.
+    /// Tests `lower` three times, with about `budget` rays in all.
     pub fn look_thrice(&mut self, budget: u64, lower: &mut Witnessed, work: &Job<'_>) -> Result<(), Stopped> {
         for count in looks(budget / self.regions.len().max(1) as u64) {
             self.look(count, DOUBT, lower, work)?;
@@ -109,7 +108,7 @@ impl<'a> Test<'a> {
         Ok(())
     }
 
-    /// Looks at `lower` with `count` rays from each cell, which may be wrong with probability `doubt`; adds what they show.
+    /// Tests `lower` with `count` rays from each cell, with the allowed error `doubt`; adds hits to the rows.
     pub fn look(&mut self, count: u64, doubt: f64, lower: &mut Witnessed, work: &Job<'_>) -> Result<(), Stopped> {
         let (sampler, regions, number, known) = (self.sampler, self.regions, self.looks, &*lower);
         let from_cell = |&c: &usize| {
@@ -145,7 +144,7 @@ impl<'a> Test<'a> {
         Ok(())
     }
 
-    /// Cells that rays start in.
+    /// Number of cells.
     pub fn regions(&self) -> usize {
         self.regions.len()
     }
@@ -155,20 +154,20 @@ impl<'a> Test<'a> {
         self.mean.0
     }
 
-    /// All bounds; `None` before the first look.
+    /// All bounds; `None` before the first test.
     pub fn close(self) -> Option<Unseen> {
         let cells = self.cells.into_iter().map(|bound| (bound.0 as f32).next_up().min(1.0)).collect();
         (self.looks > 0).then_some(Unseen { mean: self.mean.0, cells })
     }
 }
 
-/// The greatest probability of success at which `hits` or fewer of `rays` independent trials succeed with a chance of `alpha` or
-/// more: the upper end of the interval of Clopper and Pearson. 1 where there were no trials.
+/// The upper end of the Clopper-Pearson interval: the greatest success probability at which `hits` or fewer of `rays` independent trials
+/// succeed with probability `alpha` or more. 1 without trials.
 pub fn upper_bound(hits: u64, rays: u64, alpha: f64) -> f64 {
     if hits >= rays {
         return 1.0;
     }
-    // The logarithm of the chance of `hits` or fewer: the last term, times the sum of all by it.
+    // The logarithm of the probability of `hits` or fewer: the last term, times the sum of all terms relative to it.
     let (n, k) = (rays as f64, hits as f64);
     let choose: f64 = (1..=hits).map(|i| ((n - k + i as f64) / i as f64).ln()).sum();
     let log_chance = |p: f64| {
@@ -183,7 +182,7 @@ pub fn upper_bound(hits: u64, rays: u64, alpha: f64) -> f64 {
         }
         choose + k * p.ln() + (n - k) * (-p).ln_1p() + f64::ln(sum)
     };
-    // It falls as `p` rises; the upper end of the last interval is on the safe side.
+    // It decreases with `p`; the upper end of the last interval is conservative.
     let (mut low, mut high) = (k / n, 1.0);
     while high - low > CLOSE * high {
         let middle = 0.5 * (low + high);
@@ -207,7 +206,7 @@ mod tests {
             let exact = 0.95f64.powf(1.0 / n as f64);
             assert!((upper_bound(n - 1, n, 0.05) - exact).abs() < 1e-7, "{n}");
         }
-        // Against sums of the terms, one by one.
+        // Compared with direct sums of the terms.
         for (k, n) in [(1u64, 10u64), (3, 20), (7, 200), (40, 100)] {
             let p = upper_bound(k, n, 0.05);
             let mut term = (1.0 - p).powi(n as i32);

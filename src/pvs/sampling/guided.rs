@@ -1,11 +1,10 @@
-//! Rays at the borders of what was found.
+//! Guided rays, at the borders of found objects.
 //!
-//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: where a ray found something, the
-//! next thing is likely beside it, so rays go to the corners of the triangle that it met, moved out a little (border samples); and where such
-//! a ray is stopped short, a line past the edge of what stopped it shows what can be seen from somewhere else in the cell (reverse
-//! samples). Deviations: only proofs are followed up, not every triangle, since the sets are of objects; how far corners are
-//! moved out is drawn anew each time, over three orders of magnitude, since the distance to the next thing has no scale; and a reverse
-//! sample is the whole line, which serves whatever cells it comes through.
+//! Based on: Wonka, Wimmer, Zhou, Maierhofer, Hesina, Reshetov, *Guided visibility sampling*, 2006: the next new object is likely beside
+//! the last one, so rays go past the corners of the triangle that was hit (border samples); if a blocker stops such a ray early, a line
+//! past the blocker's edge shows what is visible from elsewhere in the cell (reverse samples). Deviations: only proofs are followed up, not
+//! every triangle, because sets are of objects; the offset of corners is random over three orders of magnitude, because the distance to the
+//! next object has no scale; and a reverse sample is the whole line, which serves all cells along it.
 
 use super::sampler::{Random, Sampler, Site, mix};
 use super::source::{Part, Source};
@@ -16,27 +15,27 @@ use crate::scene::rays::Hit;
 use crate::types::proof::Witness;
 use glam::DVec3;
 
-/// Proofs followed up between two looks at what is known, at least.
+/// Least number of proofs per update of the known pairs.
 const LEAST: u64 = 256;
-/// Items of a map at most: more proofs are followed up some at a time, since a proof takes no more than some ten microseconds.
+/// Most items of a map: with more proofs, an item has several, because a proof takes only some ten microseconds.
 const MOST_ITEMS: usize = 1 << 14;
-/// Rays that following up a proof takes at most: the triangle, three borders, and three edges of whatever is before each.
+/// Most rays to follow up a proof: the triangle, three borders, and three edges of each blocker.
 const COST: u64 = 1 + 3 * (2 + 3 * 2);
-/// Times that a proof is followed up.
+/// Most times that a proof is followed up.
 const PASSES: u64 = 64;
-/// Corners are moved out by this fraction of their distance from the triangle's middle, at least and at most.
+/// Smallest and largest offset of corners, as a fraction of their distance from the triangle's centre.
 const OUT: [f64; 2] = [1e-3, 1.0];
-/// A ray stopped before this fraction of the way is stopped short.
+/// A ray is blocked if it ends before this fraction of its length.
 const SHORT: f64 = 0.98;
 
 pub(super) struct Guided<'a> {
     sampler: &'a Sampler<'a>,
-    /// The first proof that nobody has followed up yet.
+    /// The first proof without a follow-up.
     fresh: usize,
-    /// The next proof to follow up again, and how often all before it were.
+    /// The next proof to follow up again, and the number of passes.
     next: usize,
     pass: u64,
-    /// Proofs followed up, and the rays that this took.
+    /// Number of follow-ups, and their rays.
     followed: u64,
     spent: u64,
 }
@@ -72,8 +71,8 @@ impl<'a> Guided<'a> {
         found.close()
     }
 
-    /// The next proofs to follow up, each with its pass, at most so many: those that nobody has, and then the others in
-    /// turn. None where each had all its passes.
+    /// At most `count` next proofs to follow up, each with its pass: first new ones, then the others in turn. Empty if all had all their
+    /// passes.
     fn next_proofs(&mut self, count: usize, known: &Witnessed) -> Vec<(usize, u64)> {
         let fresh = self.fresh..known.witnesses.len().min(self.fresh + count);
         self.fresh = fresh.end;
@@ -96,7 +95,7 @@ impl<'a> Guided<'a> {
         let corners = self.sampler.prover.rays.scene().corners(triangle as usize);
         let middle = corners.iter().sum::<DVec3>() / 3.0;
         corners.map(|corner| {
-            // By any angle in the triangle's plane between two corners, so that edges are passed as well as corners.
+            // In any direction in the triangle's plane, so that rays pass edges as well as corners.
             let along = corners[(random.bits() % 3) as usize];
             let on_edge = corner.lerp(along, random.unit());
             on_edge + (on_edge - middle) * (OUT[0] * (OUT[1] / OUT[0]).powf(random.unit()))
@@ -123,11 +122,11 @@ impl Source for Guided<'_> {
     fn step(&mut self, lower: &mut Witnessed, part: &Part<'_>) -> Result<bool, Stopped> {
         let (begin, mut is_first) = (lower.rays, true);
         loop {
-            // What a proof took so far, in the mean; one may take more.
+            // Mean cost of a follow-up so far; one may cost more.
             let cost = self.spent.checked_div(self.followed).map_or(COST, |cost| cost.clamp(1, COST));
             let (left, known) = (part.rays.saturating_sub(lower.rays - begin), &*lower);
             let proofs = (left / cost).min((begin + part.most - lower.rays) / COST);
-            // A rest of a part isn't worth a map.
+            // A small rest is not worth a map.
             if proofs == 0 || (!is_first && left < (LEAST * cost).max(part.rays / 2)) {
                 return Ok(true);
             }

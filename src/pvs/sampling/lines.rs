@@ -1,7 +1,7 @@
-//! Which cells a free line passes through: portals crossed in order.
+//! The cells along a free line, by the portals that it crosses.
 //!
-//! Based on: Bittner, Mattausch, Wonka, Havran, Wimmer, *Adaptive global visibility sampling*, 2009: one ray serves every cell
-//! that it crosses. Here the cells are found through the portals, which are far fewer than the cells' pieces.
+//! Based on: Bittner, Mattausch, Wonka, Havran, Wimmer, *Adaptive global visibility sampling*, 2009: one ray serves every cell that it
+//! crosses. Here portals give the cells, because there are far fewer portals than pieces.
 
 use crate::cells::CellGraph;
 use crate::cells::locate::BoxTree;
@@ -9,19 +9,19 @@ use crate::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
 
-/// A part of a line that lies in one cell.
+/// The part of a line in one cell.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(in crate::pvs) struct Span {
     /// The cell.
     pub cell: CellId,
-    /// From where to where, metres along the line.
+    /// Start and end, metres along the line.
     pub range: [f64; 2],
 }
 
-/// Cells with more portals than this are looked up in the tree.
+/// Most portals of a cell that are tested without the tree.
 const FEW: usize = 24;
 
-/// The portals of a graph, for lines.
+/// Portals of a graph, indexed for line queries.
 pub(in crate::pvs) struct PortalTree<'g> {
     graph: &'g CellGraph,
     tree: BoxTree,
@@ -36,7 +36,7 @@ struct Face {
 }
 
 impl Face {
-    /// Where the line meets the winding, give or take `eps` metres.
+    /// Intersection of the line with the winding, to within `eps` metres.
     #[inline]
     fn hit(&self, origin: DVec3, direction: DVec3, eps: f64) -> Option<f64> {
         let t = -self.plane.distance(origin) / self.plane.n.dot(direction);
@@ -54,7 +54,7 @@ impl<'g> PortalTree<'g> {
         Self { graph, tree: BoxTree::new(&boxes, (0..boxes.len() as u32).collect()), faces: faces.collect() }
     }
 
-    /// The portals that the line meets for `0 < t < limit`, within `eps` metres of their windings, by ascending `t`.
+    /// The portals that the line crosses for `0 < t < limit`, within `eps` metres of their windings, by ascending `t`.
     pub fn crossings(&self, origin: DVec3, direction: DVec3, limit: f64, eps: f64, out: &mut Vec<(f64, PortalId)>) {
         out.clear();
         self.tree.on_ray(origin, direction, limit, eps, &mut |i| {
@@ -65,16 +65,16 @@ impl<'g> PortalTree<'g> {
         out.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// True where a directed portal leads the way that a line goes.
+    /// True if a directed portal has the direction of a line.
     fn leads_along(&self, portal: DirectedPortal, direction: DVec3) -> bool {
         let forward = self.faces[portal.portal().index()].plane.n.dot(direction);
         if portal.side() == 0 { forward > 0.0 } else { forward < 0.0 }
     }
 
-    /// The cells that a free ray passes through up to `limit` metres, appended to `out` in order. `crossings` is scratch space.
+    /// Appends the cells along a free ray up to `limit` metres to `out`, in order. `crossings` is scratch space.
     ///
-    /// From each cell it goes through the first of the cell's portals ahead; portals of other cells don't matter, since cells
-    /// may lie in each other's notches.
+    /// From each cell it continues through the first of the cell's own portals; other cells' portals do not matter, because cells may lie
+    /// in each other's notches.
     pub fn chain(&self, start: Start, limit: f64, crossings: &mut Vec<(f64, PortalId)>, out: &mut Vec<Span>) {
         let (mut cell, mut t, mut last) = (start.cell, 0.0, start.skip);
         crossings.clear();
@@ -113,17 +113,17 @@ impl<'g> PortalTree<'g> {
     }
 }
 
-/// A line this near (metres) to a winding's rim passes through it.
+/// A line within this distance of a winding's rim passes through it, metres.
 const EPS: f64 = 1e-9;
 
-/// Where a chain of cells begins.
+/// The start of a chain of cells.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::pvs) struct Start {
     /// The point.
     pub at: DVec3,
     /// A unit vector.
     pub direction: DVec3,
-    /// The cell that the ray goes into.
+    /// The cell that the ray enters.
     pub cell: CellId,
     /// The portal that the point is on.
     pub skip: Option<PortalId>,

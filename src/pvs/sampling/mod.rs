@@ -1,10 +1,9 @@
-//! The lower bound: everything here finds free lines and has `witness` make proofs of them; one line serves every cell that
-//! it crosses (`lines`).
+//! The lower bound: all methods here find free lines, and `witness` makes proofs of them; one line serves every cell that it crosses
+//! (`lines`).
 //!
-//! Four ways of finding them, behind [`Strategy`]: `adaptive` visibility cubes on portals and in cells; `guided` rays at the
-//! borders of what was found; and, to hold them against, `uniform` cubes and random rays. `schedule` gives the rays away,
-//! and `batch` says how many at a time. Then `aimed` segments go to what the upper bound left. How much of what there is to
-//! see all of them have missed, [`confidence`] bounds. `regions` does all of this for view cells.
+//! Four methods, behind [`Strategy`]: `adaptive` visibility cubes on portals and in cells; `guided` rays at the borders of found objects;
+//! and, for comparison, `uniform` cubes and random rays. `schedule` distributes the rays, and `batch` sets the size of batches. Then
+//! `aimed` segments go to undecided pairs. [`confidence`] bounds the unseen part. `regions` does all of this for view cells.
 
 mod adaptive;
 pub(in crate::pvs) mod aimed;

@@ -1,4 +1,4 @@
-//! Points drawn uniformly from a union of convex pieces.
+//! Uniform random points of a union of convex pieces.
 
 use super::sampler::Random;
 use crate::cells::Piece;
@@ -6,15 +6,15 @@ use crate::geom::{self, Aabb};
 use crate::pvs::facets::facets;
 use glam::DVec3;
 
-/// Pieces cut into tetrahedra; where pieces overlap, points are as many times as dense.
+/// Pieces as tetrahedra; overlapping pieces multiply the density.
 pub(in crate::pvs) struct Region {
     tetrahedra: Vec<[DVec3; 4]>,
-    /// Volume up to and with each tetrahedron, cubic metres.
+    /// Cumulative volume, cubic metres.
     volumes: Vec<f64>,
 }
 
 impl Region {
-    /// The part of the pieces that is in `within`.
+    /// The pieces clipped to `within`.
     pub fn new(pieces: &[Piece], within: Aabb) -> Self {
         let mut region = Self { tetrahedra: Vec::new(), volumes: Vec::new() };
         let mut sum = 0.0;
@@ -45,8 +45,7 @@ impl Region {
         self.volumes.last().copied().unwrap_or(0.0)
     }
 
-    /// A point, uniform over the volume; `None` where there is none. (Rocchini, Cignoni, *Generating random points in a
-    /// tetrahedron*, 2000.)
+    /// A uniform random point; `None` if the region is empty. (Rocchini, Cignoni, *Generating random points in a tetrahedron*, 2000.)
     pub fn draw(&self, random: &mut Random) -> Option<DVec3> {
         let at = random.unit() * self.volume();
         let i = self.volumes.partition_point(|&v| v <= at).min(self.volumes.len().checked_sub(1)?);
@@ -71,7 +70,7 @@ mod tests {
 
     #[test]
     fn points_are_as_dense_everywhere() {
-        // A wedge below x + y = 1 of the unit square, height 1, and a box of volume 1.5 that goes on beyond what is asked for.
+        // A wedge below x + y = 1 of the unit square, height 1, and a box of volume 1.5 that extends beyond the clip box.
         let plane = |x: f64, y: f64, z: f64, d: f64| Plane {
             n: DVec3::new(x, y, z).normalize(),
             d: d / DVec3::new(x, y, z).length(),

@@ -1,8 +1,8 @@
-//! The lower bound of view cells: regions that may lie across cells.
+//! The lower bound of view cells: regions that may cross cells.
 //!
-//! First the witnesses of cells that begin in a region; then visibility cubes at random points of it; then segments tried at the pairs that flow
-//! left undecided, from random points of the region, and through random points of portals, where the small are as likely as the large:
-//! behind a keyhole, a line through the keyhole is the only one.
+//! First, witnesses of cells that begin in a region; then visibility cubes at random points of it; then segments at the pairs that flow
+//! left undecided, from random points of the region, and through random points of portals, with equal probability for small and large
+//! portals: behind a keyhole, all lines pass the keyhole.
 
 use super::aimed;
 use super::confidence::{Bound, look};
@@ -20,16 +20,16 @@ use crate::{BitMatrix, ObjectId};
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use serde::{Deserialize, Serialize};
 
-/// Of the rays, this fraction goes to cubes.
+/// Share of the rays for cubes.
 const CUBES: f64 = 0.5;
-/// Pixels along an edge of a cube's faces, and the rays that a cube counts as.
+/// Pixels along an edge of a cube's faces, and the cost of a cube in rays.
 const PIXELS: u32 = 128;
 const COST: u64 = 1_500;
-/// Of these cubes one stands anywhere within its view cell, the others on its boundary.
+/// One cube in this many is anywhere within its view cell, the others are on its boundary.
 const WITHIN: u64 = 2;
-/// Points that are drawn before a view cell counts as one without room.
+/// Most random points until a view cell counts as empty.
 const TRIES: usize = 256;
-/// Attempts at a pair in the first round of aimed segments, and rounds, each of twice the attempts.
+/// Attempts at a pair in the first round of aimed segments, and number of rounds; each has twice the attempts.
 const FIRST: u64 = 8;
 const ROUNDS: u32 = 16;
 
@@ -46,14 +46,14 @@ pub(in crate::pvs) struct RegionSampler<'a> {
     proofs: Vec<(u32, u32, [DVec3; 2])>,
     /// Rays cast.
     rays: u64,
-    /// What each may have missed, and what all in the mean.
+    /// Unseen part of each, and the mean.
     unseen: Vec<Bound>,
     mean: Bound,
     /// Tests so far.
     tests: u32,
 }
 
-/// What rays show from one view cell: proofs, in order, and their number.
+/// Results of rays from one view cell: proofs, in order, and the number of rays.
 #[derive(Default, Serialize, Deserialize)]
 struct Shown {
     proofs: Vec<(u32, [DVec3; 2])>,
@@ -61,7 +61,7 @@ struct Shown {
 }
 
 impl<'a> RegionSampler<'a> {
-    /// Nothing proven yet from `views`, across the cells of `pvs`.
+    /// A sampler for `views` over the cells of `pvs`, without proofs.
     pub fn new(prover: Prover<'a>, pvs: &'a Pvs, views: &'a [ViewCell], seed: u64) -> Self {
         Self {
             origins: views.iter().map(|view| Origins::new(view, prover.clearance)).collect(),
@@ -78,7 +78,7 @@ impl<'a> RegionSampler<'a> {
         }
     }
 
-    /// Takes over the witnesses of cells that begin in a view cell.
+    /// Copies the witnesses of cells that begin in a view cell.
     pub fn take_from_cells(&mut self) {
         for witness in &self.pvs.witnesses {
             for (v, view) in self.views.iter().enumerate() {
@@ -89,7 +89,7 @@ impl<'a> RegionSampler<'a> {
         }
     }
 
-    /// Tries rays from every view cell until all together have cost `budget`; aimed ones at pairs of `upper`.
+    /// Casts rays from every view cell up to `budget` in all; aimed segments at pairs of `upper`.
     pub fn sample(&mut self, upper: &BitMatrix, budget: u64, work: &Job<'_>) -> Result<(), Stopped> {
         let all: Vec<usize> = (0..self.views.len()).collect();
         let (begin, spent) = (self.rays, budget.saturating_sub(self.rays));
@@ -122,7 +122,7 @@ impl<'a> RegionSampler<'a> {
         Ok(())
     }
 
-    /// Bounds what each row misses with `each` rays from its view cell, which may be wrong with probability `doubt`; adds what those show.
+    /// Bounds the unseen part of each row with `each` rays from its view cell, with the allowed error `doubt`; adds hits to the rows.
     pub fn test(&mut self, each: u64, doubt: f64, work: &Job<'_>) -> Result<(), Stopped> {
         let number = u64::from(self.tests);
         let from = |&(v, view): &(usize, &ViewCell)| {
@@ -162,12 +162,12 @@ impl<'a> RegionSampler<'a> {
         self.rays
     }
 
-    /// That of each.
+    /// The bound of each.
     pub fn unseen(&self) -> Vec<f64> {
         self.unseen.iter().map(|bound| bound.0).collect()
     }
 
-    /// The lower set, a segment for each of its pairs by view cell, then object, and the number of rays.
+    /// The lower set, a segment for each of its pairs, ordered by view cell, then object, and the number of rays.
     pub fn close(mut self) -> (BitMatrix, Vec<[DVec3; 2]>, u64) {
         self.proofs.sort_by_key(|&(view, object, _)| (view, object));
         (self.lower, self.proofs.into_iter().map(|(.., segment)| segment).collect(), self.rays)
@@ -179,7 +179,7 @@ impl<'a> RegionSampler<'a> {
         }
     }
 
-    /// Takes in what each view cell's rays showed.
+    /// Merges the results of each view cell.
     fn take(&mut self, shown: Vec<Shown>) {
         for (v, shown) in shown.into_iter().enumerate() {
             self.rays += shown.rays;
@@ -187,18 +187,18 @@ impl<'a> RegionSampler<'a> {
         }
     }
 
-    /// Objects of `upper` that have no proof.
+    /// Objects of `upper` without a proof.
     fn undecided(&self, upper: &BitMatrix, v: usize) -> Vec<u32> {
         let words: Vec<u64> = upper.row(v).iter().zip(self.lower.row(v)).map(|(u, l)| u & !l).collect();
         crate::bits::ones(&words).map(|object| object as u32).collect()
     }
 
-    /// A random point of a view cell that is in a cell; `None` where none of a few is.
+    /// A random point of a view cell that is in a cell; `None` after `TRIES` attempts.
     fn draw_free(&self, region: &Region, random: &mut Random) -> Option<DVec3> {
         (0..TRIES).find_map(|_| region.draw(random).filter(|&p| self.prover.locator.locate(p).is_some()))
     }
 
-    /// Cubes at random points of view cell `v`; proves what they show, as far as it isn't known.
+    /// Renders cubes at random points of view cell `v`; proves the new objects that they show.
     fn look_around(&self, v: usize, cubes: u64, engine: &mut Raster<'_>, cube: &mut Cube, random: &mut Random) -> Shown {
         let rays = self.prover.rays;
         let (mut known, mut shown) = (self.lower.row(v).to_vec(), Shown { rays: cubes * COST, ..Shown::default() });
@@ -241,8 +241,8 @@ impl<'a> RegionSampler<'a> {
         shown
     }
 
-    /// A segment from view cell `v` to `object`, and what it ends on: straight, through any portal, through one of those `near` the object,
-    /// and through two, in turns.
+    /// A segment from view cell `v` to `object`, and its hit: straight, through any portal, through one of those `near` the object, and
+    /// through two, in turn.
     fn segment(&self, v: usize, object: u32, turn: u64, near: &[u32], random: &mut Random) -> Option<([DVec3; 2], Hit)> {
         let origins = &self.origins[v];
         let (to, hit) = aimed::point_on(self.prover.rays.scene(), object as usize, random);
@@ -251,7 +251,7 @@ impl<'a> RegionSampler<'a> {
             1 => self.in_portal(&[], random).and_then(|by| origins.through(to, by, random)),
             2 => self.in_portal(near, random).and_then(|by| origins.through(to, by, random)),
             _ => {
-                // Through two portals, to what is hit beyond.
+                // Through two portals, to the hit beyond.
                 let (far, by) = (self.in_portal(near, random), self.in_portal(&[], random));
                 let (far, by) = (far?, by?);
                 let from = origins.through(far, by, random)?;
@@ -271,7 +271,7 @@ impl<'a> RegionSampler<'a> {
         cells.flat_map(|c| graph.cells[c].portals.iter().map(|p| p.portal().0)).collect()
     }
 
-    /// A random point of a random portal: one of these, or where there are none, any.
+    /// A random point of a random portal: of `of`, or of all if that is empty.
     fn in_portal(&self, of: &[u32], random: &mut Random) -> Option<DVec3> {
         let portals = &self.pvs.graph.portals;
         let portal = match of.len() as u64 {
@@ -283,7 +283,7 @@ impl<'a> RegionSampler<'a> {
 }
 
 impl Shown {
-    /// Adds the segment's proof if there is one and its object isn't in `known`; adds the object there.
+    /// Adds the segment's proof, if there is one and its object is not in `known`; adds the object to `known`.
     fn add(&mut self, prover: &Prover<'_>, known: &mut [u64], [from, to]: [DVec3; 2], hit: Hit) {
         let ObjectId(object) = hit.object;
         let (word, mask) = (object as usize / 64, 1 << (object % 64));
@@ -296,7 +296,7 @@ impl Shown {
     }
 }
 
-/// Where segments start in a view cell.
+/// Starting points of segments in a view cell.
 struct Origins<'a> {
     pieces: &'a [Piece],
     /// Convex sets: the corners of each piece, then its facets, just inside.
@@ -317,12 +317,12 @@ impl<'a> Origins<'a> {
         Self { pieces: &view.pieces, sets }
     }
 
-    /// True for a point of the view cell.
+    /// True if the view cell contains a point.
     fn holds(&self, p: DVec3) -> bool {
         self.pieces.iter().any(|piece| piece.contains(p, 0.0))
     }
 
-    /// A random point of the view cell, most often on its boundary; `None` where it is thinner than the clearance there.
+    /// A random point of the view cell, usually on its boundary; `None` if the view cell is thinner than the clearance there.
     fn draw(&self, random: &mut Random) -> Option<DVec3> {
         let set = self.sets.get((random.bits() % self.sets.len().max(1) as u64) as usize)?;
         Some(between(set, random)).filter(|&p| self.holds(p))
@@ -347,12 +347,12 @@ impl<'a> Origins<'a> {
     }
 }
 
-/// All of a view cell.
+/// The region of a whole view cell.
 fn region_of(view: &ViewCell) -> Region {
     Region::new(&view.pieces, view.pieces.iter().fold(Aabb::EMPTY, |b, piece| b.union(piece.bounds)))
 }
 
-/// A rotation, so that pixels of neighbouring cubes don't fall on the same places.
+/// A random rotation, so that pixels of neighbouring cubes do not coincide.
 fn random_frame(random: &mut Random) -> DMat3 {
     let mut turn = || random.unit() * std::f64::consts::TAU;
     DMat3::from_quat(DQuat::from_euler(EulerRot::XYZ, turn(), turn(), turn()))

@@ -1,4 +1,4 @@
-//! What every way of sampling shares: the scene, the graph, and rays that are made into proofs.
+//! Common data of all sampling methods: the scene, the graph, and rays that become proofs.
 
 use super::lines::{PortalTree, Start};
 use super::witness::{Line, Prover};
@@ -10,14 +10,14 @@ use crate::scene::rays::{Hit, RayScene};
 use crate::{CellId, PortalId};
 use glam::DVec3;
 
-/// What all strategies share.
+/// Common data of all strategies.
 pub(in crate::pvs) struct Sampler<'a> {
     pub prover: Prover<'a>,
     pub graph: &'a CellGraph,
     pub portals: PortalTree<'a>,
-    /// The part of space that eyes stand in.
+    /// The part of space with eyes.
     pub near: Aabb,
-    /// No ray goes farther, metres.
+    /// Largest length of a ray, metres.
     pub reach: f64,
     pub seed: u64,
 }
@@ -36,7 +36,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Both halves of the line through a site: what ends it, what it passes, and the cells along it.
+    /// Traces both halves of the line through a site: its end hits, the see-through objects, and the cells along it.
     pub fn trace(&self, site: Site, line: &mut Line, crossings: &mut Vec<(f64, PortalId)>) {
         let rays = self.prover.rays;
         let ahead = usize::from(site.normal.dot(line.direction) >= 0.0);
@@ -66,16 +66,16 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// The part of space that eyes are taken from: the scene, and a quarter of its diagonal around it.
+/// The part of space with eyes: the scene, with a margin of a quarter of its diagonal.
 pub(in crate::pvs) fn near(scene: Aabb) -> Aabb {
     scene.inflated(0.25 * scene.diagonal())
 }
 
-/// Where lines and cubes start.
+/// Origin of lines and cubes.
 #[derive(Clone, Copy)]
 pub(in crate::pvs) struct Site {
     pub at: DVec3,
-    /// Behind and in front of the portal; twice the same inside a cell.
+    /// The cells behind and in front of the portal; equal inside a cell.
     pub cells: [CellId; 2],
     pub normal: DVec3,
     pub portal: Option<PortalId>,
@@ -87,7 +87,7 @@ impl Site {
     }
 }
 
-/// A seed made of a seed and a number.
+/// Derives a seed from a seed and a number.
 pub(in crate::pvs) fn mix(seed: u64, number: u64) -> u64 {
     mixed(seed ^ number.wrapping_mul(0xd6e8_feb8_6659_fd93))
 }

@@ -1,5 +1,5 @@
-//! Who gets the rays: cubes two parts of three, and the strategy that proved most for its last ones the third. Where an error is asked
-//! for, rounds of sampling and of tests follow each other until a test bounds what is unseen.
+//! The distribution of rays: two thirds to cubes, and one third to the strategy that proved most with its latest rays. With an accuracy
+//! goal, rounds of sampling and tests alternate until a test bounds the unseen part.
 
 use super::adaptive::Adaptive;
 use super::batch;
@@ -19,22 +19,22 @@ use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::types::bounds::{SamplingEnd, Unseen};
 
-/// A strategy that found nothing with one of so many of all rays in a row, and with so many rays, gets no more.
+/// A strategy ends if one in this many of all rays, and at least `LEAST_PATIENCE`, found nothing in a row.
 const PATIENCE: u64 = 20;
 const LEAST_PATIENCE: u64 = 100_000;
 
-/// How the lower bound is found.
+/// A strategy for the lower bound.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Strategy {
     /// Rays from random points of cells in random directions.
     Rays,
     /// Cubes at random points of cells.
     UniformCubes,
-    /// Cubes on portals, in quadtrees that split where cubes show what isn't known, and inside cells (after Nirenstein, Blake, 2004).
+    /// Cubes on portals, in quadtrees that split where cubes show new objects, and inside cells (after Nirenstein, Blake, 2004).
     AdaptiveCubes,
-    /// Random rays, and rays at the borders of what was found (Wonka et al., *Guided visibility sampling*, 2006).
+    /// Random rays, and rays at the borders of found objects (Wonka et al., *Guided visibility sampling*, 2006).
     Guided,
-    /// Adaptive cubes and rays at the borders: what a bake does first.
+    /// Adaptive cubes and guided rays: the first step of a bake.
     Scheduled,
 }
 
@@ -42,7 +42,7 @@ impl Strategy {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Rays, Self::UniformCubes, Self::AdaptiveCubes, Self::Guided, Self::Scheduled];
 
-    /// In words.
+    /// The name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rays => "random rays",
@@ -54,20 +54,20 @@ impl Strategy {
     }
 }
 
-/// What to sample with.
+/// The plan of sampling.
 #[derive(Clone, Copy)]
 pub(in crate::pvs) struct Plan {
     pub strategy: Strategy,
     pub seed: u64,
-    /// Rays, at most.
+    /// Most rays.
     pub budget: u64,
-    /// Rays on top of them, which test what they found; with a `goal` they are part of the budget.
+    /// Additional rays for tests; with a `goal` they are part of the budget.
     pub to_test: u64,
-    /// What may be unseen in the mean over cells, where sampling is to go on until then.
+    /// Accuracy goal: the unseen part in the mean over cells at which sampling ends.
     pub goal: Option<f64>,
 }
 
-/// Samples until the plan's rays are spent, its goal is reached, or nothing finds anything; bounds what it missed.
+/// Samples until the plan's rays are spent, its goal is reached, or no strategy finds anything; bounds the unseen part.
 pub(in crate::pvs) fn sample(
     rays: &RayScene<'_>,
     graph: &CellGraph,
@@ -79,7 +79,7 @@ pub(in crate::pvs) fn sample(
     let locator = Locator::new(graph);
     let sampler = Sampler::new(rays, graph, &locator, seed);
     let regions = regions(&sampler);
-    // Without a budget nothing looks at a cube.
+    // Without a budget no cubes are necessary.
     let by_cubes = budget > 0 && !matches!(strategy, Strategy::Rays | Strategy::Guided);
     let scene = by_cubes.then(|| CubeScene::new(rays.scene()));
     let caster = scene.as_ref().map(|scene| Caster::new(&sampler, scene));
@@ -135,22 +135,22 @@ impl Rounds for Cells<'_, '_> {
     }
 }
 
-/// A strategy, and what it gave for the last rays that it got.
+/// A strategy, and the yield of its latest rays.
 struct Turn<'a> {
     source: Box<dyn Source + 'a>,
     /// Proofs a ray.
     rate: f64,
-    /// The last rays in a row that gave nothing.
+    /// Number of latest rays in a row without a proof.
     barren: u64,
 }
 
-/// Strategies that take turns. Two parts of three go to the first one, cubes where there are any, since proofs are not all that counts:
-/// what borders prove is many and small, what cubes prove is few and large.
+/// Strategies that take turns. Two thirds of the rays go to the first one, cubes if there are any, because the number of proofs is not all:
+/// guided rays prove many small objects, cubes prove few large ones.
 struct Turns<'a> {
     turns: Vec<Turn<'a>>,
-    /// More than one from the start.
+    /// Whether there was more than one at the start.
     in_turn: bool,
-    /// Parts given away so far.
+    /// Parts distributed so far.
     part: u64,
 }
 
@@ -161,12 +161,12 @@ impl<'a> Turns<'a> {
         Self { in_turn: turns.len() > 1, turns, part: 0 }
     }
 
-    /// Nothing finds anything more.
+    /// True if no strategy finds anything more.
     fn is_empty(&self) -> bool {
         self.turns.is_empty()
     }
 
-    /// Goes on until `lower` has cost `budget`, or nothing finds anything.
+    /// Continues until `lower` has cost `budget`, or no strategy finds anything.
     fn spend(&mut self, budget: u64, lower: &mut Witnessed, work: &Job<'_>) -> Result<(), Stopped> {
         let (turns, begin) = (&mut self.turns, lower.rays);
         let whole = budget.saturating_sub(begin).max(1);
@@ -193,16 +193,16 @@ impl<'a> Turns<'a> {
     }
 }
 
-/// What one strategy finds alone.
+/// The result of one strategy alone.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Spent {
-    /// Cells x objects: what it proved to be visible.
+    /// Cells x objects: pairs proven visible.
     pub objects: BitMatrix,
-    /// What it cost, in rays; cubes are priced in rays.
+    /// Its cost in rays, including cubes.
     pub rays: u64,
 }
 
-/// Runs one strategy alone, without the upper bound's help: to compare strategies. `graph` is taken as it is.
+/// Runs one strategy alone, without the upper bound, to compare strategies. `graph` stays unchanged.
 pub fn sample_alone(scene: &Scene, graph: &CellGraph, strategy: Strategy, seed: u64, budget: u64) -> Spent {
     let rays = RayScene::new(scene);
     let mut lower = Witnessed::new(graph.cells.len(), scene.objects.len());

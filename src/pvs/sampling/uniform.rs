@@ -1,4 +1,4 @@
-//! What the other strategies are held against: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
+//! The baselines for the other strategies: random rays, and cubes at random points. Cells take turns; points are uniform in a cell.
 
 use super::cast::{COST, Caster, Stand};
 use super::region::Region;
@@ -9,18 +9,18 @@ use crate::CellId;
 use crate::job::Stopped;
 use crate::parallel;
 
-/// Rays worked on between two looks at what is known, and by one thread at a time; fixed, so that results don't depend on threads.
+/// Rays between two updates of the known pairs, and rays of one item; fixed, so that results do not depend on the number of threads.
 const RAYS: u64 = 16_384;
 const SHARE: u64 = 256;
-/// Cubes worked on between two looks.
+/// Cubes between two updates.
 const CUBES: u64 = 64;
 
-/// Where eyes stand: the cells' regions.
+/// The cells' regions, for eyes.
 pub(super) fn regions(sampler: &Sampler<'_>) -> Vec<Region> {
     parallel::map(&sampler.graph.cells, |cell| Region::new(&cell.pieces, sampler.near))
 }
 
-/// Random rays: each one line, both halves of it.
+/// Random rays: each is a line with both halves.
 pub(super) struct Rays<'a> {
     sampler: &'a Sampler<'a>,
     regions: &'a [Region],

@@ -1,15 +1,15 @@
-//! Proofs that something is visible.
+//! Witnesses: proofs that something is visible.
 //!
-//! A witness from a cell to a point `to` on an object is kept where both hold:
+//! A witness from a cell to a point `to` on an object is valid if both hold:
 //!
-//! * [`RayScene::is_clear`] from `from` to `to`, the object itself not counted, and
-//! * the segment up to just before `to` keeps full clearance from *every* opaque triangle ([`RayScene::keeps_clearance`]), and
-//!   ends so near to the object that the object is placed in every cell around that end.
+//! * [`RayScene::is_clear`] from `from` to `to`, except for the object itself, and
+//! * the segment up to just before `to` keeps full clearance from *every* opaque triangle ([`RayScene::keeps_clearance`]), and ends so near
+//!   to the object that placement puts the object in every cell around that end.
 //!
-//! A tube's triangles are prisms around it, so there a witness goes on to the tube itself.
+//! A tube's triangles are bounding prisms, so its witness continues to the tube itself.
 //!
-//! The first makes it a proof that the object is visible. The second makes it a proof about the cell graph: such a segment may
-//! only go from cell to cell through portals, so where it doesn't, a portal is missing ([`crate::pvs::repair`]).
+//! The first condition proves that the object is visible. The second makes the segment a test of the cell graph: it may go from cell to
+//! cell through portals only, so otherwise a portal is missing ([`crate::pvs::repair`]).
 
 use super::lines::Span;
 use crate::cells::Locator;
@@ -23,11 +23,11 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// An object is placed in a cell that it comes this near to, in clearances.
+/// An object is placed in cells within this distance, in clearances.
 pub(in crate::pvs) const PLACEMENT_MARGIN: f64 = 2.0;
 
-/// A witness's clear part ends this far from the target's plane, in clearances: more than 1, so that it is clear of the
-/// target, and less than [`PLACEMENT_MARGIN`].
+/// Distance of the end of a witness's clear part from the target's plane, in clearances: more than 1, so that it is clear of the target,
+/// and less than [`PLACEMENT_MARGIN`].
 const STAND_OFF: f64 = 1.5;
 
 /// Attempts at one pair in one batch of rays, and failed batches after which a pair gets only one attempt, then none.
@@ -35,13 +35,14 @@ const ATTEMPTS: u8 = 3;
 const PATIENCE: u8 = 2;
 const GIVE_UP: u8 = 12;
 
-/// Sides of tubes that witnesses must reach: these are within the tube, to its [`error`](enfilade_tubes::Tube::error). Fewer: grazing lines are no witnesses. More: slower.
+/// Sides of the tube mesh that witnesses must hit: it is within the tube, to its [`error`](enfilade_tubes::Tube::error). Fewer: grazing
+/// lines are no witnesses. More: slower.
 const SIDES_OF_WITNESSES: u32 = 16;
 
 /// A clear segment between two cells.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 pub(in crate::pvs) struct Sight {
-    /// The cells that its ends are in; the first is the lesser.
+    /// The cells of its ends; the first is the lesser.
     pub cells: [CellId; 2],
     /// Its ends; every point of it keeps clearance.
     pub segment: [DVec3; 2],
@@ -59,22 +60,22 @@ pub(in crate::pvs) struct Witnessed {
     pub ends: Vec<DVec3>,
     /// One for each two cells of `cells`.
     pub sights: Vec<Sight>,
-    /// Cell-object pairs that rays reached without a proof, and in how many batches.
+    /// Cell-object pairs that rays reached without a proof, with the number of batches.
     pub failed: HashMap<(u32, u32), u8>,
-    /// Rays cast; cubes are priced in rays.
+    /// Rays cast, including the cost of cubes.
     pub rays: u64,
-    /// Cubes made.
+    /// Number of cubes.
     pub cubes: u64,
-    /// What the file should say about how this was found.
+    /// Notes for the file about sampling.
     pub notes: Vec<Note>,
-    /// Most witnesses that are kept.
+    /// Most witnesses.
     pub most_witnesses: usize,
-    /// Proofs that were left out for that.
+    /// Proofs left out because of that.
     pub left_out: u64,
 }
 
 impl Witnessed {
-    /// Nothing proven but that a cell sees itself.
+    /// No proofs, except that a cell sees itself.
     pub fn new(cells: usize, objects: usize) -> Self {
         let mut diagonal = BitMatrix::new(cells, cells);
         (0..cells).for_each(|c| {
@@ -95,7 +96,7 @@ impl Witnessed {
         }
     }
 
-    /// Takes in what a batch found, and says how many pairs are new. Batches must come in a fixed order.
+    /// Merges the results of a batch, and returns the number of new pairs. Batches must come in a fixed order.
     pub fn merge(&mut self, found: Found) -> usize {
         let before = self.witnesses.len();
         for (witness, end) in found.witnesses {
@@ -125,14 +126,14 @@ impl Witnessed {
     }
 }
 
-/// What one batch of rays found.
+/// The results of one batch of rays.
 #[derive(Default, Serialize, Deserialize)]
 pub(in crate::pvs) struct Found {
     /// Witnesses and where their clear parts end.
     pub witnesses: Vec<(Witness, DVec3)>,
     /// Clear segments between cells.
     pub sights: Vec<Sight>,
-    /// Pairs that were tried without success, each once.
+    /// Pairs tried without success, each once.
     pub failed: Vec<(u32, u32)>,
     /// Rays cast.
     pub rays: u64,
@@ -150,7 +151,7 @@ enum Kind {
 }
 
 impl Found {
-    /// True where the pair may be tried once more.
+    /// True if the pair may be tried again.
     fn may_try(&mut self, key: (Kind, u32, u32), limit: u8) -> bool {
         let tries = self.tried.entry(key).or_default();
         *tries = tries.saturating_add(1).min(u8::MAX - 1);
@@ -162,7 +163,7 @@ impl Found {
         self.tried.insert(key, u8::MAX);
     }
 
-    /// Closes the batch: lists the pairs that stayed without a proof.
+    /// Closes the batch: lists the pairs without a proof.
     pub fn close(mut self) -> Self {
         let open = self.tried.drain().filter(|&((kind, ..), tries)| kind == Kind::Object && tries < u8::MAX);
         self.failed = open.map(|((_, cell, object), _)| (cell, object)).collect();
@@ -171,7 +172,7 @@ impl Found {
     }
 }
 
-/// A maximal free line: where it lies, which cells it crosses, what it ends on and passes.
+/// A maximal free line: position, cells along it, end hits, and see-through objects.
 #[derive(Default)]
 pub(in crate::pvs) struct Line {
     /// A point of it.
@@ -203,8 +204,8 @@ pub(in crate::pvs) struct Prover<'a> {
 }
 
 impl Prover<'_> {
-    /// If the segment from `from` to the point `to` on a triangle is a witness: `to`, and where its clear part ends. Of a tube, a line to its
-    /// middle is tried where that line misses it.
+    /// If the segment from `from` to the point `to` on a triangle is a witness: `to`, and the end of its clear part. If the line misses a
+    /// tube, a line to its axis is tried.
     pub fn proves(&self, from: DVec3, to: DVec3, target: Hit) -> Option<[DVec3; 2]> {
         if !self.rays.scene().objects[target.object.index()].is_tube() {
             return self.clear_end(from, to, target).map(|end| [to, end]);
@@ -223,7 +224,7 @@ impl Prover<'_> {
         })
     }
 
-    /// Where the clear part of a segment to a point on a triangle ends, if that is a witness but for what a tube asks more.
+    /// End of the clear part of a segment to a point on a triangle, if it is a witness apart from the condition on tubes.
     fn clear_end(&self, from: DVec3, to: DVec3, target: Hit) -> Option<DVec3> {
         let scene = self.rays.scene();
         let object = &scene.objects[target.object.index()];
@@ -232,7 +233,7 @@ impl Prover<'_> {
             let [a, b, c] = scene.corners(target.triangle as usize);
             let sine = (b - a).cross(c - a).try_normalize()?.dot(direction).abs();
             let back = STAND_OFF * self.clearance / sine;
-            // Not less than this, or the segment would end before it begins.
+            // Otherwise the segment would end before it begins.
             if back >= from.distance(to) || !back.is_finite() {
                 return None;
             }
@@ -246,7 +247,7 @@ impl Prover<'_> {
         .then_some(end)
     }
 
-    /// One aimed attempt at a pair; true where it is proven now.
+    /// One aimed attempt at a pair; true if it succeeds.
     pub fn aim(&self, cell: CellId, from: DVec3, to: DVec3, target: Hit, found: &mut Found) -> bool {
         found.rays += 1;
         let Some([to, end]) = self.locator.holds(cell, from).then(|| self.proves(from, to, target)).flatten() else {
@@ -256,7 +257,7 @@ impl Prover<'_> {
         true
     }
 
-    /// One attempt at two cells; true where they are proven to see each other now.
+    /// One attempt at two cells; true if it proves that they see each other.
     pub fn aim_sight(&self, cells: [CellId; 2], segment: [DVec3; 2], found: &mut Found) -> bool {
         found.rays += 1;
         let proven = (0..2).all(|i| self.locator.holds(cells[i], segment[i]))
@@ -267,7 +268,7 @@ impl Prover<'_> {
         proven
     }
 
-    /// Proves everything new that a line shows: to its ends, to what it passes, and between its cells.
+    /// Proves all new pairs of a line: to its ends, to see-through objects, and between its cells.
     pub fn line(&self, line: &Line, known: &Witnessed, found: &mut Found) {
         for hit in line.ends.iter().flatten().chain(&line.passes) {
             let passes = line.passes.iter().any(|p| p == hit);
@@ -277,7 +278,7 @@ impl Prover<'_> {
                 }
             }
         }
-        // Most lines show no cell anything new, which whole words tell.
+        // Most lines prove nothing new, which a test of whole words decides.
         let mut crossed = std::mem::take(&mut found.crossed);
         crossed.clear();
         crossed.resize(known.cells.columns().div_ceil(64), 0);
@@ -290,7 +291,7 @@ impl Prover<'_> {
         found.crossed = crossed;
     }
 
-    /// Proves that the cells on one side of a hit see it.
+    /// Proves that the cells on one side of a hit see its object.
     fn towards(&self, line: &Line, hit: Hit, forward: bool, known: &Witnessed, found: &mut Found) {
         for span in &line.spans {
             let [mut low, mut high] = span.range;
@@ -312,8 +313,8 @@ impl Prover<'_> {
             if !found.may_try(key, limit) {
                 continue;
             }
-            // From where the cell is left towards the object, which is the shortest way; from the middle; and from where the
-            // line was cast, which is in the cell even where a missing portal makes the span too long.
+            // Starting points: where the line leaves the cell towards the object, which is shortest; the middle; and the line's origin,
+            // which is in the cell even if a missing portal makes the span too long.
             let inset = (0.5 * (high - low)).min(4.0 * self.clearance);
             let middle = 0.5 * (low + high);
             let exit = if forward { high } else { low };
@@ -354,7 +355,7 @@ impl Prover<'_> {
     }
 }
 
-/// Where a line from one point through another first meets the tubes of an object.
+/// First intersection of the line from one point through another with the tubes of an object.
 fn tube_before(scene: &Scene, object: ObjectId, from: DVec3, through: DVec3) -> Option<DVec3> {
     let along = through - from;
     let mut first = f64::INFINITY;
@@ -367,7 +368,7 @@ fn tube_before(scene: &Scene, object: ObjectId, from: DVec3, through: DVec3) -> 
     first.is_finite().then_some(from + along * first)
 }
 
-/// The point in the middle of the tubes of an object that is nearest to another one.
+/// The point on the axes of an object's tubes nearest to another point.
 fn middle_of_tube(scene: &Scene, object: ObjectId, p: DVec3) -> Option<DVec3> {
     let parts = scene.tubes.parts(scene.objects[object.index()].segments.clone());
     let ends = parts.flat_map(|(tube, segments)| {

@@ -1,12 +1,12 @@
-//! Which objects a client should load before an eye sees them, and which it may forget, within so many bytes.
+//! Prefetching: which objects a client should load before they become visible, and which it may evict, within a memory budget.
 //!
-//! Based on: T. Funkhouser, C. Séquin and S. Teller, *Management of large amounts of data in interactive building walkthroughs*, 1992: what is
-//! seen from the cells that the eye may come to, the nearest in time first, by the shortest ways through portals. Loads in the order of these
-//! times are late by as little as any order allows (J. R. Jackson, *Scheduling a production line to minimize maximum tardiness*, 1955).
+//! Based on: T. Funkhouser, C. Séquin and S. Teller, *Management of large amounts of data in interactive building walkthroughs*, 1992:
+//! objects visible from the cells that the eye may reach, nearest in time first, by shortest paths through portals. The order by these
+//! times minimizes the maximum lateness of loads (J. R. Jackson, *Scheduling a production line to minimize maximum tardiness*, 1955).
 //!
-//! Where it deviates: no length of time is looked ahead, but as much as memory holds. So nothing has to be tuned, and whatever is not planned is
-//! farther off than all that is. And where the rows of the eye's own cells are more than the budget, as outside of a building with windows, the
-//! plan begins with what the eye sees now and will see within two seconds (`sight`).
+//! Deviations: the horizon is the memory budget and not a time. So there is nothing to tune, and all unplanned objects are farther off than
+//! planned ones. If the rows of the eye's own cells exceed the budget, as outside a building with windows, the plan begins with the objects
+//! that the eye sees now and within two seconds (`sight`).
 //!
 //! ```no_run
 //! # use enfilade::ObjectId;
@@ -44,31 +44,31 @@
 //! # }
 //! ```
 //!
-//! # What holds
+//! # Guarantees
 //!
-//! * The bytes of what is in memory and of what is under way are never more than the budget.
-//! * What a frame sees is not evicted before the next frame. The core of the plan, its first three quarters (the rows of the eye's cells before
-//!   all), is evicted for nothing but an object that the frame sees and that is not there. The rest of it takes what is free: so objects far off
-//!   don't come and go with every step.
-//! * Nothing is missing in a frame if three things hold. The rows are sound, and the eye goes through portals that are not barred. What the
-//!   plan has before an object fits into three quarters of the budget. And the object comes within the time in which the eye goes as far as
-//!   [`Step::Load::metres`] says, which is never farther than it has to go.
-//! * Steps depend on the calls before them, and on nothing else. After [`Prefetcher::new`], no call allocates.
+//! * The bytes of loaded and pending objects never exceed the budget.
+//! * Objects visible in a frame are not evicted before the next frame. The core of the plan, its first three quarters (starting with the
+//!   rows of the eye's cells), is evicted only for missing visible objects. The rest of the plan uses free memory only, so that distant
+//!   objects are not loaded and evicted with every step.
+//! * No object is missing in a frame under three conditions. The rows are sound, and the eye passes only portals that are not barred. The
+//!   objects before it in the plan fit into three quarters of the budget. And it is loaded before the eye has moved by
+//!   [`Step::Load::metres`], a lower bound of the distance.
+//! * Steps depend only on previous calls. After [`Prefetcher::new`], no call allocates.
 //!
-//! # What does not
+//! # Limits
 //!
-//! * Nothing is known of the first frame, or of the one after a jump: what it sees is asked for first, the rest of its rows after that.
-//! * Where the rows of the eye's cells are more than the budget, what the eye turns to at once may be missing. Where the frame itself is more,
-//!   something always is. An object that is larger than the budget is never asked for.
-//! * What is under way is waited for, also where the eye has turned away from it.
+//! * The first frame, and the one after a jump, are not planned: its visible objects are loaded first, the rest of its rows after that.
+//! * If the rows of the eye's cells exceed the budget, objects may be missing after a fast turn. If the frame itself exceeds it, some
+//!   always are. An object larger than the budget is never loaded.
+//! * Pending loads are not cancelled, even if the eye has turned away.
 //!
 //! # Special cases
 //!
-//! * A door that is shut may be opened, so the eye goes through it in the plan; [`Prefetcher::bar`] says that it does not. Windows are barred
-//!   from the start. Rows take every door as open, and so does a plan.
-//! * An eye in no cell keeps the last plan while it is near to where that was made. Elsewhere, and from the start, the way to each portal is
-//!   straight. An eye that is not finite keeps the last plan, too.
-//! * Without rows in the file, a plan has what is in each cell. An object that is in no row (and in no cell) is loaded when a frame sees it.
+//! * A shut door may open, so the plan goes through it; [`Prefetcher::bar`] excludes it. Windows are barred from the start. Rows take every
+//!   door as open, and so does a plan.
+//! * An eye in no cell keeps the last plan while it is near that plan's place. Elsewhere, and at the start, the distance to each portal is
+//!   straight. A non-finite eye keeps the last plan, too.
+//! * Without rows in the file, a plan has the objects of each cell. An object in no row (and in no cell) is loaded when a frame sees it.
 
 mod plan;
 mod reach;
@@ -84,71 +84,70 @@ use plan::{Plan, Planned};
 use reach::{Reach, Walker};
 use sight::Sight;
 
-/// An eye that has moved by so much, metres, since its plan was made gets a new one. More: the order is older. Less: more work.
+/// Movement of the eye that triggers a new plan, metres. Larger: older orders. Smaller: more work.
 const MOVED: f32 = 0.25;
-/// An eye in no cell keeps its plan so far, metres: it stands in a wall or in a leaf, most likely.
+/// Distance over which an eye in no cell keeps its plan, metres: most likely it is in a wall or a door leaf.
 const ASTRAY: f32 = 2.0;
-/// How far the eye is followed in the direction in which it goes, seconds.
+/// Extrapolation of the eye's motion, seconds.
 const AHEAD: f64 = 1.0;
-/// A plan by what the eye sees is made anew once it has turned by an angle whose cosine is less, some 15 degrees. Less: the order is older. More:
-/// more work.
+/// Cosine of the turn that triggers a new plan by sight, some 15 degrees. Smaller: older orders. Larger: more work.
 const TURNED: f32 = 0.966;
-/// What would lead an eye farther than this in that time, metres, is a jump. It tells nothing of where the eye goes.
+/// An extrapolated movement beyond this is a jump, metres, and is ignored.
 const JUMP: f32 = 50.0;
 
-/// What a client is to do.
+/// An action for the client.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Step {
-    /// To forget an object, now: its bytes are counted as free from here on.
+    /// Evict an object now: its bytes count as free from here on.
     Evict(ObjectId),
-    /// To load an object, and to tell [`Prefetcher::loaded`] or [`Prefetcher::failed`] when that is done.
+    /// Load an object, and call [`Prefetcher::loaded`] or [`Prefetcher::failed`] afterwards.
     Load {
-        /// Which.
+        /// The object.
         object: ObjectId,
-        /// How far the eye has to go before it may see it, metres: 0 for what it may see from its own cell. Over its speed, the time that is
-        /// left, in seconds.
+        /// Lower bound of the eye's distance until the object may be visible, metres: 0 if it may be visible from the eye's cell. Divided
+        /// by the speed, it is the remaining time in seconds.
         metres: f32,
     },
 }
 
-/// Where an object is.
+/// The state of an object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum State {
     Absent,
     UnderWay,
     Loaded,
-    /// It can't be loaded.
+    /// Loading failed.
     Failed,
 }
 
-/// Looks ahead for one eye; see the [module](self).
+/// Prefetches for one eye; see the [module](self).
 #[derive(Clone, Debug)]
 pub struct Prefetcher {
     budget: u64,
     /// By object.
     bytes: Vec<u64>,
     states: Vec<State>,
-    /// By object: the last frame that saw it, and the last frame in whose plan it was.
+    /// By object: the last frame that saw it, and the frame of the last plan with it.
     shown: Vec<u64>,
     planned: Vec<u64>,
-    /// Loaded and under way.
+    /// Bytes loaded and pending.
     used: u64,
-    /// Loaded, and those of them that the frame sees.
+    /// Bytes loaded, and those of them visible in the frame.
     loaded: u64,
     loaded_and_shown: u64,
     frame: u64,
-    /// What the frame sees and has not.
+    /// Visible objects that are not loaded.
     missing: Vec<ObjectId>,
     plan: Plan,
     sight: Sight,
-    /// The frame, the eye and where it looked when the plan was made; `None` before the first, and where it must be made anew.
+    /// Frame, eye and view direction of the plan; `None` before the first, and if a new one is necessary.
     made: Option<(u64, [Vec3; 2])>,
     homes: Vec<CellId>,
     last_piece: u32,
-    /// Loaded objects that are not planned, the oldest first; `false`: to be listed again.
+    /// Loaded objects that are not planned, the oldest first; valid if `is_listed`.
     spare: Vec<ObjectId>,
     is_listed: bool,
-    /// Where this frame is in `missing`, the plan, `spare`, and the plan from its end.
+    /// Positions of this frame in `missing`, the plan, `spare`, and the plan from its end.
     at: Places,
 }
 
@@ -161,12 +160,12 @@ struct Places {
 }
 
 impl Prefetcher {
-    /// For a file, the culler of it, the size of each object in memory, bytes, and the most bytes that they may have together. Nothing is
+    /// A prefetcher for a file and its culler, with the size of each object in memory, bytes, and the memory budget, bytes. Nothing is
     /// loaded.
     ///
     /// # Panics
     ///
-    /// Where `culler` is of another file, or `bytes` has not one size an object.
+    /// If `culler` is of another file, or `bytes` does not have one size per object.
     pub fn new(file: &PvsFile, culler: &Culler, bytes: &[u64], budget: u64) -> Self {
         let objects = culler.object_count();
         assert_eq!((file.objects.len(), bytes.len()), (objects, objects), "objects of the file, and sizes");
@@ -194,8 +193,9 @@ impl Prefetcher {
         }
     }
 
-    /// Begins a frame: an eye (metres, relative to the file's origin), how it moves, and what it sees ([`super::VisibleSet::objects`]). Returns
-    /// how many of these are not loaded; [`Self::is_loaded`] says which. `culler` is always the same.
+    /// Begins a frame: the eye (metres, relative to the file's origin), its motion, and its visible objects
+    /// ([`super::VisibleSet::objects`]). Returns the number of these that are not loaded; see [`Self::is_loaded`]. Always pass the same
+    /// `culler`.
     pub fn frame(&mut self, culler: &Culler, eye: Vec3, motion: &Motion, visible: &[ObjectId]) -> usize {
         self.frame += 1;
         self.loaded_and_shown = 0;
@@ -216,7 +216,7 @@ impl Prefetcher {
         self.missing.len()
     }
 
-    /// Makes a new plan where one is needed.
+    /// Makes a new plan if necessary.
     fn look_ahead(&mut self, culler: &Culler, eye: Vec3, motion: &Motion) {
         let homes = culler.locator.locate(eye, culler.tolerance, &mut self.last_piece);
         let homes = if homes.overflow { &[] } else { homes.as_slice() };
@@ -239,7 +239,7 @@ impl Prefetcher {
         self.is_listed = false;
     }
 
-    /// What to do next; `None`: nothing in this frame. A step counts as taken.
+    /// The next action; `None`: nothing in this frame. A returned step counts as taken.
     pub fn next_step(&mut self) -> Option<Step> {
         while let Some((Planned { object, metres }, is_shown)) = self.wanted() {
             let bytes = self.bytes[object.index()];
@@ -248,7 +248,7 @@ impl Prefetcher {
                 self.used += bytes;
                 return Some(Step::Load { object, metres });
             }
-            // What is planned fits, as far as nothing is under way that isn't. What the frame sees may not.
+            // Planned objects fit, unless unplanned ones are pending. Visible objects may not fit.
             let stays = self.used - self.loaded + self.loaded_and_shown;
             let fits = bytes <= self.budget && stays <= self.budget - bytes;
             let core = self.plan.core();
@@ -273,7 +273,7 @@ impl Prefetcher {
         None
     }
 
-    /// The most urgent object that is neither there nor under way, and whether the frame sees it.
+    /// The most urgent object that is neither loaded nor pending, and whether the frame sees it.
     fn wanted(&mut self) -> Option<(Planned, bool)> {
         let is_absent = |object: ObjectId| self.states[object.index()] == State::Absent;
         while let Some(&object) = self.missing.get(self.at.missing) {
@@ -291,7 +291,7 @@ impl Prefetcher {
         None
     }
 
-    /// What leaves next: what is not planned, the oldest first; then what is planned, the farthest first, but for the `kept` first ones.
+    /// The next object to evict: first unplanned ones, the oldest first; then planned ones, the farthest first, except the first `kept`.
     fn leaver(&mut self, kept: usize) -> Option<ObjectId> {
         if !self.is_listed {
             self.list_spare();
@@ -325,7 +325,7 @@ impl Prefetcher {
         self.at.spare = 0;
     }
 
-    /// Tells that an object that was asked for is in memory. Of others, nothing is noted.
+    /// Reports that a requested object is loaded. Other objects are ignored.
     pub fn loaded(&mut self, object: ObjectId) {
         let at = object.index();
         if self.states.get(at) == Some(&State::UnderWay) {
@@ -334,12 +334,12 @@ impl Prefetcher {
             if self.shown[at] == self.frame {
                 self.loaded_and_shown += self.bytes[at];
             }
-            // One that is not planned any more is to be listed.
+            // If it is no longer planned, it must be listed.
             self.is_listed &= self.made.is_some_and(|(frame, _)| self.planned[at] == frame);
         }
     }
 
-    /// Tells that an object that was asked for can't be loaded. It is not asked for again.
+    /// Reports that a requested object cannot be loaded. It is not requested again.
     pub fn failed(&mut self, object: ObjectId) {
         if self.states.get(object.index()) == Some(&State::UnderWay) {
             self.states[object.index()] = State::Failed;
@@ -347,22 +347,22 @@ impl Prefetcher {
         }
     }
 
-    /// Says whether the eye does not go through a portal: windows are barred from the start, and nothing else.
+    /// Sets whether a portal is barred for the eye: at the start, only windows are barred.
     ///
     /// # Panics
     ///
-    /// Where there is no such portal.
+    /// If there is no such portal.
     pub fn bar(&mut self, portal: PortalId, barred: bool) {
         self.plan.reach_mut().bar(portal, barred);
         self.made = None;
     }
 
-    /// Whether an object is in memory, as far as the prefetcher was told.
+    /// Whether an object is reported as loaded.
     pub fn is_loaded(&self, object: ObjectId) -> bool {
         self.states.get(object.index()) == Some(&State::Loaded)
     }
 
-    /// Bytes of what is in memory and of what is under way.
+    /// Bytes of loaded and pending objects.
     pub fn used(&self) -> u64 {
         self.used
     }

@@ -1,4 +1,4 @@
-//! What an eye may need next, in order, as much as fits into memory.
+//! The plan: objects that an eye may need next, in order, within the memory budget.
 
 use super::super::culler::{Culler, bit};
 use super::super::motion::Motion;
@@ -11,30 +11,30 @@ use crate::{CellId, ObjectId};
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Planned {
     pub object: ObjectId,
-    /// How far the eye has to go before it may need it, metres, at least.
+    /// Lower bound of the eye's distance until it may need the object, metres.
     pub metres: f32,
 }
 
-/// One part in so many of the budget takes what is free and no more. Fewer: less of the plan comes surely. More: what is at the
-/// end of the plan comes and goes with every step.
+/// One part in this many of the budget uses free memory only. Smaller: less of the plan is certain to be loaded. Larger: objects at the end
+/// of the plan are loaded and evicted with every step.
 const LOOSE: u64 = 4;
 
-/// Objects by how far the eye has to go before it may see them: those of the rows of its own cells, then those that the row of the next cell
-/// adds, and so on, until the next one would not fit into memory. Of those that a row adds, what is in the cell comes first. Where the rows of
-/// its own cells alone don't fit, what the eye sees now and will see soon comes before all.
+/// Objects ordered by the eye's distance until they may be visible: first those of the rows of its own cells, then those added by the row
+/// of the next cell, and so on, until memory is full. Of the objects of a row, those in the cell come first. If the rows of its own cells
+/// do not fit, the objects that the eye sees now and soon come first.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
     reach: Reach,
-    /// Bytes of what may be planned.
+    /// Budget of the plan, bytes.
     budget: u64,
     order: Vec<Planned>,
-    /// The eye's own rows did not fit.
+    /// Whether the eye's own rows did not fit.
     is_by_sight: bool,
-    /// How many of these are the core.
+    /// Number of these in the core.
     core: usize,
-    /// Bytes that are left.
+    /// Remaining bytes.
     left: u64,
-    /// Objects that are planned, or that never fit, as bits.
+    /// Objects that are planned or never fit, as bits.
     seen: Vec<u64>,
 }
 
@@ -49,22 +49,22 @@ impl Plan {
         &mut self.reach
     }
 
-    /// What is planned, the most urgent first.
+    /// The planned objects, most urgent first.
     pub fn order(&self) -> &[Planned] {
         &self.order
     }
 
-    /// How many of them are worth that others leave for them.
+    /// Size of the core, for which others may be evicted.
     pub fn core(&self) -> usize {
         self.core
     }
 
-    /// Whether what the eye sees decides, so that a plan is old as soon as it turns.
+    /// Whether the plan depends on the view direction, so that it is outdated after a turn.
     pub fn is_by_sight(&self) -> bool {
         self.is_by_sight
     }
 
-    /// Plans anew.
+    /// Makes a new plan.
     pub fn make(
         &mut self,
         culler: &Culler,
@@ -98,7 +98,7 @@ impl Plan {
         self.left = self.budget;
     }
 
-    /// Adds what a cell's row has; false where something of it did not fit.
+    /// Adds the objects of a cell's row; false if some did not fit.
     fn add_cell(&mut self, culler: &Culler, bytes: &[u64], cell: CellId, metres: f32) -> bool {
         let row = culler.object_rows.as_ref().map(|rows| rows.row(cell.index()));
         let mut fits = true;
@@ -115,14 +115,14 @@ impl Plan {
         fits
     }
 
-    /// Adds an object that isn't planned yet; false where it does not fit.
+    /// Adds an object that is not planned yet; false if it does not fit.
     fn add(&mut self, bytes: &[u64], planned: Planned) -> bool {
         let object = planned.object.index();
         if bit(&self.seen, object) {
             return true;
         }
         let size = bytes[object];
-        // What never fits keeps nothing else out.
+        // An object that never fits does not block others.
         if size <= self.budget {
             if size > self.left {
                 return false;

@@ -1,11 +1,10 @@
-//! How far an eye has to go to be in which cell, at least.
+//! Lower bounds of the walking distance to each cell.
 //!
-//! Based on: E. W. Dijkstra's shortest ways (1959), from portal to portal. The way within a cell is taken as straight, from the box around one
-//! portal to the box around the next: no way through the cell is shorter, so no length is more than the true one.
+//! Based on: E. W. Dijkstra's shortest paths (1959), from portal to portal. The distance within a cell is the straight one from the box of
+//! one portal to the box of the next, a lower bound of the true one.
 //!
-//! Where it deviates: a cell is gone on from for its first ways in only ([`MOST_WAYS_IN`]). The last of these stands for all later ones, with
-//! the straight line from the eye, which no way undercuts either. So a start costs a few looks at each portal that it comes to, whatever the
-//! graph is like.
+//! Deviation: a cell is expanded only for its first [`MOST_WAYS_IN`] entries. The last of these represents all later ones, with the
+//! straight distance from the eye, which is also a lower bound. So each reached portal is visited a few times, for any graph.
 
 use super::super::culler::{Culler, target};
 use crate::{CellId, DirectedPortal, PortalId};
@@ -13,38 +12,38 @@ use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Ways into a cell that are gone on from. More: starts cost more in halls with many doors. Fewer: what is behind such a hall seems nearer than
-/// it is.
+/// Most entries of a cell that are expanded. More: starts cost more in halls with many doors. Fewer: cells behind such a hall seem nearer
+/// than they are.
 const MOST_WAYS_IN: u8 = 8;
 
-/// Where an eye is, and where it goes.
+/// The eye and its motion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walker {
     pub eye: Vec3,
-    /// Where it will be soon if it goes on as it does.
+    /// Its extrapolated position.
     pub ahead: Vec3,
 }
 
 impl Walker {
-    /// Metres to a box, at most: of two doors at the same distance, the one to which the eye goes counts as nearer.
+    /// Distance to a box, metres, reduced in the direction of motion: of two doors at the same distance, the one ahead counts as nearer.
     fn distance(&self, to: &[Vec3; 2]) -> f32 {
         let here = gap(&[self.eye; 2], to);
         0.5 * (here + here.min(gap(&[self.ahead; 2], to)))
     }
 }
 
-/// Cells in the order in which an eye may come to them.
+/// Cells in the order in which an eye may reach them.
 #[derive(Clone, Debug)]
 pub(super) struct Reach {
     /// By portal: the box around it.
     boxes: Vec<[Vec3; 2]>,
-    /// By portal: the eye does not go through it.
+    /// By portal: whether it is barred.
     barred: Vec<bool>,
-    /// By directed portal: the least that is known of the way to it, metres.
+    /// By directed portal: the shortest known distance, metres.
     lengths: Vec<f32>,
-    /// By cell: ways in that were gone on from.
+    /// By cell: number of expanded entries.
     ways_in: Vec<u8>,
-    /// Ways that wait: bits of a length, which are in its order, and a directed portal.
+    /// The queue: bits of a length, which sort like the length, and a directed portal.
     queue: BinaryHeap<Reverse<(u32, u32)>>,
     walker: Walker,
 }
@@ -61,7 +60,7 @@ impl Reach {
             barred,
             lengths: vec![f32::INFINITY; directed],
             ways_in: vec![0; culler.cell_count()],
-            // Each directed portal leads out of one cell, and waits once a way into that, and once for an eye that is in no cell.
+            // Each directed portal is queued at most once per expanded entry of its source cell, and once for an eye in no cell.
             queue: BinaryHeap::with_capacity((usize::from(MOST_WAYS_IN) + 2) * directed),
             walker: Walker { eye: Vec3::ZERO, ahead: Vec3::ZERO },
         }
@@ -71,14 +70,14 @@ impl Reach {
         self.barred[portal.index()] = barred;
     }
 
-    /// Starts anew from an eye in some cells; in none, the way to each portal is straight.
+    /// Restarts from an eye in some cells; without cells, the distance to each portal is straight.
     pub fn start(&mut self, culler: &Culler, walker: Walker, homes: &[CellId]) {
         self.queue.clear();
         self.lengths.fill(f32::INFINITY);
         self.ways_in.fill(0);
         self.walker = walker;
         for &home in homes {
-            // A way that comes back is longer than the straight one from here.
+            // A path that returns is longer than the straight distance.
             self.ways_in[home.index()] = MOST_WAYS_IN;
             for &next in culler.cell_portals.get(home.index()) {
                 self.offer(next, walker.distance(&self.boxes[next.portal().index()]));
@@ -91,7 +90,7 @@ impl Reach {
         }
     }
 
-    /// The next cell that the eye may come to, and after how many metres; not those where it is.
+    /// The next cell that the eye may reach, with its distance in metres; not its own cells.
     pub fn next(&mut self, culler: &Culler) -> Option<(CellId, f32)> {
         while let Some(Reverse((bits, portal))) = self.queue.pop() {
             let (length, portal) = (f32::from_bits(bits), DirectedPortal(portal));
@@ -109,7 +108,7 @@ impl Reach {
         None
     }
 
-    /// Goes on through a cell; the last way in stands for all later ones.
+    /// Expands a cell; the last entry represents all later ones.
     fn go_on(&mut self, culler: &Culler, cell: CellId, from: DirectedPortal, last: bool) {
         let (length, start) = (self.lengths[from.0 as usize], self.boxes[from.portal().index()]);
         for &next in culler.cell_portals.get(cell.index()) {
@@ -128,7 +127,7 @@ impl Reach {
     }
 }
 
-/// Metres between two boxes.
+/// Distance between two boxes, metres.
 fn gap(a: &[Vec3; 2], b: &[Vec3; 2]) -> f32 {
     (a[0] - b[1]).max(b[0] - a[1]).max(Vec3::ZERO).length()
 }

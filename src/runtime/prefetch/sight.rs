@@ -1,7 +1,7 @@
-//! What an eye sees now and will see soon, in order: for an eye whose cells have more in their rows than fits into memory.
+//! The objects that an eye sees now and soon, in order: for cells whose rows exceed the memory budget.
 //!
-//! First what is on the screen now, and where the screen will be if the eye goes on as it does, a bit wider; then what an eye
-//! that turns would see, from here and from there.
+//! First the objects on the current screen and on extrapolated screens, slightly wider; then those that a turning eye would see, from the
+//! current and an extrapolated position.
 
 use super::super::culler::Culler;
 use super::super::motion::Motion;
@@ -10,14 +10,14 @@ use super::super::{Camera, Mode};
 use crate::ObjectId;
 use glam::Vec3;
 
-/// When the camera is looked at, seconds from now. Farther: more is loaded that is never seen. Less far: loads come late.
+/// Times of the extrapolated cameras, seconds. Farther: more useless loads. Nearer: late loads.
 const TIMES: [f64; 4] = [0.0, 0.5, 1.0, 2.0];
-/// Of these, from where the eye looks all around.
+/// Indices of the times with views in all directions.
 const AROUND: [usize; 2] = [0, 2];
-/// Screens are so much wider and higher than the client's: for what the eye turns on the way, and for what comes in at the sides.
+/// Factor on the screen's width and height: for turns on the way, and for objects that enter at the sides.
 const WIDER: f32 = 1.5;
 
-/// Looks with a culler.
+/// View queries with a culler.
 #[derive(Clone, Debug)]
 pub(super) struct Sight {
     scratch: Scratch,
@@ -28,7 +28,7 @@ impl Sight {
         Self { scratch: Scratch::for_culler(culler) }
     }
 
-    /// Tells what is seen, the most urgent first; an object may be told more than once. Ends where `tell` says false.
+    /// Calls `tell` for visible objects, most urgent first; an object may appear more than once. Ends if `tell` returns false.
     pub fn each(&mut self, culler: &Culler, motion: &Motion, tell: &mut impl FnMut(ObjectId) -> bool) {
         let cameras = TIMES.map(|time| motion.ahead(time));
         let screens = cameras.iter().flatten().map(wider);
@@ -46,7 +46,7 @@ fn wider(camera: &Camera) -> Camera {
     Camera { x: camera.x / WIDER, y: camera.y / WIDER, ..*camera }
 }
 
-/// Six square screens that meet at their edges, the way it looks first and what is behind last.
+/// The six square screens of a cube map, the view direction first and the opposite last.
 fn all_around(camera: &Camera) -> [Camera; 6] {
     let ahead = camera.w.normalize_or(Vec3::NEG_Z);
     let right = (camera.x - ahead * ahead.dot(camera.x)).normalize_or(ahead.any_orthonormal_vector());

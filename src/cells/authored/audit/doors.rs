@@ -1,4 +1,4 @@
-//! Doors, windows and passages: what is on their two sides, and whether their relations say so.
+//! Findings about doors, windows and passages: whether their relations match the rooms on both sides.
 
 use super::finding::{Finding, FindingKind, called};
 use crate::CellId;
@@ -8,18 +8,17 @@ use crate::scene::{Hints, OpeningHint, OpeningKind, RoomHint};
 use glam::DVec3;
 use std::collections::BTreeSet;
 
-/// Steps from a wall's side into the room before it, metres, in the order in which they are tried: past a threshold or a sill, and
-/// not through the next wall.
+/// Distances from a wall to a sample point in the adjacent room, metres, in the order of attempts. They pass a sill, but not the next wall.
 const STEPS: [f64; 4] = [0.3, 0.5, 0.15, 0.05];
-/// A portal this near to a door is the door's, metres.
+/// A portal within this distance of a door belongs to it, metres.
 const PORTAL_NEAR: f64 = 0.35;
-/// What one can go through is at least so wide, metres, and so large, square metres.
+/// Smallest width (metres) and area (square metres) that a person can pass.
 const PASSABLE: (f64, f64) = (0.4, 0.5);
 
-/// The vertical part of the unit normal of a hatch is more than this: steeper than 45 degrees it is a door.
+/// A hatch has a larger vertical component of its unit normal than this (45 degrees); otherwise it is a door.
 const LYING: f64 = 0.7;
 
-/// What is wrong with openings, and rooms that none leads out of.
+/// Findings about openings, and rooms without an exit.
 pub(super) fn findings(
     hints: &Hints,
     graph: &CellGraph,
@@ -34,7 +33,7 @@ pub(super) fn findings(
     findings
 }
 
-/// What openings are held against.
+/// The data that openings are compared with.
 struct Doors<'d> {
     hints: &'d Hints,
     graph: &'d CellGraph,
@@ -42,7 +41,7 @@ struct Doors<'d> {
     /// The author's room of each cell.
     room_of: &'d [Option<usize>],
     metre: f64,
-    /// Around each portal.
+    /// Box of each portal.
     boxes: Vec<Aabb>,
 }
 
@@ -64,13 +63,13 @@ impl Doors<'_> {
         self.graph.cells[cell.index()].open
     }
 
-    /// What is wrong with one opening.
+    /// Findings about one opening.
     fn of_opening(&self, opening: &OpeningHint) -> Vec<Finding> {
         let what = match opening.kind {
             OpeningKind::Door => "door",
             OpeningKind::Window => "window",
             OpeningKind::Opening => "opening",
-            // Drawn by rooms, and open wherever the triangles say so.
+            // Virtual openings follow the triangles.
             OpeningKind::Virtual => return Vec::new(),
         };
         let sides = sides(opening, self.locator, self.metre);
@@ -83,7 +82,7 @@ impl Doors<'_> {
         let said: BTreeSet<usize> = opening.rooms.into_iter().flatten().collect();
         let is: BTreeSet<usize> = sides.into_iter().filter_map(|side| self.room(side)).collect();
         let rooms: Vec<usize> = is.iter().copied().collect();
-        // 1. Is anything there? Holes that end in a wall are niches.
+        // 1. Does it lead anywhere? An opening that ends in a wall is a niche.
         if opening.kind == OpeningKind::Opening && sides.contains(&None) {
             return Vec::new();
         }
@@ -94,7 +93,7 @@ impl Doors<'_> {
             return vec![tell(FindingKind::DoorWithoutRooms, &rooms, format!("stands inside {}", self.name(sides[0])))];
         }
         if is.is_empty() {
-            // Space without a room is told once, with the doors that lead there.
+            // Space without a room is reported once, with its doors.
             let outside = sides.iter().flatten().all(|&c| self.is_open(c));
             let [one, other] = names();
             let text = format!("has no room on either side: {one} and {other}");
@@ -106,7 +105,7 @@ impl Doors<'_> {
             let text = format!("is walled up: nothing is open between {one} and {other}");
             findings.push(tell(FindingKind::DoorWalledUp, &rooms, text));
         }
-        // 2. Do the relations say so?
+        // 2. Do the relations agree?
         if !said.is_empty() && said != is {
             let list: Vec<String> = said.iter().map(|&r| called(&self.hints.rooms[r])).collect();
             let all: Vec<usize> = is.union(&said).copied().collect();
@@ -117,8 +116,7 @@ impl Doors<'_> {
         findings
     }
 
-    /// True where a portal of a cell on either side is near. What is open there may belong to a third cell: a reveal, the space over a
-    /// skylight.
+    /// True if a portal of either side's cell is near. The opening may lead to a third cell: a reveal, or the space over a skylight.
     fn has_portal(&self, opening: &OpeningHint, sides: [Option<CellId>; 2]) -> bool {
         let reach = 0.5 * opening.thickness + PORTAL_NEAR * self.metre;
         let around = Aabb::of(opening.winding.iter().copied()).inflated(reach);
@@ -128,7 +126,7 @@ impl Doors<'_> {
             .any(|(near, portal)| near.touches(&around) && sides.iter().flatten().any(|c| portal.cells.contains(c)))
     }
 
-    /// Rooms that one can't go into.
+    /// Rooms without an entrance.
     fn closed_rooms(&self) -> Vec<Finding> {
         let (hints, metre) = (self.hints, self.metre);
         let mut reached = vec![false; hints.rooms.len()];

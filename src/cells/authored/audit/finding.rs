@@ -1,46 +1,46 @@
-//! One line of the audit: what is wrong, and with which of the author's ids.
+//! One finding of the audit: the fault, and the author's ids.
 
 use crate::scene::RoomHint;
 use serde::{Deserialize, Serialize};
 
-/// What is wrong.
+/// The kind of a fault.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FindingKind {
     /// Two rooms, or two openings, have one id.
     DuplicateId,
-    /// A room encloses next to nothing.
+    /// A room has almost no volume.
     NoVolume,
     /// A room's surface has holes.
     NotClosed,
-    /// Two rooms hold one and the same space.
+    /// Two rooms overlap.
     Overlap,
-    /// A room holds no free space: it lies in solid matter, or other rooms took all of it.
+    /// A room has no free space: it is solid, or other rooms cover it.
     NoFreeSpace,
     /// No door, passage or open side leads out of a room.
     NoDoor,
-    /// Sides of a room lie off the walls that bound it.
+    /// Sides of a room do not lie on its walls.
     Shifted,
     /// A door or window has no room on either side, or stands in the middle of one.
     DoorWithoutRooms,
-    /// A door or window joins other rooms than its relations say.
+    /// A door or window connects rooms other than those in its relations.
     DoorElsewhere,
     /// The wall is closed behind a door or window.
     DoorWalledUp,
-    /// A room lies under the open sky, and its author doesn't say so.
+    /// A room is in the open air, but is not marked so.
     OpenAir,
-    /// Free space indoors that no room claims.
+    /// Indoor free space without a room.
     Unclaimed,
 }
 
-/// One thing that is wrong.
+/// One fault.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Finding {
-    /// What.
+    /// Its kind.
     pub kind: FindingKind,
-    /// The author's ids (GlobalIds, node names) of what it is about; none for space that nobody named.
+    /// The author's ids (GlobalIds, node names) of the objects concerned; empty for unnamed space.
     pub ids: Vec<String>,
-    /// One line.
+    /// One line of text.
     pub text: String,
 }
 

@@ -1,7 +1,6 @@
-//! A room's surface measured by lines: what it encloses, where it is open, what it shares with others.
+//! A room's surface, sampled by lines: its volume, its openings, its overlaps with others.
 //!
-//! Lines and not edges, because exporters' surfaces have corners in the middle of edges and triangles that face either way, and
-//! enclose a volume all the same.
+//! Lines instead of edges, because exported surfaces have T-junctions and inconsistent winding, and still enclose a volume.
 
 use crate::geom::Aabb;
 use crate::parallel;
@@ -11,21 +10,21 @@ use robust::{Coord, orient2d};
 
 /// Lines along each side of a room: 3 x 16 x 16 in all.
 const LINES: usize = 16;
-/// Off the middle of a grid's square, so that lines miss the edges of whatever is drawn on round numbers.
+/// Position within a grid square, off its centre, so that lines miss edges at round coordinates.
 const OFF: DVec2 = DVec2::new(0.4951, 0.5073);
 
-/// A room that is drawn twice, as exporters do who give it two shapes: a line crosses the second no farther than this from the first, metres. More:
-/// thin rooms have nothing in them. Less: shapes that were rounded otherwise are two.
+/// Two crossings within this distance count as one, metres, because some exporters write two shapes of one room. Larger: thin rooms have no
+/// volume. Smaller: two copies with different rounding count twice.
 const TWICE: f64 = 1e-6;
 
-/// A room's surface and what lines tell of it.
+/// A room's surface and its measurements by lines.
 pub(super) struct Solid<'h> {
     surface: &'h [[DVec3; 3]],
     /// Box around it.
     pub bounds: Aabb,
-    /// Cubic metres: the middle one of what lines along each axis say.
+    /// Cubic metres: the median of the measurements along the three axes.
     pub volume: f64,
-    /// Of the lines that meet it, the share that crosses it an odd number of times.
+    /// Share of the lines that cross it an odd number of times.
     pub open_share: f64,
 }
 
@@ -54,7 +53,7 @@ impl<'h> Solid<'h> {
         solid
     }
 
-    /// Where the line along `axis` through `q` (the two other coordinates, in order) crosses the surface, ascending.
+    /// Crossings of the surface by the line along `axis` through `q` (the two other coordinates, in order), ascending.
     fn crossings(&self, axis: usize, q: DVec2) -> Vec<f64> {
         let (u, v) = others(axis);
         let flat = |p: DVec3| Coord { x: p[u], y: p[v] };
@@ -80,7 +79,7 @@ fn others(axis: usize) -> (usize, usize) {
     [(1, 2), (0, 2), (0, 1)][axis]
 }
 
-/// Points of a grid over a side of a box, and the area that each stands for.
+/// Points of a grid over a side of a box, each with its area.
 fn squares(bounds: &Aabb, axis: usize) -> impl Iterator<Item = (DVec2, f64)> {
     let (u, v) = others(axis);
     let (low, size) = (DVec2::new(bounds.min[u], bounds.min[v]), DVec2::new(bounds.size()[u], bounds.size()[v]));
@@ -91,9 +90,9 @@ fn squares(bounds: &Aabb, axis: usize) -> impl Iterator<Item = (DVec2, f64)> {
     })
 }
 
-/// Pairs of rooms that share space, and how much, cubic metres; ascending.
+/// Pairs of overlapping rooms, with the shared volume in cubic metres; ascending.
 pub(super) fn overlaps(solids: &[Solid<'_>]) -> Vec<(usize, usize, f64)> {
-    // Swept along x, so that only neighbours meet.
+    // A sweep along x, so that only neighbours are compared.
     let mut order: Vec<usize> = (0..solids.len()).filter(|&i| solids[i].volume > 0.0).collect();
     order.sort_by(|&a, &b| solids[a].bounds.min.x.total_cmp(&solids[b].bounds.min.x).then(a.cmp(&b)));
     let pairs = order.iter().enumerate().flat_map(|(k, &i)| {
@@ -124,7 +123,7 @@ pub(super) fn overlaps(solids: &[Solid<'_>]) -> Vec<(usize, usize, f64)> {
 mod tests {
     use super::*;
 
-    /// A box, its faces wound by chance.
+    /// A box with inconsistent winding.
     fn cuboid(min: [f64; 3], max: [f64; 3]) -> RoomHint {
         let c = |i: usize| DVec3::from_array(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
         let quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
@@ -154,7 +153,7 @@ mod tests {
             let mut room = cuboid([0.; 3], [4., 3., 5.]);
             room.surface.drain(2 * side..2 * side + 2);
             let share = Solid::new(&room).open_share;
-            // The lines across the missing side are a third of all.
+            // A third of all lines crosses the missing side.
             assert!((share - 1.0 / 3.0).abs() < 1e-9, "side {side}: {share}");
         }
     }

@@ -1,4 +1,4 @@
-//! How far the sides of rooms lie from the walls, floors and ceilings that bound them.
+//! Distances of rooms' sides from their walls, floors and ceilings.
 
 use super::finding::{Finding, FindingKind, called};
 use crate::parallel;
@@ -6,22 +6,22 @@ use crate::scene::rays::RayScene;
 use crate::scene::{Role, RoomHint};
 use glam::DVec3;
 
-/// Walls farther than this from a side, metres, don't bound the room there.
+/// Walls farther than this from a side are not the side's, metres.
 const REACH: f64 = 0.6;
-/// Sides nearer than this to their wall, metres, are on it: plaster, rounding to centimetres.
+/// A side within this distance lies on its wall, metres: plaster, rounding to centimetres.
 const ON_WALL: f64 = 0.03;
-/// Sides smaller than this, square metres, are reveals and niches.
+/// Smaller sides are reveals and niches, square metres.
 const LEAST_SIDE: f64 = 0.5;
-/// Points on a side: about three a square metre.
+/// Sample points a square metre of a side.
 const POINTS: f64 = 3.0;
 const MOST_POINTS: usize = 48;
-/// A side is bounded by walls where at least this share of its points has one near.
+/// A side has a wall if at least this share of its sample points has one near.
 const BOUNDED: f64 = 0.6;
-/// Triangles of one side agree in direction to this cosine, and lie this near to its plane, metres.
+/// Triangles belong to one side within this cosine of its normal and this distance from its plane (metres).
 const SAME_SIDE_COSINE: f64 = 0.9995;
 const SAME_SIDE_OFFSET: f64 = 0.01;
 
-/// Triangles of a room's surface in one plane.
+/// Coplanar triangles of a room's surface.
 struct Side {
     n: DVec3,
     d: f64,
@@ -29,7 +29,7 @@ struct Side {
     triangles: Vec<[DVec3; 3]>,
 }
 
-/// Rooms with sides off their walls, of those that are rooms at all.
+/// Sound rooms whose sides do not lie on their walls.
 pub(super) fn findings(rays: &RayScene<'_>, unsound: &[bool], metre: f64) -> Vec<Finding> {
     let rooms = rays.scene().hints.rooms.iter().zip(unsound).filter(|(r, unsound)| r.drawn && !**unsound);
     let rooms: Vec<&RoomHint> = rooms.map(|(room, _)| room).collect();
@@ -74,7 +74,7 @@ fn sides(room: &RoomHint, metre: f64) -> Vec<Side> {
     sides
 }
 
-/// How far a side lies from its wall, metres: the middle one of what its points say. `None` where no wall bounds it.
+/// Distance of a side from its wall, metres: the median over its sample points. `None` without a wall.
 fn offset(side: &Side, rays: &RayScene<'_>, metre: f64) -> Option<f64> {
     let wanted = ((side.area / (metre * metre) * POINTS) as usize).clamp(4, MOST_POINTS);
     let (mut count, mut found) = (0usize, Vec::new());
@@ -87,7 +87,7 @@ fn offset(side: &Side, rays: &RayScene<'_>, metre: f64) -> Option<f64> {
             let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
             let p = t[0] + (t[1] - t[0]) * a + (t[2] - t[0]) * b;
             count += 1;
-            // Begun a little before the side, so that a wall in its very plane is met.
+            // Starts a little before the side, so that a wall in its plane is hit.
             let before = SAME_SIDE_OFFSET * metre;
             let nearest = [side.n, -side.n].into_iter().filter_map(|way| {
                 let hit = rays.first_opaque(p - way * before, way, REACH * metre + before)?;

@@ -1,30 +1,30 @@
 //! The point of a convex hull that is nearest to the origin.
 //!
-//! Based on: Wolfe, *Finding the nearest point in a polytope*, 1976. Deviates: the affine steps are solved by orthogonalising
-//! (Gram, Schmidt, twice over) instead of by normal equations, whose error is the square of it. One routine answers both ways
-//! (Gordan, 1873): the nearest point, where it isn't the origin, has a positive product with every point of the hull, and
-//! where it is, its weights are the dependency that shows why no vector has. That, and never more generators with a weight
-//! than dimensions and one, is why this is no general linear programme out of a library.
+//! Based on: Wolfe, *Finding the nearest point in a polytope*, 1976. Deviation: the affine steps are solved by orthogonalization (Gram,
+//! Schmidt, twice) instead of normal equations, which square the error. One routine decides both alternatives (Gordan, 1873): if the
+//! nearest point is not the origin, it has a positive product with every point of the hull; if it is, its weights prove that no vector has.
+//! This property, and a support of at most one more generator than dimensions, are the reasons for not using a general linear programming
+//! library.
 
-/// Steps before it counts as good enough. Far more than ever needed but for rounding.
+/// Most steps. Far more than necessary without rounding.
 const STEPS: usize = 100;
 
-/// Nearer than this the point counts as the origin; generators are unit vectors.
+/// A nearer point counts as the origin; generators are unit vectors.
 const ORIGIN: f64 = 1e-14;
 
-/// The nearest point has all products within this fraction of the greatest possible.
+/// Relative tolerance of the nearest point's products.
 const CLOSE: f64 = 1e-6;
 
-/// A generator this near to the span of others, as a fraction of its own length, gives no direction.
+/// A generator this near to the span of others is dependent, relative to its length.
 const DEPENDENT: f64 = 1e-13;
 
-/// What was found.
+/// The result.
 pub(super) struct Nearest<I, const D: usize> {
     /// The point.
     pub point: [f64; D],
     /// Generators and their positive weights, which add up to 1.
     pub support: Vec<(I, f64)>,
-    /// True where no generator has a product of zero or less with the point.
+    /// True if all generators have a positive product with the point.
     pub apart: bool,
 }
 
@@ -44,7 +44,7 @@ pub(super) fn nearest<I: Copy + PartialEq, const D: usize>(
         let (next, generator) = least(&point);
         let product = dot(&generator, &point);
         apart = product > 0.0;
-        // Written so that a NaN ends it, too.
+        // In this form a NaN ends it, too.
         let goes_on = square < last && product < square * (1.0 - CLOSE);
         last = square;
         if !goes_on || simplex.corners.iter().any(|c| c.0 == next) {
@@ -63,26 +63,26 @@ pub(super) fn nearest<I: Copy + PartialEq, const D: usize>(
     Nearest { point, support: weights.filter(|s| s.1 > 0.0).collect(), apart }
 }
 
-/// Generators that hold the nearest point so far.
+/// The generators that support the current point.
 struct Simplex<I, const D: usize> {
     /// Names, weights and the generators.
     corners: Vec<(I, f64, [f64; D])>,
-    /// For the corners from the second on, as far as they are up to date.
+    /// For the corners from the second on, if up to date.
     columns: Vec<Column<D>>,
 }
 
-/// A corner relative to the first, orthogonalised against those before it.
+/// A corner relative to the first, orthogonalized against previous ones.
 struct Column<const D: usize> {
     axis: [f64; D],
-    /// Parts along the axes before it, and along its own.
+    /// Components along the previous axes, and along its own.
     parts: Vec<f64>,
-    /// Part of the way from the first corner to the origin along this axis.
+    /// Component along this axis of the vector from the first corner to the origin.
     along: f64,
 }
 
 impl<I, const D: usize> Simplex<I, D> {
-    /// Moves to the nearest point of the affine hull, dropping corners on the way whose weight would turn negative. False
-    /// where rounding leaves nothing to go on with.
+    /// Moves to the nearest point of the affine hull, and drops corners whose weight would become negative. False if rounding leaves no
+    /// corner.
     fn settle(&mut self) -> bool {
         while !self.corners.is_empty() {
             let Some(weights) = self.affine() else { return false };
@@ -104,8 +104,8 @@ impl<I, const D: usize> Simplex<I, D> {
         false
     }
 
-    /// The nearest point of the affine hull. Not by the weights: the sum of generators that all but cancel has an error that is
-    /// small beside them, but not beside what is left, across which they must all lie alike.
+    /// The nearest point of the affine hull. Not by the weights: the error of a sum with cancellation is small relative to the generators,
+    /// but not to the result, and all generators must have equal products with the result.
     fn foot(&self) -> [f64; D] {
         let mut point = self.corners[0].2;
         for column in self.columns.iter().chain(&self.columns).chain(&self.columns) {
@@ -152,13 +152,13 @@ pub(super) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// A vector of length 1 the same way.
+/// The normalized vector.
 pub(super) fn unit<const D: usize>(x: &[f64; D]) -> [f64; D] {
     let length = dot(x, x).sqrt();
     x.map(|v| v / length)
 }
 
-/// What is left of a vector without its part along a unit vector.
+/// A vector without its component along a unit vector.
 pub(super) fn without<const D: usize>(x: &[f64; D], unit: &[f64; D]) -> [f64; D] {
     let part = dot(x, unit);
     std::array::from_fn(|k| x[k] - part * unit[k])
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn a_thin_cone_has_a_point() {
-        // Two unit vectors that all but oppose each other, and a third across.
+        // Two almost opposite unit vectors, and a perpendicular one.
         let narrow = of(&[[1.0, 1e-9, 0.0], [-1.0, 1e-9, 0.0], [0.0, 0.0, 1.0]]);
         assert!(narrow.apart && narrow.point[1] > 0.0);
     }

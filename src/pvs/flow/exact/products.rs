@@ -1,8 +1,8 @@
-//! Products of two sides each that add up to a multiple of the Plücker quadric.
+//! Refutation by products of two sides that add up to a multiple of the Plücker quadric.
 //!
-//! Based on: Lasserre, *Global optimization with polynomials and the problem of moments*, 2001, whose moment matrices are here
-//! replaced by plain products of linear constraints (Sherali, Adams, 1990): a form that is a sum of such products is positive in
-//! the whole cone, and no semidefinite programme is needed to find one.
+//! Based on: Lasserre, *Global optimization with polynomials and the problem of moments*, 2001, with products of linear constraints
+//! (Sherali, Adams, 1990) instead of moment matrices: a sum of such products is positive in the whole cone, and no semidefinite program is
+//! necessary.
 
 use super::Row;
 use super::nearest::{Nearest, dot, nearest, unit, without};
@@ -22,7 +22,7 @@ fn form(a: &Row, b: &Row) -> Form {
     form
 }
 
-/// Products of two rows that add up to a multiple of the quadric, if some do.
+/// Products of two rows that add up to a multiple of the quadric, if there are any.
 pub(super) fn products(rows: &[Row], corner: &Corner) -> Nearest<[usize; 2], FORMS> {
     let rays = corner.rays;
     let rows: Vec<Row> = rows.iter().map(|r| unit(&rays.map(|ray| dot(r, &ray)))).collect();
@@ -58,17 +58,17 @@ pub(super) fn products(rows: &[Row], corner: &Corner) -> Nearest<[usize; 2], FOR
     })
 }
 
-/// Six independent rows, those that hold the point of the cone first: in their terms a thin cone is as wide as any.
+/// Six independent rows, first those that support the point of the cone: in this basis a thin cone is wide.
 pub(super) struct Corner {
     rows: [Row; 6],
-    /// Vectors that have a product of 1 with one of the rows each and of 0 with the others.
+    /// The dual basis: each vector has a product of 1 with one row and 0 with the others.
     rays: [Row; 6],
-    /// Rows that are none of the cone's, because it isn't held that way.
+    /// Rows that are not the cone's, because it is unconstrained in that direction.
     free: [bool; 6],
 }
 
 impl Corner {
-    /// Chooses rows of a cone.
+    /// Chooses the rows for a cone.
     pub fn new(rows: &[Row], cone: &Nearest<usize, 6>) -> Self {
         let axis = |i: usize| -> Row { std::array::from_fn(|k| f64::from(i == k)) };
         let all: Vec<Row> = rows.iter().copied().chain((0..6).map(axis)).collect();
@@ -80,7 +80,7 @@ impl Corner {
             let longest = |of: std::ops::Range<usize>| of.max_by(|i, k| length(i).total_cmp(&length(k))).unwrap_or_default();
             let next = held.next().unwrap_or_else(|| longest(0..rows.len()));
             let i = if length(&next) > FLAT * FLAT { next } else { longest(rows.len()..all.len()) };
-            // Once more: what is left of a row that nearly is in the span of others has their rounding.
+            // Orthogonalized again: the rest of a nearly dependent row has the others' rounding error.
             let axis = unit(&axes.iter().fold(unit(&left[i]), |rest, axis| without(&rest, axis)));
             axes.push(axis);
             left.iter_mut().for_each(|r| *r = without(r, &axis));
@@ -90,7 +90,7 @@ impl Corner {
         Self { rows: rows_chosen, rays: inverse(&rows_chosen), free: chosen.map(|i| i >= rows.len()) }
     }
 
-    /// Moves a point of the cone to a line, by steps that are short in proportion to how deep inside each row it is.
+    /// Moves a point of the cone onto the quadric, by steps scaled by its depth inside each row.
     pub fn onto_quadric(&self, point: &Row) -> Row {
         let mut x = unit(point);
         for _ in 0..NEWTON {
@@ -111,18 +111,18 @@ impl Corner {
     }
 }
 
-/// Rows this near to the span of others say nothing new.
+/// Rows this near to the span of others are dependent.
 const FLAT: f64 = 1e-12;
 
-/// Steps onto the quadric.
+/// Newton steps onto the quadric.
 const NEWTON: usize = 4;
 
-/// Half of the quadric's slope at a point.
+/// Half of the quadric's gradient at a point.
 fn swapped(x: &Row) -> Row {
     [x[3], x[4], x[5], x[0], x[1], x[2]]
 }
 
-/// Vectors that have a product of 1 with one row each and of 0 with the others.
+/// The inverse: each vector has a product of 1 with one row and 0 with the others.
 fn inverse(rows: &[Row; 6]) -> [Row; 6] {
     let mut matrix: [[f64; 12]; 6] =
         std::array::from_fn(|i| std::array::from_fn(|k| if k < 6 { rows[i][k] } else { f64::from(k - 6 == i) }));

@@ -1,7 +1,7 @@
-//! Integer arithmetic: Plücker coordinates without rounding, and whether some of them add up to nothing.
+//! Integer arithmetic: exact Plücker coordinates, and their linear dependencies.
 //!
-//! Based on: Bareiss, *Sylvester's identity and multistep integer-preserving Gaussian elimination*, 1968. Deviates: columns are
-//! eliminated upwards, too (Jordan), so that the first column that depends on those before it shows its weights at once.
+//! Based on: Bareiss, *Sylvester's identity and multistep integer-preserving Gaussian elimination*, 1968. Deviation: columns are also
+//! eliminated upwards (Jordan), so that the first dependent column gives its weights directly.
 
 use super::Edge;
 use glam::DVec3;
@@ -16,8 +16,7 @@ fn parts(x: f64) -> Option<(i64, i32)> {
     (m != 0).then(|| (if x < 0.0 { -(m >> zeros) } else { m >> zeros }, e + zeros as i32))
 }
 
-/// Plücker coordinates of edges, moment and then direction, about one common point and in one common unit; and what each was
-/// divided by.
+/// Plücker coordinates of edges, moment and then direction, about one common point and in one common unit, each with its divisor.
 pub(super) fn rows(edges: &[Edge]) -> Vec<([BigInt; 6], BigInt)> {
     let exponents = edges.iter().flatten().flat_map(|p| p.to_array()).filter_map(|x| parts(x).map(|p| p.1));
     let least = exponents.min().unwrap_or(0);
@@ -39,7 +38,7 @@ pub(super) fn rows(edges: &[Edge]) -> Vec<([BigInt; 6], BigInt)> {
     edges.iter().map(row).collect()
 }
 
-/// Weights over divisors, times what makes them whole.
+/// Weights over divisors, scaled to integers.
 pub(super) fn whole(weights: &[BigInt], divisors: &[BigInt]) -> Vec<BigInt> {
     let multiple = divisors.iter().fold(BigInt::from(1), |m, d| &m * d / common(m.clone(), d.clone()));
     let scaled: Vec<BigInt> = weights.iter().zip(divisors).map(|(w, d)| w * (&multiple / d)).collect();
@@ -61,14 +60,14 @@ pub(super) fn product(a: &[BigInt; 6], b: &[BigInt; 6]) -> Vec<BigInt> {
     pairs.map(|(i, k)| if i == k { &a[i] * &b[i] } else { &a[i] * &b[k] + &a[k] * &b[i] }).collect()
 }
 
-/// The same of the Plücker quadric: direction times moment, which is zero for lines.
+/// The coefficients of the Plücker quadric: direction times moment, which is zero for lines.
 pub(super) fn quadric() -> Vec<BigInt> {
     let pairs = (0..6).flat_map(|i| (i..6).map(move |k| (i, k)));
     pairs.map(|(i, k)| BigInt::from(i32::from(k == i + 3))).collect()
 }
 
-/// Weights, some positive and none negative, with which `columns` add up to nothing; only those of the first `free` columns
-/// may be negative. Columns should come in the order in which they are thought to be needed. `None` where none were found.
+/// Non-negative weights, not all zero, with which `columns` add up to zero; those of the first `free` columns may be negative. Columns
+/// should be in the order of expected use. `None` if none were found.
 pub(super) fn dependency(columns: &[Vec<BigInt>], free: usize) -> Option<Vec<BigInt>> {
     let (rows, n) = (columns.first()?.len(), columns.len());
     let mut matrix: Vec<Vec<BigInt>> = (0..rows).map(|r| columns.iter().map(|c| c[r].clone()).collect()).collect();
@@ -79,7 +78,7 @@ pub(super) fn dependency(columns: &[Vec<BigInt>], free: usize) -> Option<Vec<Big
         let done = pivots.len();
         let candidates = (done..rows).filter(|&r| matrix[r][c] != BigInt::ZERO);
         let Some(pivot) = candidates.min_by_key(|&r| matrix[r][c].bits()) else {
-            // `scale` times this column is the sum of `matrix[r][c]` times the column of pivot r.
+            // `scale` times this column is the sum of `matrix[r][c]` times column `pivots[r]`.
             let agrees = |r: usize| matrix[r][c] == BigInt::ZERO || matrix[r][c].sign() != scale.sign();
             if c < free || !(0..done).all(|r| pivots[r] < free || agrees(r)) {
                 continue;
