@@ -253,5 +253,5 @@ fn refill<T: Copy>(list: &mut Vec<T>, items: &[T]) {
 }
 
 fn depth(building: &Building, [width, height]: [u32; 2]) -> DepthBuffer<'_> {
-    DepthBuffer::new(&building.scene, width as usize, height as usize)
+    DepthBuffer::new(&*building.scene, width as usize, height as usize)
 }

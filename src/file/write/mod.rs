@@ -37,18 +37,18 @@ impl PvsFile {
             }
         };
         let portals = || self.portals.iter().map(|p| p.cells.map(|cell| cell.0));
-        let rows = |rows: &Option<BitMatrix>, guide: &dyn Fn() -> Guide| {
-            rows.as_ref().map(|rows| encode_guided(rows, &guide())).unwrap_or_default()
-        };
-        let by_portals = || Guide::cells(self.cells.len(), portals());
-        let by_cells = || Guide::objects(portals(), &self.placement, self.cell_rows.as_ref());
         add(SectionId::Notes, !(self.left_out.is_empty() && self.notes.is_empty()), &|| self.lines());
         add(SectionId::Cells, !self.cells.is_empty(), &|| self.cell_list());
         add(SectionId::Portals, !self.portals.is_empty(), &|| self.portal_list());
         add(SectionId::Objects, !self.objects.is_empty(), &|| self.object_list());
         add(SectionId::Placement, !(self.cells.is_empty() || self.objects.is_empty()), &|| encode_rows(&self.placement));
-        add(SectionId::CellRows, self.cell_rows.is_some(), &|| rows(&self.cell_rows, &by_portals));
-        add(SectionId::ObjectRows, self.object_rows.is_some(), &|| rows(&self.object_rows, &by_cells));
+        if let Some(rows) = &self.cell_rows {
+            add(SectionId::CellRows, true, &|| encode_guided(rows, &Guide::cells(self.cells.len(), portals())));
+        }
+        if let Some(rows) = &self.object_rows {
+            let guide = || Guide::objects(portals(), &self.placement, self.cell_rows.as_ref());
+            add(SectionId::ObjectRows, true, &|| encode_guided(rows, &guide()));
+        }
         if let Some(bounds) = &self.bounds {
             add(SectionId::CellBounds, true, &|| encode_rows(&both(&bounds.cells_upper, &bounds.cells_lower)));
             add(SectionId::ObjectBounds, true, &|| encode_rows(&both(&bounds.objects_upper, &bounds.objects_lower)));
