@@ -2,6 +2,7 @@
 //! all of it. No device is needed. What the device's library and the panels take is theirs.
 
 #[allow(dead_code, reason = "other tests use the rest")]
+#[path = "suite/common/mod.rs"]
 mod common;
 
 use allocation_counter::measure;

@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 #[allow(dead_code, reason = "other tests use the rest")]
+#[path = "suite/common/mod.rs"]
 mod common;
 
 use common::display::{Display, Ends, Pixels, can_run, until};

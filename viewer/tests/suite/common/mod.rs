@@ -97,7 +97,7 @@ pub fn visit(building: &Building, oracle: Oracle, size: [u32; 2]) -> (Canvas, Se
 
 /// Compares a picture with a golden one; `ENFILADE_GOLDEN=write` writes that anew. Drivers differ at edges: one pixel in a hundred may.
 pub fn compare(name: &str, picture: &Picture) {
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name).with_extension("png");
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/suite/golden").join(name).with_extension("png");
     if std::env::var_os("ENFILADE_GOLDEN").is_some_and(|v| v == "write") {
         picture.save(&golden).unwrap();
     }

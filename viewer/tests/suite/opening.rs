@@ -1,9 +1,6 @@
 //! A model that nothing was baked of is opened: what there is meanwhile, what a stop leaves, what becomes of an older file.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::shipped;
+use crate::common::shipped;
 use enfilade::file::PvsFile;
 use enfilade_viewer::building::{Building, EARLY};
 use std::path::{Path, PathBuf};

@@ -1,9 +1,6 @@
 //! Frames on a device: no mode misses a pixel, the alarm sees what is broken on purpose, pictures are as they were.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, path};
+use crate::common::{building, needs_device, path};
 use enfilade::runtime::Mode;
 use enfilade::types::portal::PortalKind;
 use enfilade_viewer::args::Shown;

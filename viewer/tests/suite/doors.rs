@@ -1,9 +1,6 @@
 //! Doors: they stop people while they are shut, and no frame misses a pixel beside or behind a leaf, wherever it is.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device};
+use crate::common::{building, needs_device};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;

@@ -1,9 +1,6 @@
 //! Ground around a building: it shows outside and through windows, and nowhere else; nothing of it is missed; it has no cracks.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, path, shipped};
+use crate::common::{building, needs_device, path, shipped};
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
 use enfilade::runtime::{Camera, Mode, Rect};

@@ -1,9 +1,6 @@
 //! The viewer's command line, as far as it needs no window: one line and exit 2 for bad input; pictures; what the alarm exits with.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, shipped};
+use crate::common::{building, needs_device, shipped};
 use std::path::Path;
 use std::process::{Command, Output};
 

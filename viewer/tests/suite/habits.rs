@@ -1,9 +1,6 @@
 //! What a person does who keeps the viewer open: pictures and paths as files, the wheel, and Escape.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, has_device};
+use crate::common::{building, has_device};
 use egui::RawInput;
 use enfilade::runtime::Mode;
 use enfilade_measure::walkthrough::path::CameraPath;

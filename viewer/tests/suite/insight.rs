@@ -1,9 +1,6 @@
 //! What explains the culling: kinds of triangles, two modes side by side, frozen frames, profiles, the flight along a line of sight.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, path, sampled, shipped};
+use crate::common::{building, needs_device, path, sampled, shipped};
 use egui::RawInput;
 use enfilade::runtime::Mode;
 use enfilade::scene::ImportOptions;

@@ -1,9 +1,6 @@
 //! Tubes on a device: their pixels against triangles that are worked out here, thin ones against what they cover, and no mode misses one.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{needs_device, path, shipped};
+use crate::common::{needs_device, path, shipped};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;

@@ -1,9 +1,6 @@
 //! Two passes against a pyramid of depth: nothing is missed, with a past or without one; what is hidden is left out, and counted.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, path};
+use crate::common::{building, needs_device, path};
 use enfilade::runtime::{Camera, Mode};
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;

@@ -1,10 +1,7 @@
 //! Where a visit begins, by hand and in real models: a person fits there, stands on a floor, in the room that anybody would choose. What
 //! is free is measured here on every triangle, slice by slice; nothing of that is the viewer's.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, quickly_baked};
+use crate::common::{building, quickly_baked};
 use enfilade::file::FileCell;
 use enfilade::scene::{Role, Scene};
 use enfilade::{BitMatrix, cells::PortalKind};

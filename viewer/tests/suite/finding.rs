@@ -1,9 +1,6 @@
 //! What is in a building is found, told, gone to and hidden.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, path, quickly_baked};
+use crate::common::{building, needs_device, path, quickly_baked};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::{Culler, Mode};
 use enfilade::scene::rays::RayScene;

@@ -1,9 +1,6 @@
 //! Sections: caps whose pixels are known, what is cut away, and that nobody misses it.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, path};
+use crate::common::{building, needs_device, path};
 use enfilade::cells::PortalKind;
 use enfilade::runtime::Mode;
 use enfilade::scene::ImportOptions;

@@ -1,10 +1,7 @@
 //! Ways that take somebody somewhere at once: points of a plan, storeys. What is free is measured here on every triangle; which cell is
 //! where, the library's own locator says.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{building, needs_device, shipped};
+use crate::common::{building, needs_device, shipped};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::Culler;
 use enfilade::scene::Scene;

@@ -1,9 +1,6 @@
 //! A scene as it looks: the same picture in every mode, materials and pictures in their places.
 
-#[allow(dead_code, reason = "other tests use the rest")]
-mod common;
-
-use common::{baked, building, needs_device, path, shipped};
+use crate::common::{baked, building, needs_device, path, shipped};
 use enfilade::runtime::{Camera, Mode};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::{extensions, import};
