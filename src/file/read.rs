@@ -1,4 +1,4 @@
-//! Sections to fields. Every number is checked against the rule that the field's documentation states.
+//! Reads sections into fields. Every number is checked against the rule in the field's documentation.
 
 use super::bytes::{Budget, Cursor};
 use super::codes::{HOLE, NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
@@ -18,12 +18,12 @@ use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
 
-/// A plane's normal may differ by so much from length 1: larger lets in planes whose distances aren't metres, smaller refuses rounded ones.
+/// Largest error of a normal's length. Larger: planes with wrong distances pass. Smaller: rounded ones are rejected.
 const NORMAL_LENGTH: f32 = 1e-3;
 
 impl PvsFile {
-    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 8,192 times
-    /// `bytes.len()` of memory, whatever the file says.
+    /// Reads a whole file; anything that differs from docs/format.md is rejected. Takes at most 16 MiB plus 8,192 times `bytes.len()` of
+    /// memory, for any content.
     pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let container = Container::parse(bytes)?;
         container.verify()?;
@@ -81,11 +81,11 @@ impl PvsFile {
 }
 
 impl<'a> Container<'a> {
-    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`], [`SectionId::ObjectRows`] or [`SectionId::ViewRows`];
-    /// `None` where the file leaves the section out (every bit is set), and for every other section.
+    /// A reader of [`SectionId::Placement`], [`SectionId::CellRows`], [`SectionId::ObjectRows`] or [`SectionId::ViewRows`]; `None` if the
+    /// file leaves the section out (every bit is set), and for every other section.
     ///
-    /// Rows of cells are read by the portals, rows of objects by the portals, the placement and the rows of cells: those sections
-    /// are read for it.
+    /// Decoding rows of cells needs the portals; decoding rows of objects needs the portals, the placement and the rows of cells. These
+    /// sections are read, too.
     pub fn rows(&self, id: SectionId) -> Result<Option<RowReader<'a>>, FileError> {
         let budget = &mut Budget::new(self.file_bytes());
         let reader = SectionReader { container: self };
@@ -138,7 +138,7 @@ fn row_reader<'a>(
     RowReader::guided(id, bytes, rows, columns, guide).map(Some)
 }
 
-/// What [`SectionId::Meta`] holds.
+/// The content of [`SectionId::Meta`].
 struct Meta {
     origin: DVec3,
     smallest_hole: f64,
@@ -156,7 +156,7 @@ struct SectionReader<'c, 'a> {
 }
 
 impl<'a> SectionReader<'_, 'a> {
-    /// Reads a section to its end with `f`; `None` where the file leaves it out.
+    /// Reads a section to its end with `f`; `None` if the file leaves it out.
     fn section<T>(
         &self,
         id: SectionId,
@@ -219,7 +219,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(self.section(SectionId::Notes, budget, |c, b| Ok([lines(c, b)?, lines(c, b)?]))?.unwrap_or_default())
     }
 
-    /// A section that is one list of `n` elements; left out only where there are none.
+    /// A section that is one list of `n` elements; left out only if there are none.
     fn list<T>(
         &self,
         id: SectionId,
@@ -280,7 +280,7 @@ impl<'a> SectionReader<'_, 'a> {
         })
     }
 
-    /// `portals`: the cells on both sides of each.
+    /// `portals`: the two cells of each.
     fn cell_rows(
         &self,
         cells: usize,
@@ -324,7 +324,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(holes.unwrap_or_default())
     }
 
-    /// A number for each cell; empty where the file has none.
+    /// A number for each cell; empty if the file has none.
     fn clusters(&self, cells: usize, budget: &mut Budget) -> Result<Vec<u32>, FileError> {
         let clusters = self.section(SectionId::Clusters, budget, |c, b| {
             b.take(SectionId::Clusters, 4 * cells as u64)?;
@@ -373,7 +373,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(mean)
     }
 
-    /// A byte a portal; left out where each is as its kind has it.
+    /// A byte per portal; left out if all are the defaults of their kinds.
     fn states(&self, portals: &mut [FilePortal], budget: &mut Budget) -> Result<(), FileError> {
         let states = self.section(SectionId::PortalStates, budget, |c, _| {
             for portal in portals.iter_mut() {
@@ -393,7 +393,7 @@ impl<'a> SectionReader<'_, 'a> {
         }
     }
 
-    /// Upper and lower set of `cells` cells or view cells, whose rows take turns, so that one refers to the other.
+    /// Upper and lower set of `cells` cells or view cells, with alternating rows, so that one refers to the other.
     fn sides(
         &self,
         id: SectionId,
@@ -415,7 +415,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(Some([upper, lower]))
     }
 
-    /// View cells with their rows; bounds and witnesses both or none, and they must hold as many pairs as the rows.
+    /// View cells with their rows; bounds and witnesses are both present or absent, and must match the rows' numbers of pairs.
     fn views(&self, objects: usize, guarantee: Guarantee, budget: &mut Budget) -> Result<Views, FileError> {
         let cells = self.section(SectionId::ViewCells, budget, |c, b| {
             let mut ids = HashSet::new();
@@ -480,7 +480,7 @@ impl<'a> SectionReader<'_, 'a> {
             _ => return Err(FileError::Missing { section: SectionId::ObjectBounds }),
         };
         let witnesses = self.section(SectionId::Witnesses, budget, |c, b| {
-            // Pair by pair in the order of the lower set.
+            // In the order of the lower set's pairs.
             let mut pairs =
                 (0..cells).flat_map(|cell| objects_lower.ones(cell).map(move |object| [cell as u32, object as u32]));
             let witnesses = c.list(b, 48, |c, _| {
@@ -552,7 +552,7 @@ fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {
     Ok(FileObject { node, triangles, bounds })
 }
 
-/// The rows and the bounds must hold as many pairs as [`SectionId::Meta`] says.
+/// Checks that rows and bounds match the numbers of pairs in [`SectionId::Meta`].
 fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
     let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
     let pairs = &file.pairs;

@@ -1,8 +1,8 @@
-//! Visibility matrices in few bytes.
+//! Compression of visibility matrices.
 //!
-//! A matrix is coded in the shorter of two ways: bit by bit with a model of what is expected ([`modelled`], [`guide`]), where a
-//! row takes few enough steps for that; and by differences and zstd ([`differences`]), which is fast on long rows.
-//! The bytes are drawn in docs/format.md. The same matrix gives the same bytes on any number of threads.
+//! A matrix has the shorter of two codes: bit by bit with a context model ([`modelled`], [`guide`]), if a row takes few enough steps; and
+//! by differences and zstd ([`differences`]), which is fast on long rows. docs/format.md describes the bytes. The same matrix gives the
+//! same bytes on any number of threads.
 
 pub(super) mod coder;
 pub(super) mod differences;
@@ -22,11 +22,10 @@ use modelled::Modelled;
 pub(super) const ZEROS: usize = 0;
 /// First byte of a matrix with every bit set.
 pub(super) const ONES: usize = 1;
-/// First byte of one in blocks of differences.
+/// First byte of a matrix in blocks of differences.
 pub(super) const DIFFERENCES: usize = 2;
 
-/// Zero-order entropy of `pairs` bits of which `set` are set, bits a pair: what coding each bit alone costs at least. 0 for no
-/// pairs.
+/// Zero-order entropy of `pairs` bits of which `set` are set, bits per pair: the least cost of coding each bit alone. 0 without pairs.
 pub fn entropy_bits_per_pair(set: u64, pairs: u64) -> f64 {
     [set, pairs - set].into_iter().filter(|&n| n > 0).map(|n| n as f64 / pairs as f64).map(|p| -p * p.log2()).sum()
 }
@@ -48,10 +47,9 @@ enum Code<'a> {
 }
 
 impl<'a> RowReader<'a> {
-    /// Reads what stands before the blocks of what `encode_rows` made. `rows` and `columns` are what the matrix must have;
-    /// `section` is for errors.
+    /// Reads the head of the output of `encode_rows`. `rows` and `columns` are the expected shape; `section` is for errors.
     ///
-    /// Takes 16 bytes of memory a row.
+    /// Takes 16 bytes of memory per row.
     pub fn new(section: SectionId, bytes: &'a [u8], rows: usize, columns: usize) -> Result<Self, FileError> {
         Self::guided(section, bytes, rows, columns, Guide::Plain)
     }
@@ -81,7 +79,7 @@ impl<'a> RowReader<'a> {
         Ok(Self { rows, columns, guide, code })
     }
 
-    /// Most bytes that [`RowReader::matrix`] takes.
+    /// Upper bound of the memory of [`RowReader::matrix`], bytes.
     pub(super) fn matrix_bytes(&self) -> u64 {
         let rest = match &self.code {
             Code::Uniform(_) => 0,
@@ -102,7 +100,7 @@ impl<'a> RowReader<'a> {
         self.columns
     }
 
-    /// The whole matrix: `rows * columns / 8` bytes, about, which the caller has agreed to. Checks every block to its end.
+    /// The whole matrix: about `rows * columns / 8` bytes, which the caller has reserved. Checks every block to its end.
     pub fn matrix(&self) -> Result<BitMatrix, FileError> {
         match &self.code {
             Code::Uniform(bit) => {
@@ -117,7 +115,7 @@ impl<'a> RowReader<'a> {
     }
 }
 
-/// Flips the bits from `start` up to `end`.
+/// Flips the bits in `start..end`.
 fn flip(words: &mut [u64], start: usize, end: usize) {
     if start == end {
         return;

@@ -1,11 +1,10 @@
-//! Rows as differences, compressed by zstd block by block.
+//! Rows coded as differences, in blocks compressed by zstd.
 //!
-//! Based on: Michiel van de Panne, A. James Stewart, *Effective compression techniques for precomputed visibility*, 1999
-//! (equal rows merged, similar rows by their difference); Paolo Boldi, Sebastiano Vigna, *The WebGraph framework I: compression
-//! techniques*, 2004 (a window of earlier rows to refer to, gaps and runs).
-//! Deviations: lossless only (van de Panne and Stewart also merge rows that are nearly equal, which would break either side of
-//! the guarantee); the difference is an exclusive or, so that a chain of references is undone by exclusive ors in any order and
-//! no row of the chain is built; references stay within a block, so that one row costs one block.
+//! Based on: Michiel van de Panne, A. James Stewart, *Effective compression techniques for precomputed visibility*, 1999 (equal rows
+//! merged, similar rows by their difference); Paolo Boldi, Sebastiano Vigna, *The WebGraph framework I: compression techniques*, 2004 (a
+//! window of earlier rows to refer to, gaps and runs). Deviations: lossless only (van de Panne and Stewart also merge nearly equal rows,
+//! which would break both bounds); the difference is an exclusive or, so that a chain of references is resolved by exclusive ors in any
+//! order without building intermediate rows; references stay within a block, so that reading one row costs one block.
 
 use super::flip;
 use crate::BitMatrix;
@@ -15,7 +14,7 @@ use crate::file::format::SectionId;
 use crate::file::frame;
 use std::borrow::Cow;
 
-/// How a row's difference to its reference is written: the shortest form is taken.
+/// Forms of a row's difference to its reference: the shortest is used.
 #[cfg(feature = "bake")]
 pub(in crate::file) const SPARSE: u32 = 0;
 pub(in crate::file) const DENSE: u32 = 1;
@@ -23,7 +22,7 @@ pub(in crate::file) const RUNS: u32 = 2;
 
 /// Fewest and most rows of a block.
 const BLOCK_ROWS: [usize; 2] = [1, 4096];
-/// Bytes that a row may take in its block beyond those of its bits.
+/// Largest overhead of a row in its block, bytes.
 const ROW_OVERHEAD: usize = 16;
 
 /// Bytes of the bits of a row.
@@ -47,7 +46,7 @@ struct Block<'a> {
     rows: usize,
 }
 
-/// Bytes that are zstd if they are fewer than what they decode to.
+/// Bytes compressed by zstd if they are fewer than the decoded length.
 #[derive(Clone, Debug)]
 struct Packed<'a> {
     stored: &'a [u8],
@@ -71,7 +70,7 @@ impl Packed<'_> {
 }
 
 impl<'a> Differences<'a> {
-    /// Reads what stands before the blocks.
+    /// Reads the head.
     pub fn new(c: &mut Cursor<'a>, rows: usize, columns: usize) -> Result<Self, FileError> {
         let unique = c.varint()? as usize;
         if unique == 0 || unique > rows {
@@ -104,7 +103,7 @@ impl<'a> Differences<'a> {
         Ok(Self { section: c.section(), columns, map, blocks })
     }
 
-    /// Most bytes that a block takes, decompressed.
+    /// Largest decompressed size of a block, bytes.
     pub fn block_bytes(&self) -> usize {
         self.blocks.iter().map(|b| b.packed.decoded).max().unwrap_or(0)
     }
@@ -112,7 +111,7 @@ impl<'a> Differences<'a> {
     /// All rows. Checks every block to its end.
     pub fn matrix(&self) -> Result<BitMatrix, FileError> {
         let mut out = BitMatrix::new(self.map.len(), self.columns);
-        // Distinct rows are numbered as they first appear, so the map gives where each is built.
+        // Distinct rows are numbered by first appearance, so the map gives the place of each.
         let mut first = Vec::new();
         for (row, &unique) in self.map.iter().enumerate() {
             if unique as usize == first.len() {
@@ -178,7 +177,7 @@ fn rows_of<'b>(c: &mut Cursor<'b>, rows: usize) -> Result<Vec<Cursor<'b>>, FileE
     lengths.into_iter().map(|length| c.part(length)).collect()
 }
 
-/// Reads the `i`-th row of a block: flips its difference in `out` and says how many rows back its reference is (0: none).
+/// Reads the `i`-th row of a block: flips its difference in `out`, and returns the distance to its reference in rows (0: none).
 fn difference(c: &mut Cursor<'_>, i: usize, columns: usize, out: &mut [u64]) -> Result<usize, FileError> {
     let head = c.varint()?;
     let (form, back) = (head % 3, (head / 3) as usize);
@@ -199,7 +198,7 @@ fn difference(c: &mut Cursor<'_>, i: usize, columns: usize, out: &mut [u64]) -> 
     }
     let mut next = 0;
     for k in 0..c.varint()? {
-        // Runs are apart by one clear bit at least, which isn't counted.
+        // Runs are separated by at least one clear bit, which is not counted.
         let start = next + u64::from(c.varint()?) + u64::from(form == RUNS && k > 0);
         let end = start + 1 + if form == RUNS { u64::from(c.varint()?) } else { 0 };
         if end > columns as u64 {

@@ -1,13 +1,13 @@
-//! What a row is expected to hold, by what the file holds anyway: a cell is seen past a cell that is seen and beside it, an
-//! object is seen only if a cell that it is in is seen.
+//! Context models of rows, from data in the file: a visible cell usually has a visible neighbour, and an object is visible only if one of
+//! its cells is.
 //!
-//! A guide walks the columns that may be set and gives each a context; columns that the walk doesn't come to are listed one by
-//! one where they are set, which is rare. The walk is the same for writing and for reading: it knows no bit before it is coded.
+//! A guide walks the columns that may be set, and gives each a context; set columns outside the walk, which are rare, are listed one by
+//! one. The walk is the same for writing and reading: it depends only on bits coded before.
 
 use super::coder::{Coder, Model};
 use crate::{BitMatrix, bits};
 
-/// Lists of ids, one after the other.
+/// Lists of ids, concatenated.
 #[derive(Clone, Debug, Default)]
 pub(in crate::file) struct Lists {
     starts: Vec<u32>,
@@ -15,7 +15,7 @@ pub(in crate::file) struct Lists {
 }
 
 impl Lists {
-    /// `count` lists of pairs of a list and an id; ascending, each id once.
+    /// `count` lists from pairs of list and id; ascending, each id once.
     pub fn new(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Self {
         let mut pairs: Vec<[u32; 2]> = pairs.collect();
         pairs.sort_unstable();
@@ -26,7 +26,7 @@ impl Lists {
         Self { starts, ids: pairs.into_iter().map(|[_, id]| id).collect() }
     }
 
-    /// Most bytes that so many lists of so many pairs take while they are made: pairs, which grow by doubling, and ids.
+    /// Upper bound of the memory to build lists, bytes: pairs, which grow by doubling, and ids.
     fn bytes(lists: u64, pairs: u64) -> u64 {
         (4 * lists).saturating_add(pairs.saturating_mul(28))
     }
@@ -37,27 +37,27 @@ impl Lists {
     }
 }
 
-/// What the bits of a row depend on.
+/// The context of a row's bits.
 #[derive(Clone, Debug)]
 pub(in crate::file) enum Guide {
-    /// Nothing but each other.
+    /// Other bits of the row and its reference only.
     Plain,
-    /// A row of cells: floods from the row's own cell through the cells that are seen. For each cell those beside it, by portals.
+    /// A row of cells: a flood from the row's own cell through visible cells. Neighbours of each cell, by portals.
     Cells(Lists),
     /// A row of objects.
     Objects(Objects),
 }
 
-/// What rows of objects depend on.
+/// The context of rows of objects.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Objects {
-    /// For each cell those beside it, by portals.
+    /// Neighbours of each cell, by portals.
     beside: Lists,
-    /// Which objects are in which cell.
+    /// The objects in each cell.
     placement: BitMatrix,
     /// Objects in no cell.
     nowhere: Vec<u64>,
-    /// Which cells each cell sees; `None`: all.
+    /// The cells that each cell sees; `None`: all.
     seen: Option<BitMatrix>,
 }
 
@@ -78,12 +78,12 @@ impl Guide {
         Self::Objects(Objects { beside, placement: placement.clone(), nowhere, seen: seen.cloned() })
     }
 
-    /// Most bytes that [`Guide::cells`] takes.
+    /// Upper bound of the memory of [`Guide::cells`], bytes.
     pub fn cells_bytes(cells: usize, portals: usize) -> u64 {
         Lists::bytes(cells as u64, 2 * portals as u64)
     }
 
-    /// Most bytes that [`Guide::objects`] takes.
+    /// Upper bound of the memory of [`Guide::objects`], bytes.
     pub fn objects_bytes(portals: usize, placement: &BitMatrix, seen: Option<&BitMatrix>) -> u64 {
         let matrix = |m: &BitMatrix| (m.rows() + 1) as u64 * m.columns().div_ceil(64) as u64 * 8;
         Self::cells_bytes(placement.rows(), portals) + matrix(placement) + seen.map_or(0, matrix)
@@ -94,15 +94,15 @@ fn beside(cells: usize, portals: impl Iterator<Item = [u32; 2]>) -> Lists {
     Lists::new(cells, portals.flat_map(|[a, b]| [[a, b], [b, a]]))
 }
 
-/// Kinds of context in a class: 0 and 1, nothing to refer to, and the bit to the left; 2 to 9, the reference's bit above (4), its
-/// bit to the left (2), the row's bit to the left (1).
+/// Kinds of context in a class: 0 and 1: no reference, by the bit to the left; 2 to 9: the reference's bit above (4), its bit to the left
+/// (2), the row's bit to the left (1).
 const KINDS: usize = 10;
-/// Most classes that a guide has.
+/// Most classes of a guide.
 const CLASSES: usize = 8;
-/// Lengths of distances between listed columns.
+/// Number of length models for distances between listed columns.
 const LENGTHS: usize = 31;
 
-/// What has been learned of a matrix, from the first row of a block on.
+/// The adaptive models of a block.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Models {
     bits: [Model; CLASSES * KINDS],
@@ -114,7 +114,7 @@ pub(in crate::file) struct Models {
 }
 
 impl Models {
-    /// Before the first row.
+    /// The models before the first row.
     pub fn new(guide: &Guide) -> Self {
         let start: &[[u8; KINDS]] = match guide {
             Guide::Plain => &PLAIN,
@@ -129,14 +129,14 @@ impl Models {
     }
 }
 
-// How likely a bit is set before anything has been learned, of 256, by class and kind: the mean over both sides of ten
-// buildings and levels, each counting alike.
+// Starting probabilities of a set bit, in 256ths, by class and kind: the mean over both bounds of ten buildings and levels, with equal
+// weights.
 
-/// By whether the reference's next bit is set.
+/// Class: whether the reference's next bit is set.
 const PLAIN: [[u8; KINDS]; 2] =
     [[30, 227, 9, 159, 15, 64, 172, 213, 85, 209], [128, 128, 20, 155, 16, 80, 181, 212, 58, 228]];
-/// The row's own cell; then by the distance in portals, 1 to 4 or more. The bits to the left stand for two or more, three or more
-/// cells beside it that are seen.
+/// Classes: the row's own cell; then the distance in portals, 1 to 4 or more. The bits to the left mean at least two, and at least three,
+/// visible neighbours.
 const CELLS: [[u8; KINDS]; 5] = [
     [253, 128, 252, 20, 20, 20, 253, 218, 218, 218],
     [253, 253, 231, 249, 20, 211, 253, 253, 218, 252],
@@ -144,7 +144,7 @@ const CELLS: [[u8; KINDS]; 5] = [
     [17, 93, 5, 16, 20, 44, 67, 159, 218, 184],
     [42, 77, 11, 20, 20, 20, 110, 218, 218, 218],
 ];
-/// Two each, in one of the cells that are seen and in more: objects in the row's cell, in a cell beside it, in others, in none.
+/// Classes: objects in the row's cell, in a neighbour, in other cells, in none; two each: in one visible cell, and in more.
 const OBJECTS: [[u8; KINDS]; 8] = [
     [247, 255, 245, 255, 20, 252, 239, 242, 225, 254],
     [251, 255, 247, 253, 238, 243, 253, 252, 251, 255],
@@ -156,23 +156,23 @@ const OBJECTS: [[u8; KINDS]; 8] = [
     [6, 128, 2, 20, 20, 20, 218, 218, 218, 218],
 ];
 
-/// Steps, of about 2 ns, that one row may take; a decision is [`DECISION`] of them.
+/// Most steps of one row, about 2 ns each; a decision takes [`DECISION`].
 pub(in crate::file) const STEPS: usize = 5_600;
 const DECISION: usize = 3;
 /// Steps of a row before its first decision.
 const ROW: usize = 40;
-/// A listed column costs as many decisions, at most.
+/// Largest cost of a listed column, in decisions.
 const LISTED: usize = 64;
 
-/// What a row goes by.
+/// The known context of a row.
 #[derive(Clone, Copy)]
 pub(in crate::file) struct Known<'r> {
     pub row: usize,
     /// Number of columns.
     pub columns: usize,
-    /// A row that is much like it.
+    /// A similar row.
     pub reference: Option<&'r [u64]>,
-    /// Columns, from and up to, whose bits stand in the row from the start.
+    /// Range of columns whose bits are known in advance.
     pub given: [usize; 2],
 }
 
@@ -190,27 +190,27 @@ fn too_long(row: usize) -> String {
     format!("row {row} takes more than {STEPS} steps")
 }
 
-/// Memory of a walk, to be used again.
+/// Scratch memory of walks.
 #[derive(Clone, Debug, Default)]
 pub(in crate::file) struct Scratch {
-    /// Columns that the walk came to.
+    /// Columns reached by the walk.
     reached: Vec<u64>,
-    /// Cells beside the row's.
+    /// Neighbours of the row's cell.
     near: Vec<u64>,
-    /// Objects in such a cell, and in more than one cell that is seen.
+    /// Objects in such a cell, and in more than one visible cell.
     close: Vec<u64>,
     twice: Vec<u64>,
-    /// Cells that are seen, and how many portals away those beside them are.
+    /// Visible cells, and the distance of their neighbours in portals.
     queue: Vec<(u32, u32)>,
 }
 
-/// All of `count` words clear.
+/// Resets to `count` zero words.
 fn clear(words: &mut Vec<u64>, count: usize) {
     words.clear();
     words.resize(count, 0);
 }
 
-/// A row on its way.
+/// The state of coding a row.
 struct Walk<'w, C> {
     coder: &'w mut C,
     models: &'w mut Models,
@@ -218,13 +218,13 @@ struct Walk<'w, C> {
     truth: Option<&'w [u64]>,
     out: &'w mut [u64],
     scratch: &'w mut Scratch,
-    /// The bit coded last, and its reference's.
+    /// The last coded bit, and its reference's.
     left: [bool; 2],
     steps: usize,
 }
 
 impl<C: Coder> Walk<'_, C> {
-    /// Codes a bit by its class, the bit to the left, and those of the reference above and to the left.
+    /// Codes a bit by its class, the bit to the left, and the reference's bits above and to the left.
     #[inline]
     fn code(&mut self, class: usize, column: usize) -> bool {
         let above = self.known.reference.map(|r| bit(r, column));
@@ -244,10 +244,10 @@ impl<C: Coder> Walk<'_, C> {
         if self.steps > STEPS { Err(too_long(self.known.row)) } else { Ok(()) }
     }
 
-    /// Every column.
+    /// Codes every column.
     fn plain(&mut self) -> Result<(), String> {
         for column in 0..self.known.columns {
-            // The reference's next bit, where there is one.
+            // The reference's next bit, if there is one.
             let next = self.known.reference.is_some_and(|r| column + 1 < self.known.columns && bit(r, column + 1));
             self.code(usize::from(next), column);
             self.may_go_on()?;
@@ -255,7 +255,7 @@ impl<C: Coder> Walk<'_, C> {
         Ok(())
     }
 
-    /// Cells, the nearest first, as long as they are seen.
+    /// Codes cells by a flood through visible cells, the nearest first.
     fn flood(&mut self, beside: &Lists) -> Result<(), String> {
         let Known { row, given: [first, last], .. } = self.known;
         self.scratch.queue.clear();
@@ -279,7 +279,7 @@ impl<C: Coder> Walk<'_, C> {
                     let around = beside.get(next);
                     self.steps += around.len();
                     let seen = around.iter().filter(|&&cell| bit(self.out, cell as usize)).count();
-                    // Neighbours come in any order, so that nothing is to the left: how many cells beside it are seen.
+                    // Neighbours have no order, so the number of visible neighbours replaces the bit to the left.
                     self.left = [seen > 1, seen > 2];
                     self.code(distance as usize, next)
                 };
@@ -293,7 +293,7 @@ impl<C: Coder> Walk<'_, C> {
         Ok(())
     }
 
-    /// Objects in cells that are seen, and those in no cell.
+    /// Codes objects in visible cells, and those in no cell.
     fn objects(&mut self, objects: &Objects) -> Result<(), String> {
         let Objects { beside, placement, nowhere, seen } = objects;
         let (row, words) = (self.known.row, self.out.len());
@@ -342,7 +342,7 @@ impl<C: Coder> Walk<'_, C> {
         Ok(())
     }
 
-    /// Columns that are set and that the walk didn't come to, one by one.
+    /// Codes set columns outside the walk, one by one.
     fn listed(&mut self) -> Result<(), String> {
         let missed = |truth: &[u64]| truth.iter().zip(&self.scratch.reached).map(|(t, r)| t & !r).collect::<Vec<u64>>();
         let missed = self.truth.map(missed).unwrap_or_default();
@@ -366,8 +366,7 @@ impl<C: Coder> Walk<'_, C> {
 }
 
 impl Guide {
-    /// Codes a row, `truth` when writing and `None` when reading, and sets its bits in `out`. Gives the steps that it took, or
-    /// what is wrong with it.
+    /// Codes a row, `truth` when writing and `None` when reading, and sets its bits in `out`. Returns the number of steps, or the fault.
     pub(in crate::file) fn walk<C: Coder>(
         &self,
         coder: &mut C,

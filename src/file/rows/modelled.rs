@@ -1,10 +1,9 @@
-//! Rows coded bit by bit with a model of what they are expected to hold, in blocks of a few rows.
+//! Rows coded bit by bit with a context model, in blocks of a few rows.
 //!
-//! Based on: Glen G. Langdon, Jorma Rissanen, *Compression of black-white images with arithmetic coding*, 1981 (adaptive
-//! contexts of bits nearby; here a bit's neighbours are the bits of a row much like its own, and what [`Guide`] knows);
-//! Boldi and Vigna, *WebGraph*, 2004 (references among the rows before).
-//! Deviations: models start anew with each block, and a block ends where reading one of its rows, with all that the row refers
-//! to, would take more steps than [`STEPS`].
+//! Based on: Glen G. Langdon, Jorma Rissanen, *Compression of black-white images with arithmetic coding*, 1981 (adaptive contexts of
+//! adjacent bits; here the context is a similar row and a [`Guide`]); Boldi and Vigna, *WebGraph*, 2004 (references to previous rows).
+//! Deviations: models restart with each block, and a block ends where reading a row, with all its references, would take more than
+//! [`STEPS`] steps.
 
 use super::coder::{Coder, Decoder};
 use super::guide::{Guide, Known, Models, Scratch};
@@ -25,19 +24,19 @@ pub(super) struct Modelled<'a> {
     rows: usize,
 }
 
-/// A block on its way to be read.
+/// The state of reading a block.
 struct Reading<'a> {
     decoder: Decoder<'a>,
     models: Models,
     first: usize,
-    /// The block's rows; rows not yet read hold what is known of them.
+    /// The block's rows; unread rows hold their known bits.
     rows: BitMatrix,
-    /// How many of them have been read.
+    /// Number of rows read.
     done: usize,
 }
 
 impl<'a> Modelled<'a> {
-    /// Reads what stands before the blocks.
+    /// Reads the head.
     pub fn new(c: &mut Cursor<'a>, rows: usize, columns: usize, guide: &Guide) -> Result<Self, FileError> {
         let symmetric = c.code(2, "a flag")? == 1;
         if symmetric && !matches!(guide, Guide::Cells(_)) {
@@ -68,7 +67,7 @@ impl<'a> Modelled<'a> {
         Reading { decoder: Decoder::new(bytes), models: Models::new(guide), first, rows, done: 0 }
     }
 
-    /// Reads the next row of a block. `above` are the rows of the blocks before.
+    /// Reads the next row of a block. `above` are the rows of previous blocks.
     fn next(
         &self,
         guide: &Guide,
@@ -92,7 +91,7 @@ impl<'a> Modelled<'a> {
         walk.map_err(|what| self.error(what))?;
         reading.rows.row_mut(reading.done).copy_from_slice(&out);
         if self.symmetric {
-            // What this row says of later ones.
+            // By symmetry, this row gives bits of later ones.
             let end = first + reading.rows.rows();
             for column in ones(&out).filter(|column| (row + 1..end).contains(column)) {
                 reading.rows.set(column - first, row);
@@ -102,7 +101,7 @@ impl<'a> Modelled<'a> {
         Ok(())
     }
 
-    /// All rows. Every block must end where its rows do.
+    /// All rows. Every block must end with its rows.
     pub fn matrix(&self, guide: &Guide) -> Result<BitMatrix, FileError> {
         let mut out = BitMatrix::new(self.rows, self.columns);
         let mut scratch = Scratch::default();

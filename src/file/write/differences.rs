@@ -1,4 +1,4 @@
-//! Rows as differences, written; [`crate::file::rows::differences`] reads them and says whose ideas they are.
+//! Writes rows as differences; [`crate::file::rows::differences`] reads them and names the papers.
 
 use super::container::compressed;
 use super::put::Put;
@@ -9,17 +9,17 @@ use crate::{BitMatrix, bits};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Earlier rows that are tried as references: time grows with it, and cells that see much the same are mostly numbered close by.
+/// Previous rows tried as references: the time is proportional to it, and cells with similar views usually have close numbers.
 const WINDOW: usize = 64;
-/// Most bytes of a block that is compressed: reading a row decompresses all of it.
+/// Most bytes of a compressed block: reading a row decompresses all of it.
 const BLOCK_BYTES: usize = 4 << 10;
-/// Rows of a block that isn't.
+/// Rows of an uncompressed block.
 const LONG: usize = 256;
-/// A row that takes more steps is not referred to; a byte is a step, eight where bits are stored as they are.
+/// Most steps of a row that serves as a reference; a byte is one step, and eight bytes of plain bits are one.
 const STEPS: usize = 2048;
-/// A matrix's rows: distinct rows once, in blocks.
+/// Encodes a matrix: distinct rows once, in blocks.
 pub(super) fn encode(matrix: &BitMatrix, out: &mut Vec<u8>) {
-    // Equal rows once: 0 stands for a row not seen before, n + 1 for a copy of the n-th such row.
+    // Equal rows once: 0 is a new row, n + 1 is a copy of the n-th distinct row.
     let mut seen: HashMap<&[u64], u32> = HashMap::new();
     let (mut unique, mut map) = (Vec::new(), Vec::new());
     for row in 0..matrix.rows() {
@@ -45,7 +45,7 @@ pub(super) fn encode(matrix: &BitMatrix, out: &mut Vec<u8>) {
     }
 }
 
-/// Bytes, and what zstd makes of them where that is fewer.
+/// Bytes, and their zstd frame if that is shorter.
 struct Pack {
     plain: Vec<u8>,
     zstd: Option<Vec<u8>>,
@@ -62,7 +62,7 @@ impl Pack {
     }
 }
 
-/// How many rows a block has, and the blocks: few rows and compressed, or many and not, whichever is shorter.
+/// The number of rows per block, and the blocks: few rows with compression, or many without, whichever is shorter.
 fn blocks(rows: &[&[u64]], columns: usize) -> (usize, Vec<Pack>) {
     let of = |block_rows: usize| -> Vec<Pack> {
         let blocks: Vec<&[&[u64]]> = rows.chunks(block_rows).collect();
@@ -90,10 +90,10 @@ fn encode_block(rows: &[&[u64]], columns: usize) -> Vec<u8> {
     let mut difference = vec![0u64; columns.div_ceil(64)];
     let zeros = difference.clone();
     let spans: Vec<Range<usize>> = rows.iter().map(|row| span(row)).collect();
-    // Steps to read each row, with all that it refers to.
+    // Steps to read each row, with all its references.
     let mut steps: Vec<usize> = Vec::new();
     for (i, row) in rows.iter().enumerate() {
-        // The nearest of the cheapest; 0 rows back is no reference.
+        // The nearest of the cheapest; 0 is no reference.
         let mut best = (cost(row, &zeros, &spans[i], u32::MAX), 0);
         for back in (1..=i.min(WINDOW)).filter(|back| steps[i - back] < STEPS) {
             let other = &spans[i - back];
@@ -130,7 +130,7 @@ fn encode_block(rows: &[&[u64]], columns: usize) -> Vec<u8> {
     lengths
 }
 
-/// Bytes, about, of the difference of two rows, which are equal but in `words`: set bits, or twice the runs; given up above `limit`.
+/// Approximate bytes of the difference of two rows that are equal outside `words`: set bits, or twice the runs; stops above `limit`.
 fn cost(a: &[u64], b: &[u64], words: &Range<usize>, limit: u32) -> u32 {
     let (mut ones, mut edges, mut carry) = (0, 0, 0);
     // A run may end at the start of the next word.
@@ -147,7 +147,7 @@ fn cost(a: &[u64], b: &[u64], words: &Range<usize>, limit: u32) -> u32 {
     ones.min(edges)
 }
 
-/// The number of set bits, then before each the number of clear bits since the one before.
+/// The number of set bits, then for each the number of clear bits since the previous one.
 fn put_sparse(words: &[u64], out: &mut Vec<u8>) {
     out.varint(bits::ones(words).count() as u32);
     let mut next = 0;
@@ -157,8 +157,8 @@ fn put_sparse(words: &[u64], out: &mut Vec<u8>) {
     }
 }
 
-/// The number of runs of set bits, then for each the clear bits since the one before (less one, but for the first) and its
-/// length less one.
+/// The number of runs of set bits, then for each the clear bits since the previous one (minus one, except for the first) and its length
+/// minus one.
 fn put_runs(words: &[u64], out: &mut Vec<u8>) {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for one in bits::ones(words) {

@@ -1,4 +1,4 @@
-//! Rows coded bit by bit, written; [`crate::file::rows::modelled`] reads them and says whose ideas they are.
+//! Writes rows coded bit by bit; [`crate::file::rows::modelled`] reads them and names the papers.
 
 use super::encoder::{Encoder, Meter};
 use super::put::Put;
@@ -8,12 +8,12 @@ use crate::file::rows::coder::Coder;
 use crate::file::rows::guide::{Guide, Known, Models, STEPS, Scratch};
 use std::ops::Range;
 
-/// Earlier rows that are tried as references.
+/// Previous rows considered as references.
 const WINDOW: usize = 64;
-/// How many of those with the fewest different bits are tried in earnest.
+/// Number of references with the fewest different bits that are actually coded.
 const TRIED: usize = 3;
 
-/// A matrix's rows, or `None` where one of them would take too long to read.
+/// Encodes a matrix; `None` if one of its rows would take too long to read.
 pub(in crate::file) fn encode(matrix: &BitMatrix, guide: &Guide) -> Option<Vec<u8>> {
     let is_symmetric = || matrix.rows() == matrix.columns() && *matrix == matrix.transposed();
     let symmetric = matches!(guide, Guide::Cells(_)) && is_symmetric();
@@ -31,7 +31,7 @@ pub(in crate::file) fn encode(matrix: &BitMatrix, guide: &Guide) -> Option<Vec<u
     Some(out)
 }
 
-/// What has been coded of a block, and what is needed to read it.
+/// The coded part of a block, and the cost of reading it.
 struct Block {
     first: usize,
     rows: usize,
@@ -40,7 +40,7 @@ struct Block {
     needs: Needs,
 }
 
-/// The rows that a reader of a row reads, that row among them, ascending, and the steps of each.
+/// The rows that a reader needs for a row, including itself, ascending, with the steps of each.
 type Needs = Vec<(usize, usize)>;
 
 impl Block {
@@ -52,14 +52,14 @@ impl Block {
 struct Writer<'m> {
     matrix: &'m BitMatrix,
     guide: &'m Guide,
-    /// Of a symmetric matrix a bit is coded once in a block.
+    /// Whether the matrix is symmetric: then a bit is coded once in a block.
     symmetric: bool,
-    /// Of each row.
+    /// Span of each row.
     spans: Vec<Range<usize>>,
 }
 
 impl Writer<'_> {
-    /// Rows and bytes of each block; `most`: the steps that a row may take which refers to its own block only.
+    /// Rows and bytes of each block; `most`: limit of steps for a row that refers only to its own block.
     fn blocks(&self, most: usize) -> Option<Vec<(usize, Vec<u8>)>> {
         let mut out = Vec::new();
         let mut block = Block::new(0, self.guide);
@@ -82,7 +82,7 @@ impl Writer<'_> {
         Some(out)
     }
 
-    /// How far back the rows before are that differ least, the nearest of equals first.
+    /// Distances to the most similar previous rows, the nearest first among equals.
     fn references(&self, row: usize) -> Vec<usize> {
         let m = self.matrix;
         let different = |row: usize, other: usize| {
@@ -96,7 +96,7 @@ impl Writer<'_> {
         by.into_iter().map(|(_, back)| back).collect()
     }
 
-    /// Adds a row to a block with the reference that is cheapest, unless reading it would take too long.
+    /// Adds a row to a block with the cheapest reference, unless reading it would take too long.
     fn append(&self, block: &mut Block, row: usize, references: &[usize], needs: &[Needs], most: usize) -> bool {
         let mut best: Option<(u64, usize, Needs)> = None;
         let mut tried = 0;
@@ -133,7 +133,7 @@ impl Writer<'_> {
         true
     }
 
-    /// Codes a row; gives its steps, `None` if they are too many.
+    /// Codes a row; returns its steps, or `None` if they are too many.
     fn code<C: Coder>(&self, first: usize, row: usize, back: usize, coder: &mut C, models: &mut Models) -> Option<usize> {
         let Self { matrix, guide, symmetric, .. } = *self;
         coder.number(&mut models.back, back as u32);

@@ -1,4 +1,4 @@
-//! Visibility matrices, written in the shorter of two ways.
+//! Writes visibility matrices in the shorter of two codes.
 
 use super::put::Put;
 use super::{differences, modelled};
@@ -10,7 +10,7 @@ pub fn encode_rows(matrix: &BitMatrix) -> Vec<u8> {
     encode_guided(matrix, &Guide::Plain)
 }
 
-/// The same for rows that `guide` knows something of; a reader needs the same guide.
+/// The same with a context model; a reader needs the same guide.
 pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide) -> Vec<u8> {
     let (rows, columns) = (matrix.rows(), matrix.columns());
     let mut out = Vec::new();
