@@ -92,7 +92,7 @@ impl Rounds for Regions<'_, '_> {
 ///
 /// # Errors
 ///
-/// Where it was stopped.
+/// If it was stopped.
 pub fn bake(
     scene: &Scene,
     pvs: &Pvs,
@@ -159,7 +159,7 @@ pub fn bake(
 ///
 /// # Errors
 ///
-/// Where it was stopped.
+/// If it was stopped.
 pub(crate) fn saving(
     scene: &Scene,
     pvs: &Pvs,
