@@ -48,9 +48,9 @@ pub struct ViewRows {
     pub witnesses: Vec<[DVec3; 2]>,
     /// View cells outside all cells: they see only the objects that touch them.
     pub in_no_cell: Vec<usize>,
-    /// Upper estimate of the unseen share of each view cell, as [`Unseen::cells`](crate::types::bounds::Unseen::cells). 1 without rays.
+    /// Bound of the unseen part of each view cell, as [`Unseen::cells`](crate::types::bounds::Unseen::cells). 1 without rays.
     pub unseen: Vec<f64>,
-    /// The same for the mean over view cells.
+    /// The bound of the mean over view cells.
     pub unseen_mean: f64,
     /// Rays cast.
     pub rays: u64,

@@ -34,7 +34,7 @@ pub enum Role {
     Sky,
 }
 
-/// The smallest thing that a visible set decides about: a mesh primitive, or a cluster of a larger one.
+/// The smallest unit of a visible set: a mesh primitive, or a cluster of a larger one.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Object {
     /// The node's name, the OBJ group or the IFC GlobalId: traces a result back to its source.
