@@ -6,8 +6,8 @@ use bitvec::prelude::{BitSlice, BitVec, Lsb0};
 #[cfg(feature = "bake")]
 use std::ops::Range;
 
-/// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero. What was never written takes
-/// no memory where the system hands out zeros only when they are written to; making one, copying all or a row of it, and uniting two write no zeros.
+/// `rows` x `columns` bits, row-major; a row starts on a word boundary and the bits past `columns` are zero. Unwritten pages take no memory
+/// on systems with lazy zero pages; construction, copies and unions write no zeros over zeros.
 #[derive(PartialEq, Eq, Debug, Default)]
 pub struct BitMatrix {
     rows: usize,
@@ -17,7 +17,7 @@ pub struct BitMatrix {
     bits: BitVec<u64, Lsb0>,
 }
 
-/// Words that are copied or left alone together: half a page.
+/// Words of a block that is copied or skipped: half a page.
 const BLOCK: usize = 256;
 
 impl Clone for BitMatrix {
@@ -28,7 +28,7 @@ impl Clone for BitMatrix {
     }
 }
 
-/// Copies words, but no zeros over zeros.
+/// Copies words, except zeros over zeros.
 fn copy(to: &mut [u64], from: &[u64]) {
     let is_zero = |words: &[u64]| words.iter().all(|&word| word == 0);
     for (to, from) in to.chunks_mut(BLOCK).zip(from.chunks(BLOCK)) {
@@ -39,13 +39,13 @@ fn copy(to: &mut [u64], from: &[u64]) {
 }
 
 impl BitMatrix {
-    /// All zeros.
+    /// A zero matrix.
     pub fn new(rows: usize, columns: usize) -> Self {
         let stride = columns.div_ceil(64);
         Self { rows, columns, stride, bits: BitVec::from_vec(vec![0; rows * stride]) }
     }
 
-    /// All words, a row after the other.
+    /// All words, row by row.
     #[inline]
     fn words(&self) -> &[u64] {
         self.bits.as_raw_slice()
@@ -73,7 +73,7 @@ impl BitMatrix {
         self.words()[row * self.stride + column / 64] >> (column % 64) & 1 != 0
     }
 
-    /// Sets the bit at (`row`, `column`) and says whether it was clear before.
+    /// Sets the bit at (`row`, `column`), and returns whether it was clear before.
     #[inline]
     pub fn set(&mut self, row: usize, column: usize) -> bool {
         debug_assert!(column < self.columns);
@@ -98,20 +98,20 @@ impl BitMatrix {
         &self.words()[row * self.stride..(row + 1) * self.stride]
     }
 
-    /// The words of a row, to write. Bits past `columns` must stay zero.
+    /// The words of a row, mutable. Bits past `columns` must stay zero.
     #[inline]
     pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
         let range = row * self.stride..(row + 1) * self.stride;
         &mut self.words_mut()[range]
     }
 
-    /// Makes these the words of a row. Bits past `columns` must be zero.
+    /// Replaces the words of a row. Bits past `columns` must be zero.
     pub fn assign_row(&mut self, row: usize, words: &[u64]) {
         assert_eq!(words.len(), self.stride, "a row's words");
         copy(self.row_mut(row), words);
     }
 
-    /// All rows, to write side by side. Bits past `columns` must stay zero.
+    /// All rows, mutable, for parallel writes. Bits past `columns` must stay zero.
     #[cfg(feature = "bake")]
     pub(crate) fn rows_mut(&mut self) -> Vec<&mut [u64]> {
         if self.stride == 0 {
@@ -121,7 +121,7 @@ impl BitMatrix {
         self.words_mut().chunks_exact_mut(stride).collect()
     }
 
-    /// A row as a `bitvec` slice of `columns` bits: the edge where other crates meet these rows.
+    /// A row as a `bitvec` slice of `columns` bits, for other crates.
     pub fn row_bits(&self, row: usize) -> &BitSlice<u64, Lsb0> {
         &self.bits[row * self.stride * 64..][..self.columns]
     }
@@ -141,7 +141,7 @@ impl BitMatrix {
         self.row(row).iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
-    /// `self |= other`; both must have one shape.
+    /// `self |= other`; both must have the same shape.
     pub fn union_with(&mut self, other: &Self) {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
         for (a, b) in self.words_mut().chunks_mut(BLOCK).zip(other.words().chunks(BLOCK)) {
@@ -151,7 +151,7 @@ impl BitMatrix {
         }
     }
 
-    /// Rows and columns exchanged.
+    /// The transpose.
     #[cfg(feature = "bake")]
     pub(crate) fn transposed(&self) -> Self {
         let mut result = Self::new(self.columns, self.rows);
@@ -186,8 +186,7 @@ impl BitMatrix {
     }
 }
 
-/// Exchanges rows and columns of 64 x 64 bits: off-diagonal halves change places, then those of each quarter, and so on
-/// (after Warren, *Hacker's Delight*, 2002).
+/// Transposes 64 x 64 bits: swaps off-diagonal halves, then those of each quarter, and so on (after Warren, *Hacker's Delight*, 2002).
 #[cfg(feature = "bake")]
 fn transpose(block: &mut [u64; 64]) {
     let (mut half, mut mask) = (32, 0xffff_ffff_u64);
@@ -203,7 +202,7 @@ fn transpose(block: &mut [u64; 64]) {
     }
 }
 
-/// The words of a row from the first that isn't zero to the last; none, at its end, where all are.
+/// The range of words from the first nonzero one to the last; empty, at the end, if all are zero.
 #[cfg(feature = "bake")]
 pub fn span(words: &[u64]) -> Range<usize> {
     let first = words.iter().position(|&word| word != 0).unwrap_or(words.len());
@@ -265,7 +264,7 @@ mod tests {
 
     #[test]
     fn a_copy_and_a_union_are_what_they_were_made_of() {
-        // Rows longer than what is copied at once, mostly zero.
+        // Rows longer than a block, mostly zero.
         let mut m = BitMatrix::new(3, 64 * 700);
         for c in [0, 20_000, 44_799] {
             m.set(1, c);

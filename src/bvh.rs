@@ -1,26 +1,26 @@
-//! Hierarchies over boxes.
+//! Bounding volume hierarchies.
 //!
 //! obvhs builds them bottom up (Meister, Bittner, *Parallel locally-ordered clustering for bounding volume hierarchy construction*, 2018):
-//! in each pass, boxes that are each other's nearest become one. In a row of equal boxes each has its left neighbour for its nearest, and a pass
-//! finds one such pair: the time grows with the square of the row. So boxes are grown, each by another amount.
+//! each pass merges mutually nearest boxes. In a row of equal boxes, the nearest of each is its left neighbour, so a pass finds one pair,
+//! and the time is quadratic. So boxes are grown by different amounts.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 
-/// Most that a box grows by on each side, in its longest side. More: rays enter more boxes. Less: in `f32` boxes stay equal.
+/// Largest growth of a box on each side, relative to its longest side. Larger: rays enter more boxes. Smaller: boxes stay equal in `f32`.
 const GROWTH: f32 = 1e-3;
 
-/// A hierarchy over boxes, of which leaves hold `most` at most.
+/// A hierarchy over boxes, with at most `most` in a leaf.
 pub fn over(mut boxes: Vec<Aabb>, most: Option<u32>) -> Bvh2 {
     if boxes.is_empty() {
         return Bvh2::default();
     }
     for (i, b) in boxes.iter_mut().enumerate() {
-        // Fractions of multiples of the golden ratio: neighbours differ, and so do their neighbours.
+        // Multiples of the golden ratio, modulo 1: neighbours get different values.
         let share = (i as u32).wrapping_mul(0x9e37_79b9) as f32 * (1.0 / u32::MAX as f32);
-        // Where a box is small for its place, by some steps of its numbers.
+        // A box that is small relative to its coordinates grows by some rounding units.
         let place = b.min.abs().max(b.max.abs()).max_element();
         let by = (b.max - b.min).max_element() * GROWTH + place * 8.0 * f32::EPSILON;
         (b.min, b.max) = (b.min - by * share, b.max + by * share);
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
     use glam::Vec3A;
 
-    /// Passes can't be counted from outside; that every box is held is what growth must not change.
+    /// The number of passes is not observable; the test is that the tree still contains every box.
     #[test]
     fn a_row_of_equal_boxes_is_a_tree_that_holds_them() {
         let at = |i: usize| Vec3A::new(i as f32, 0.0, 0.0);

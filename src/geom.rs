@@ -1,4 +1,4 @@
-//! Planes, boxes and convex windings in `f64`: what every build-side module shares.
+//! Planes, boxes and convex windings in `f64`, for all build-side modules.
 
 use glam::DVec3;
 
@@ -24,7 +24,7 @@ impl Plane {
         self.n.dot(p) - self.d
     }
 
-    /// The other side.
+    /// The plane with reversed sides.
     pub fn flipped(&self) -> Self {
         Self { n: -self.n, d: -self.d }
     }
@@ -41,20 +41,20 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box around nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-    /// The box around some points.
+    /// The box around points.
     pub fn of(points: impl IntoIterator<Item = DVec3>) -> Self {
         points.into_iter().fold(Self::EMPTY, |b, p| b.with(p))
     }
 
-    /// Grown to hold `p`.
+    /// The smallest box that also contains `p`.
     pub fn with(self, p: DVec3) -> Self {
         Self { min: self.min.min(p), max: self.max.max(p) }
     }
 
-    /// Grown to hold `other`.
+    /// The smallest box that contains both.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
@@ -69,22 +69,22 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    /// Distance between two boxes, metres; 0 where they touch.
+    /// Distance between two boxes, metres; 0 if they touch.
     pub fn gap(&self, other: &Self) -> f64 {
         (self.min - other.max).max(other.min - self.max).max(DVec3::ZERO).length()
     }
 
-    /// True where the boxes share at least a point.
+    /// True if the boxes have a common point.
     pub fn touches(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    /// True where `p` is inside or on the boundary.
+    /// True if `p` is inside or on the boundary.
     pub fn contains(&self, p: DVec3) -> bool {
         self.min.cmple(p).all() && p.cmple(self.max).all()
     }
 
-    /// The middle.
+    /// The centre.
     pub fn centre(&self) -> DVec3 {
         (self.min + self.max) * 0.5
     }
@@ -113,7 +113,7 @@ pub fn area(winding: &[DVec3]) -> f64 {
     }
 }
 
-/// Width of a convex winding, metres: the least, over its edges, of how far it reaches from an edge.
+/// Width of a convex winding, metres: the least extent perpendicular to an edge.
 pub fn width(winding: &[DVec3]) -> f64 {
     let edges = (0..winding.len()).map(|i| (winding[i], winding[(i + 1) % winding.len()] - winding[i]));
     let reach = |(from, along): (DVec3, DVec3)| {
@@ -123,13 +123,13 @@ pub fn width(winding: &[DVec3]) -> f64 {
     edges.filter(|(_, along)| *along != DVec3::ZERO).map(reach).reduce(f64::min).unwrap_or(0.0)
 }
 
-/// The mean of the corners: a point of a convex winding. Zero for none.
+/// The mean of the corners: a point of a convex winding. Zero without corners.
 pub fn middle(winding: &[DVec3]) -> DVec3 {
     winding.iter().sum::<DVec3>() / (winding.len().max(1)) as f64
 }
 
-/// Clips a convex winding to `plane`'s inside (Sutherland, Hodgman 1974); points within `eps` metres of the plane count as
-/// inside. An empty result means that nothing is left.
+/// Clips a convex winding to `plane`'s inside (Sutherland, Hodgman 1974); points within `eps` metres of the plane count as inside. Empty if
+/// nothing is left.
 pub fn clip(winding: &[DVec3], plane: &Plane, eps: f64) -> Vec<DVec3> {
     let mut out = Vec::with_capacity(winding.len() + 1);
     for (i, &a) in winding.iter().enumerate() {

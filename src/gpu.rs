@@ -1,9 +1,9 @@
-//! A graphics processor: how it is opened, what can go wrong with it, and points to 48 bits. Behind the cargo feature `gpu`.
+//! Access to a graphics processor: opening, errors, and points with 48 bits. Behind the cargo feature `gpu`.
 //!
-//! **Points** are pairs of `f32`, 48 bits of a coordinate, and so is the eye; shaders (`points.wgsl`) subtract the great parts first.
-//! Compilers may reorder sums of floats, so the first difference passes through whole numbers, where it is combined with a word that
-//! holds 0, which the compiler can't know: whatever order the rest is taken in, only differences and small parts are left in it.
-//! `far_from_the_origin_is_as_good_as_near` of `tests/occlusion/queries.rs` fails on a driver where this doesn't hold.
+//! **Points** are pairs of `f32`, 48 bits of a coordinate, and so is the eye; shaders (`points.wgsl`) subtract the high parts first.
+//! Compilers may reorder float sums, so the first difference passes through integers, where it is combined with a word that is 0 at run
+//! time, unknown to the compiler: for any order of the rest, only differences and low parts are left.
+//! `far_from_the_origin_is_as_good_as_near` of `tests/occlusion/queries.rs` fails on a driver where this fails.
 
 use glam::DVec3;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -11,89 +11,89 @@ use std::time::Duration;
 use thiserror::Error;
 use wgpu::{Backends, DownlevelFlags, Features};
 
-/// No answer for this long: the device hangs. A software driver takes seconds for the largest cubes.
+/// Time without an answer after which the device counts as hung. A software driver takes seconds for the largest cubes.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Why a graphics processor can't be used.
+/// Errors of a graphics processor.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum GpuError {
-    /// Nothing to draw with.
+    /// No adapter.
     #[error(
         "no graphics processor can be used: {reason}; Vulkan, Metal or Direct3D 12 is needed, a software driver will do"
     )]
     NoAdapter {
-        /// What the drivers say.
+        /// The drivers' messages.
         reason: String,
     },
-    /// The adapter can't do what is needed.
+    /// The adapter lacks a required feature.
     #[error("{adapter} has no {what}")]
     Lacks {
         /// Its name.
         adapter: String,
-        /// What it hasn't.
+        /// The missing feature.
         what: &'static str,
     },
-    /// More than a buffer of the adapter holds.
+    /// The data exceeds the adapter's buffer limit.
     #[error("{what} take {bytes} bytes, more than the {limit} that a buffer of {adapter} holds")]
     TooLarge {
         /// Its name.
         adapter: String,
-        /// Of what there is too much.
+        /// The kind of data.
         what: &'static str,
-        /// How much.
+        /// Required bytes.
         bytes: u64,
-        /// The most that fits.
+        /// The limit, bytes.
         limit: u64,
     },
-    /// The device was lost, ran out of memory, refused a command, or gave no answer. All that comes after fails alike.
+    /// The device was lost, ran out of memory, rejected a command, or did not answer. All later calls fail, too.
     #[error("{adapter} failed: {reason}")]
     Failed {
         /// Its name.
         adapter: String,
-        /// What the driver says.
+        /// The driver's message.
         reason: String,
     },
 }
 
-/// A device, opened.
+/// An open device.
 pub struct Gpu {
     /// The device.
     pub device: wgpu::Device,
-    /// What it is given work by.
+    /// Its queue.
     pub queue: wgpu::Queue,
-    /// What it can do at most.
+    /// Its limits.
     pub limits: wgpu::Limits,
-    /// Of what was wished for, what it can do.
+    /// The requested features that it has.
     pub features: Features,
-    /// The adapter, its driver, and how it is spoken to.
+    /// The adapter, its driver, and the graphics API.
     pub name: String,
-    /// Whether it is a driver that draws on the processor.
+    /// Whether it is a software driver.
     pub is_software: bool,
     adapter: wgpu::Adapter,
-    /// What went wrong first.
+    /// The first failure.
     failure: Arc<Mutex<Option<String>>>,
 }
 
 impl Gpu {
-    /// The fastest adapter that there is; a software driver where there is no other. `needs` are what it must have, each with a name.
+    /// Opens the fastest adapter; a software driver if there is no other. `needs` are the required features, each with a name.
     ///
     /// # Errors
     ///
-    /// [`GpuError`]: there is none, or it lacks something.
+    /// [`GpuError`]: there is none, or it lacks a feature.
     pub fn open(needs: &[(DownlevelFlags, &'static str)]) -> Result<Self, GpuError> {
         Self::open_on(&Self::instance()?, None, needs, Features::empty())
     }
 
-    /// Where adapters and surfaces come from.
+    /// Creates an instance, for adapters and surfaces.
     ///
     /// # Errors
     ///
-    /// [`GpuError::NoAdapter`] where the system has no interface that can be used.
+    /// [`GpuError::NoAdapter`] if the system has no supported graphics API.
     pub fn instance() -> Result<wgpu::Instance, GpuError> {
         if wgpu::Instance::enabled_backend_features().is_empty() {
             return Err(GpuError::NoAdapter { reason: "this system has none of them".into() });
         }
-        // Without it Direct3D 12 counts the corners of an indirect draw from 0, not from its first one.
+        // Without it, Direct3D 12 counts the vertices of an indirect draw from 0, not from its first one.
         let indirect = wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL;
         Ok(wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: Backends::VULKAN | Backends::METAL | Backends::DX12,
@@ -102,7 +102,7 @@ impl Gpu {
         }))
     }
 
-    /// The same for an adapter that draws on a surface, if one is given, with those of the features `wishes` that it has.
+    /// The same for an adapter that can draw on a given surface, with the available features of `wishes`.
     ///
     /// # Errors
     ///
@@ -144,17 +144,17 @@ impl Gpu {
         Ok(Self { device, queue, limits, features, name, is_software, adapter, failure })
     }
 
-    /// How the pixels of a surface may be laid out, the preferred way first; none where the adapter can't draw on it.
+    /// Texture formats of a surface, the preferred one first; empty if the adapter cannot draw on it.
     pub fn formats(&self, surface: &wgpu::Surface<'_>) -> Vec<wgpu::TextureFormat> {
         surface.get_capabilities(&self.adapter).formats
     }
 
-    /// The most that a buffer holds, bytes.
+    /// Largest size of a buffer, bytes.
     pub fn most(&self) -> u64 {
         self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size)
     }
 
-    /// An error where something doesn't fit into a buffer.
+    /// Fails if data does not fit into a buffer.
     pub fn fits(&self, what: &'static str, bytes: u64) -> Result<(), GpuError> {
         let limit = self.most();
         let too_large = || GpuError::TooLarge { adapter: self.name.clone(), what, bytes, limit };
@@ -166,7 +166,7 @@ impl Gpu {
         self.device.create_buffer(&wgpu::BufferDescriptor { label: None, size: bytes, usage, mapped_at_creation: false })
     }
 
-    /// A buffer that holds some words; one that holds a 0 where there are none.
+    /// A buffer with words; with zeros if there are none.
     pub fn filled(&self, words: &[u32], usage: wgpu::BufferUsages) -> wgpu::Buffer {
         let words = if words.is_empty() { &[0; 4] } else { words };
         let bytes: &[u8] = bytemuck::cast_slice(words);
@@ -175,7 +175,7 @@ impl Gpu {
         buffer
     }
 
-    /// An error where anything has gone wrong so far.
+    /// Fails if there was any failure so far.
     pub fn check(&self) -> Result<(), GpuError> {
         let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner);
         match &*failure {
@@ -184,25 +184,25 @@ impl Gpu {
         }
     }
 
-    /// Gives the device up.
+    /// Closes the device.
     pub fn close(&self) {
         self.fail("closed");
         self.device.destroy();
     }
 
-    /// Fails for good.
+    /// Marks the device as failed.
     pub fn fail(&self, reason: &str) -> GpuError {
         note(&self.failure, reason.to_owned());
         GpuError::Failed { adapter: self.name.clone(), reason: reason.to_owned() }
     }
 
-    /// Waits for the end of some commands, with all that came before them.
+    /// Waits for the end of a submission and all previous ones.
     pub fn wait(&self, commands: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         let wait = wgpu::PollType::Wait { submission_index: Some(commands), timeout: Some(PATIENCE) };
         self.device.poll(wait).map(drop).map_err(|error| self.fail(&error.to_string()))
     }
 
-    /// Runs commands to their end and hands what some buffers then hold to `read`.
+    /// Runs commands to their end, and passes the content of buffers to `read`.
     pub fn run<T>(
         &self,
         commands: wgpu::CommandBuffer,
@@ -214,12 +214,12 @@ impl Gpu {
         let (told, done) = std::sync::mpsc::channel();
         for (buffer, bytes) in buffers {
             let told = told.clone();
-            // Nobody listens any more after a failure.
+            // There is no receiver after a failure.
             buffer.map_async(wgpu::MapMode::Read, ..*bytes, move |result| drop(told.send(result)));
         }
         self.wait(index)?;
         for _ in buffers {
-            // Another thread that waits may be the one that is told.
+            // Another waiting thread may receive the callback.
             match done.recv_timeout(PATIENCE) {
                 Ok(Ok(())) => {}
                 Ok(Err(error)) => return Err(self.fail(&error.to_string())),
@@ -237,10 +237,10 @@ impl Gpu {
     }
 }
 
-/// A render pipeline of triangles without vertex buffers, held against a depth buffer: where pipelines of this crate differ.
+/// A render pipeline of triangles without vertex buffers, with a depth buffer: the parameters that differ between pipelines.
 pub(crate) struct DepthPipeline<'d> {
     pub module: &'d wgpu::ShaderModule,
-    /// Entry points: of corners, and of pixels.
+    /// Entry points of the vertex and the fragment shader.
     pub shaders: [&'d str; 2],
     pub groups: &'d [Option<&'d wgpu::BindGroupLayout>],
     pub writes_depth: bool,
@@ -248,7 +248,7 @@ pub(crate) struct DepthPipeline<'d> {
 }
 
 impl DepthPipeline<'_> {
-    /// Makes it.
+    /// Creates the pipeline.
     pub fn on(&self, device: &wgpu::Device) -> wgpu::RenderPipeline {
         let Self { module, shaders: [corners, pixels], .. } = *self;
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -287,7 +287,7 @@ pub fn shader_module(device: &wgpu::Device, source: &'static str) -> wgpu::Shade
     device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
 }
 
-/// What a pipeline binds.
+/// The layout of a pipeline's bind groups.
 pub fn pipeline_layout(device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupLayout>]) -> wgpu::PipelineLayout {
     device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
@@ -296,12 +296,12 @@ pub fn pipeline_layout(device: &wgpu::Device, groups: &[Option<&wgpu::BindGroupL
     })
 }
 
-/// The first failure is the one that tells why.
+/// Records a failure; only the first one counts.
 fn note(failure: &Mutex<Option<String>>, reason: String) {
     failure.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(reason);
 }
 
-/// A number in two parts, of which the second is what the first lacks.
+/// A number in two parts; the second is the rounding error of the first.
 pub fn two(x: f64) -> [f32; 2] {
     let high = x as f32;
     [high, (x - f64::from(high)) as f32]

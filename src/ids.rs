@@ -1,4 +1,4 @@
-//! Ids are `u32` newtypes, so that a cell can't be passed for an object; `Option`, never a sentinel.
+//! Ids are `u32` newtypes, so that a cell is not mistaken for an object; absence is `Option`, never a sentinel.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ macro_rules! id {
         pub struct $name(pub u32);
 
         impl $name {
-            /// The id as an index into the table that it belongs to.
+            /// The id as an index into its table.
             #[inline]
             pub const fn index(self) -> usize {
                 self.0 as usize
@@ -39,7 +39,7 @@ id! {
     ObjectId
 }
 id! {
-    /// A portal with a direction: `2 * portal + side`.
+    /// A directed portal: `2 * portal + side`.
     DirectedPortal
 }
 
@@ -64,7 +64,7 @@ impl DirectedPortal {
         (self.0 % 2) as usize
     }
 
-    /// The same portal, the other way.
+    /// The same portal in the opposite direction.
     #[inline]
     pub const fn reversed(self) -> Self {
         Self(self.0 ^ 1)

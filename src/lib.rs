@@ -1,6 +1,6 @@
 //! Enfilade: cells, portals and potentially visible sets for buildings and game levels.
 //!
-//! Data flows one way, and a room uses only those before it:
+//! Data flows one way, and a module uses only those before it:
 //!
 //! ```text
 //! scene   ->  cells  ->  pvs  ->  file  ->  runtime
@@ -12,24 +12,24 @@
 //!
 //! # Conventions
 //!
-//! * **Units** are metres, right-handed, +Y up, as in glTF. Importers convert and record what they converted from.
+//! * **Units** are metres, right-handed, +Y up, as in glTF. Importers convert units and axes, and record the source's.
 //! * **Precision**: build-side geometry is `f64` relative to [`scene::Scene::origin`]; the file and the run time hold `f32`
 //!   relative to the same origin. Only [`scene`] and `dump` ever add the origin back.
 //! * **Planes** are `n . p <= d` inside ([`geom::Plane`]); `n` is a unit vector pointing out.
 //! * **Portals** are convex planar windings. Portal `p` has two directed sides, numbered `2 * p + side`: side 0 leads from
 //!   `cells[0]` to `cells[1]`, side 1 back. The plane's normal points from `cells[0]` into `cells[1]`, and the winding is
 //!   counter-clockwise seen from the tip of that normal: `(b - a) x (c - a)` is along `+n`.
-//! * **Triangles** are counter-clockwise from their front; visibility treats them as two-sided, because real models are wound
-//!   both ways.
+//! * **Triangles** are counter-clockwise from their front; visibility treats them as two-sided, because winding in real models is
+//!   inconsistent.
 //! * **Matrices** are column-major (glam), column vectors; clip space has `z` in `0..=w`, near at 0, right-handed view space
 //!   looking along -Z, as in wgpu. Screen rectangles are in normalised device coordinates, +Y up.
 //!
 //! # Words
 //!
-//! *cell*: a region of free space, a union of convex pieces. *portal*: a convex planar polygon between two cells.
-//! *object*: the smallest thing that a set decides about. *witness*: an unobstructed segment from a point in a cell to a
-//! point on an object. *separation*: a proof that no line passes a chain of portals. *lower set* L: every pair in it has a
-//! witness. *upper set* U: every pair not in it has a separation. L is a subset of the truth, which is a subset of U.
+//! *cell*: a region of free space, a union of convex pieces. *portal*: a convex planar polygon between two cells. *object*: the smallest
+//! unit of a visible set. *witness*: an unobstructed segment from a point in a cell to a point on an object. *separation*: a proof that no
+//! line passes a chain of portals. *lower set* L: every pair in it has a witness. *upper set* U: every pair not in it has a separation. L
+//! is a subset of the truth, which is a subset of U.
 
 #[cfg(feature = "bake")]
 pub mod bake;
@@ -79,6 +79,6 @@ struct Readme;
 struct EngineGuide;
 
 pub use bits::BitMatrix;
-/// The vectors of this crate. A program that takes them from here has the same version, whichever the resolver chose.
+/// The vectors of this crate. A program that uses this re-export has the same version.
 pub use glam;
 pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};

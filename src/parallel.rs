@@ -1,7 +1,7 @@
-//! Loops on all threads where the builder is there, and on one where it isn't: a game has threads of its own.
+//! Parallel loops with the feature `bake`, and sequential ones without: a game has its own threads.
 //!
-//! The compiler makes a copy of rayon's generic code for each loop body. So this file has one loop of rayon's, `each`, which calls its
-//! body through a pointer. The other loops use it to work on blocks of their items, and keep results in the order of the items.
+//! The compiler instantiates rayon's generic code for each loop body. So this file has only one rayon loop, `each`, which calls its body
+//! through a pointer. The other loops run on blocks of items with it, and keep results in the order of items.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -34,13 +34,13 @@ fn each(n: usize, run: &(dyn Fn(usize) + Sync)) {
     (0..n).for_each(run);
 }
 
-/// Items of a block of `n` items; the last block may have fewer.
+/// Size of a block of `n` items; the last block may have fewer.
 fn block_size(n: usize) -> usize {
     let blocks = if threads() == 1 { 1 } else { BLOCKS };
     n.div_ceil(blocks).max(1)
 }
 
-/// Results of `fill`, which appends those of a part of `range`, in order.
+/// Concatenated results of `fill` over parts of `range`, in order.
 fn collect<R: Send>(range: Range<usize>, fill: &(dyn Fn(Range<usize>, &mut Vec<R>) + Sync)) -> Vec<R> {
     let size = block_size(range.len());
     let count = range.len().div_ceil(size);
@@ -65,7 +65,7 @@ fn collect<R: Send>(range: Range<usize>, fill: &(dyn Fn(Range<usize>, &mut Vec<R
     all
 }
 
-/// What `f` makes of each item, in order.
+/// The results of `f` for each item, in order.
 pub fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
     collect(0..items.len(), &|range, out| {
         out.reserve_exact(range.len());
@@ -75,7 +75,7 @@ pub fn map<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> 
     })
 }
 
-/// What `f` makes of each number, in order.
+/// The results of `f` for each number, in order.
 #[cfg(feature = "bake")]
 pub fn map_range<R: Send>(range: Range<usize>, f: impl Fn(usize) -> R + Sync) -> Vec<R> {
     collect(range, &|range, out| {
@@ -104,13 +104,13 @@ pub fn map_init<S: Send, R: Send>(
     })
 }
 
-/// All that `f` makes of each item, in order.
+/// The concatenated results of `f` for each item, in order.
 #[cfg(feature = "bake")]
 pub(crate) fn flat_map<T: Sync, I: IntoIterator<Item: Send>>(items: &[T], f: impl Fn(&T) -> I + Sync) -> Vec<I::Item> {
     flat_map_range(0..items.len(), |i| f(&items[i]))
 }
 
-/// All that `f` makes of each number, in order.
+/// The concatenated results of `f` for each number, in order.
 #[cfg(feature = "bake")]
 pub fn flat_map_range<I: IntoIterator<Item: Send>>(range: Range<usize>, f: impl Fn(usize) -> I + Sync) -> Vec<I::Item> {
     collect(range, &|range, out| {
@@ -120,7 +120,7 @@ pub fn flat_map_range<I: IntoIterator<Item: Send>>(range: Range<usize>, f: impl 
     })
 }
 
-/// Calls `run` with blocks that make up `items`, and the place of the first item of each.
+/// Calls `run` with the blocks of `items`, and the index of the first item of each.
 #[cfg(feature = "bake")]
 fn blocks_mut<T: Send>(items: &mut [T], run: &(dyn Fn(usize, &mut [T]) + Sync)) {
     let size = block_size(items.len());
@@ -134,7 +134,7 @@ fn blocks_mut<T: Send>(items: &mut [T], run: &(dyn Fn(usize, &mut [T]) + Sync)) 
     });
 }
 
-/// Calls `f` with each item and its place.
+/// Calls `f` with each item and its index.
 #[cfg(feature = "bake")]
 pub fn for_each_mut<T: Send>(items: &mut [T], f: impl Fn(usize, &mut T) + Sync) {
     blocks_mut(items, &|first, block| {
@@ -161,20 +161,20 @@ pub(crate) fn for_each_init<S: Send, T: Send>(
     });
 }
 
-/// Calls `f` with each `size` items and the number of such before them; the last ones may be fewer.
+/// Calls `f` with each chunk of `size` items and its index; the last chunk may be shorter.
 #[cfg(feature = "bake")]
 pub fn for_each_chunk<T: Send>(items: &mut [T], size: usize, f: impl Fn(usize, &mut [T]) + Sync) {
     let mut chunks: Vec<&mut [T]> = items.chunks_mut(size).collect();
     for_each_mut(&mut chunks, |k, chunk| f(k, chunk));
 }
 
-/// Both results, worked out side by side where there are threads.
+/// Both results, computed in parallel if there are threads.
 #[cfg(feature = "bake")]
 pub(crate) fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     rayon::join(a, b)
 }
 
-/// Scratch memory, of which no two threads have the same at a time.
+/// Scratch memory, exclusive to one thread at a time.
 #[cfg(feature = "bake")]
 pub(crate) struct Scratch<'n, S> {
     new: &'n (dyn Fn() -> S + Sync),
@@ -183,18 +183,18 @@ pub(crate) struct Scratch<'n, S> {
 
 #[cfg(feature = "bake")]
 impl<'n, S> Scratch<'n, S> {
-    /// Makes some with `new` where none is idle.
+    /// Creates memory with `new` if none is idle.
     pub fn new(new: &'n (dyn Fn() -> S + Sync)) -> Self {
         Self { new, idle: Mutex::new(Vec::new()) }
     }
 
-    /// Memory to work with.
+    /// Takes memory.
     pub fn take(&self) -> S {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         idle.unwrap_or_else(self.new)
     }
 
-    /// Gives memory back.
+    /// Returns memory.
     pub fn put(&self, memory: S) {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(memory);
     }
@@ -215,7 +215,7 @@ mod tests {
         }
     }
 
-    /// Some items, different ones.
+    /// Distinct items.
     fn items(n: usize) -> Vec<u64> {
         (0..n as u64).map(|i| i.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 7).collect()
     }

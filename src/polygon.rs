@@ -3,17 +3,17 @@
 use crate::geom::{Plane, middle, newell};
 use glam::DVec3;
 
-/// A planar polygon; rings after the first are holes, and all run either way round.
+/// A planar polygon; rings after the first are holes, and all may have any winding.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Polygon {
-    /// Its plane, facing either way.
+    /// Its plane, in either orientation.
     pub plane: Plane,
     /// Rings without a repeated last corner.
     pub rings: Vec<Vec<DVec3>>,
 }
 
 impl Polygon {
-    /// From its rings; `None` where the outer one has no area.
+    /// A polygon from its rings; `None` if the outer one has no area.
     pub fn new(rings: Vec<Vec<DVec3>>) -> Option<Self> {
         let outer = rings.first().filter(|r| r.len() >= 3)?;
         let centre = middle(outer);
@@ -21,7 +21,7 @@ impl Polygon {
         Some(Self { plane: Plane::through(centre, n), rings })
     }
 
-    /// Farthest corner from the plane, metres.
+    /// Largest distance of a corner from the plane, metres.
     pub fn off_plane(&self) -> f64 {
         self.rings.iter().flatten().map(|&p| self.plane.distance(p).abs()).fold(0.0, f64::max)
     }
@@ -29,7 +29,7 @@ impl Polygon {
     /// Whether a point of the plane is inside, by the even-odd rule over all rings.
     pub fn holds(&self, p: DVec3) -> bool {
         let n = self.plane.n.abs();
-        // The two axes that the plane is seen best along.
+        // The two axes of the largest projection.
         let (u, v) = if n.x >= n.y && n.x >= n.z {
             (1, 2)
         } else if n.y >= n.z {

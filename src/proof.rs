@@ -1,4 +1,4 @@
-//! Why a cell of a baked file sees an object or another cell, or doesn't: the proof, as far as the file has it or lets it be found
+//! Proofs for single pairs of a baked file: why a cell sees an object or another cell, or does not. Proofs are in the file, or are found
 //! again.
 
 use crate::cells::CellGraph;
@@ -11,7 +11,7 @@ use crate::types::guarantee::Guarantee;
 use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::DVec3;
 
-/// What is asked about, as seen from a cell.
+/// The target of a query, as seen from a cell.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Goal {
     /// Another cell.
@@ -27,70 +27,69 @@ pub enum Why {
     Itself,
     /// They see each other: an unobstructed segment.
     Witnessed(Sight),
-    /// They see each other, but the file keeps no segment between the two: a chain of portals that a line may pass, empty where
-    /// none was found.
+    /// They see each other, but the file has no segment between the two: a chain of portals that a line may pass, empty if none was found.
     Known(Vec<DirectedPortal>),
-    /// No way through portals leads from one to the other.
+    /// No chain of portals connects the two.
     Apart,
-    /// No line passes: each chain of portals from the cell ends in one of these. None at all: the planes of the portals alone leave
-    /// no chain.
+    /// No line passes: each chain of portals from the cell ends in one of these. Empty: the planes of the portals already refute all
+    /// chains.
     Separated(Vec<Separation>),
-    /// Portals leave the pair open, but the cell is behind all triangles of the object that it could see.
+    /// Portals leave the pair open, but the cell is behind all visible triangles of the object.
     Behind,
-    /// Portals leave the pair open, triangles shut it.
+    /// Portals leave the pair open, but triangles hide it.
     Occluded(Occlusion),
-    /// No line passes: proven from each of so many cells that this one was joined from, when they and others were still apart. The file
-    /// doesn't keep them.
+    /// No line passes: proven for each of the cells joined into this one, before they were joined. The number of these cells; the file does
+    /// not keep them.
     Joined(u32),
-    /// Neither is known.
+    /// Neither is proven.
     Undecided(Doubt),
 }
 
-/// A segment and what it passes through.
+/// A segment with its cells and portals.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Sight {
     /// A point in the cell, metres relative to the file's origin.
     pub from: DVec3,
     /// A point on the object, or in the other cell.
     pub to: DVec3,
-    /// The cells along it, in order, the first one among them.
+    /// The cells along it, in order, including the first one.
     pub cells: Vec<CellId>,
-    /// The portals between those, one less.
+    /// The portals between those.
     pub portals: Vec<DirectedPortal>,
-    /// Whether nothing opaque of the model stands in its way; `None` where there was no model to ask.
+    /// Whether it is unobstructed in the model; `None` without a model.
     pub clear: Option<bool>,
 }
 
-/// Portals that leave a pair open which triangles shut.
+/// A pair that portals leave open, but triangles hide.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Occlusion {
-    /// Portals that a line may pass as far as portals tell, in order; empty where the search ran out of steps.
+    /// Portals that a line may pass, in order; empty if the search ran out of steps.
     pub chain: Vec<DirectedPortal>,
-    /// Whether the model's triangles were found again to shut every way; `None` where there was no model to ask.
+    /// Whether the test of the model's triangles was repeated successfully; `None` without a model.
     pub confirmed: Option<bool>,
 }
 
-/// Why a pair stayed undecided.
+/// The reason why a pair is undecided.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Doubt {
-    /// The object is in the cell itself, so that portals say nothing; no ray has met it.
+    /// The object is in the cell itself, so portals cannot decide; no ray has hit it.
     Inside,
-    /// A line may pass these portals, in order, and none was found that nothing obstructs.
+    /// A line may pass these portals, in order, but no unobstructed one was found.
     Open(Vec<DirectedPortal>),
     /// The search ran out of steps.
     OutOfSteps,
-    /// Asked for alone, and with portals as the file has them: no line passes.
+    /// The single test with the file's portals finds that no line passes.
     Separated(Vec<Separation>),
 }
 
-/// Why a pair can't be answered for.
+/// Errors of a query.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WhyError {
     /// There is no such cell.
     #[error("no cell {cell}: the file has {}", ids(*cells))]
     NoSuchCell {
-        /// What was asked for.
+        /// The requested id.
         cell: CellId,
         /// Number of cells.
         cells: usize,
@@ -98,18 +97,18 @@ pub enum WhyError {
     /// There is no such object.
     #[error("no object {object}: the file has {}", ids(*objects))]
     NoSuchObject {
-        /// What was asked for.
+        /// The requested id.
         object: ObjectId,
         /// Number of objects.
         objects: usize,
     },
-    /// The file keeps one side only, and the answer isn't on it.
+    /// The file has only one bound, which does not decide the pair.
     #[error("has one side of the truth only, and the pair {}; bake it with --rows both", one_side(*guarantee))]
     OneSide {
-        /// Which side the rows are on.
+        /// The bound of the rows.
         guarantee: Guarantee,
     },
-    /// The model is another one, or was imported differently.
+    /// The model is different, or was imported differently.
     #[error(
         "is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model"
     )]
@@ -132,7 +131,7 @@ fn one_side(guarantee: Guarantee) -> &'static str {
     }
 }
 
-/// A file laid out to be asked why, as often as one likes.
+/// A file laid out for queries of pairs.
 pub struct Asker<'f> {
     file: &'f PvsFile,
     graph: CellGraph,
@@ -141,7 +140,7 @@ pub struct Asker<'f> {
     fronts: Option<Fronts>,
 }
 
-/// What is known of a pair.
+/// The state of a pair.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Side {
     Visible,
@@ -150,7 +149,7 @@ enum Side {
 }
 
 impl<'f> Asker<'f> {
-    /// Lays out a file; `model`: the scene that it was baked for, which more can be told with.
+    /// Lays out a file; `model`: its scene, for additional tests.
     ///
     /// # Errors
     ///
@@ -167,11 +166,11 @@ impl<'f> Asker<'f> {
         Ok(Self { file, graph, flow, rays, fronts })
     }
 
-    /// Why `cell` sees `goal`, or doesn't.
+    /// Why `cell` sees `goal`, or does not.
     ///
     /// # Errors
     ///
-    /// Those of [`WhyError`] but the last.
+    /// Those of [`WhyError`] except the last.
     pub fn why(&self, cell: CellId, goal: Goal) -> Result<Why, WhyError> {
         let (cells, objects) = (self.file.cells.len(), self.file.objects.len());
         let other = if let Goal::Cell(other) = goal { other } else { cell };
@@ -186,7 +185,7 @@ impl<'f> Asker<'f> {
         }
     }
 
-    /// Pairs of cells that flow left open, as far as the file knows.
+    /// Pairs of cells that flow left open, according to the file.
     fn cells_upper(&self) -> BitMatrix {
         if let Some(bounds) = &self.file.bounds {
             return bounds.cells_upper.clone();
@@ -285,7 +284,7 @@ impl<'f> Asker<'f> {
         Some(Sight { from, to, cells: path.cells, portals: path.portals, clear })
     }
 
-    /// A segment from one cell to another: for neighbours, a step through a portal; else the part of a witness that passes both.
+    /// A segment from one cell to another: for neighbours, a step through a portal; otherwise the part of a witness that passes both.
     fn sight(&self, a: CellId, b: CellId) -> Option<Sight> {
         let direct = self.graph.cells[a.index()].portals.iter().find(|&&p| self.graph.target(p) == b);
         if let Some(&portal) = direct {
@@ -293,7 +292,7 @@ impl<'f> Asker<'f> {
             return Some(Sight { from: middle, to: middle, cells: vec![a, b], portals: vec![portal], clear: None });
         }
         let all = &self.file.bounds.as_ref()?.witnesses;
-        // What is seen from either is more likely to show the other than what is seen from elsewhere.
+        // Witnesses of these two cells are more likely to pass both than others.
         let own = |c: CellId| all[all.partition_point(|w| w.cell < c)..all.partition_point(|w| w.cell <= c)].iter();
         own(a).chain(own(b)).chain(all).find_map(|w| {
             let path = self.follow(w.cell, w.from, w.to);
@@ -302,7 +301,7 @@ impl<'f> Asker<'f> {
             let [first, last] = [i.min(k), i.max(k)];
             let mut cells = path.cells[first..=last].to_vec();
             let mut portals = path.portals[first..last].to_vec();
-            // From the middle of the one's stretch to that of the other's; at the witness's own ends, those are in their cells.
+            // From the middle of one cell's stretch to that of the other's; the witness's own ends are in their cells, too.
             let mut ends = [first, last].map(|n| w.from.lerp(w.to, path.middle(n)));
             if i > k {
                 cells.reverse();
@@ -315,7 +314,7 @@ impl<'f> Asker<'f> {
         })
     }
 
-    /// Whether nothing opaque but the object stands in the way.
+    /// Whether no opaque triangle, except the object's own, obstructs the segment.
     fn is_clear(&self, from: DVec3, to: DVec3, object: Option<ObjectId>) -> Option<bool> {
         let rays = self.rays.as_ref()?;
         Some(rays.is_clear(from, to, 0.5 * rays.tolerance().clearance, object))
@@ -325,11 +324,11 @@ impl<'f> Asker<'f> {
     fn follow(&self, cell: CellId, from: DVec3, to: DVec3) -> Path {
         let length = from.distance(to);
         let direction = (to - from) / length.max(f64::MIN_POSITIVE);
-        // A clear segment keeps more than this from all that bounds an opening; rounding moves windings by less.
+        // A clear segment keeps more than this from the rims of openings; rounding moves windings by less.
         let eps = 0.5 * self.file.tolerance().clearance;
         let mut path = Path { cells: vec![cell], portals: Vec::new(), at: vec![0.0] };
         let (mut cell, mut t) = (cell, 0.0);
-        // No line passes a portal twice.
+        // A line passes a portal at most once.
         for _ in 0..self.graph.portals.len() {
             let hits =
                 self.graph.cells[cell.index()].portals.iter().filter(|p| !path.portals.contains(p)).filter_map(|&p| {
@@ -341,7 +340,7 @@ impl<'f> Asker<'f> {
                 });
             let hits: Vec<_> = hits.collect();
             let first = hits.iter().map(|h| h.0).fold(f64::INFINITY, f64::min);
-            // Where two windings meet, the one that holds the point.
+            // If two windings meet there, the one that contains the point.
             let near = hits.iter().filter(|h| h.0 <= first + eps);
             let Some(&(s, _, portal)) = near.min_by(|a, b| a.1.total_cmp(&b.1).then(a.2.cmp(&b.2))) else { break };
             (cell, t) = (self.graph.target(portal), s.clamp(t, length));
@@ -353,7 +352,7 @@ impl<'f> Asker<'f> {
         path
     }
 
-    /// How far a point of a portal's plane is outside the winding, metres; negative inside.
+    /// Distance of a point in a portal's plane outside the winding, metres; negative inside.
     fn beside(&self, portal: DirectedPortal, p: DVec3) -> f64 {
         let portal = &self.graph.portals[portal.portal().index()];
         let edges = portal.winding.iter().zip(portal.winding.iter().cycle().skip(1));
@@ -361,7 +360,7 @@ impl<'f> Asker<'f> {
         off.fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The cells that a way through portals leads to.
+    /// The cells reachable through portals.
     fn reached(&self, from: CellId) -> Vec<bool> {
         let mut reached = vec![false; self.graph.cells.len()];
         reached[from.index()] = true;
@@ -385,11 +384,11 @@ fn doubt(flowed: Flowed) -> Doubt {
     }
 }
 
-/// What a segment passes.
+/// Cells and portals along a segment.
 struct Path {
     cells: Vec<CellId>,
     portals: Vec<DirectedPortal>,
-    /// Where each cell is entered, in parts of the segment, and the end.
+    /// Entry into each cell, as a fraction of the segment, and the end.
     at: Vec<f64>,
 }
 

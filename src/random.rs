@@ -1,8 +1,8 @@
-//! Random numbers that never change: the same seed gives the same numbers on every machine.
+//! Deterministic random numbers: the same seed gives the same numbers on every machine.
 //!
-//! Generators are those of `rand_xoshiro`: xoshiro256** (D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, 2021) where
-//! streams must be long, SplitMix64 (G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, 2014) where they must be
-//! many. Numbers below a bound come from D. Lemire's multiply-shift (2019) without its rejection step: the bias is below 2^-32 for the bounds
+//! Generators are those of `rand_xoshiro`: xoshiro256** (D. Blackman, S. Vigna, *Scrambled linear pseudorandom number generators*, 2021)
+//! for long streams, SplitMix64 (G. Steele, D. Lea, C. Flood, *Fast splittable pseudorandom number generators*, 2014) for many streams.
+//! Numbers below a bound come from D. Lemire's multiply-shift (2019) without its rejection step: the bias is below 2^-32 for the bounds
 //! used here.
 
 #[cfg(feature = "bake")]
@@ -42,7 +42,7 @@ impl Prng {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
     }
 
-    /// A multiple of `step` in `a..=b`; `a` where that range is empty.
+    /// A multiple of `step` in `a..=b`; `a` if that range is empty.
     #[cfg(feature = "bake")]
     pub fn steps(&mut self, a: i32, b: i32, step: i32) -> i32 {
         let count = (b - a).max(0) / step + 1;
@@ -64,7 +64,7 @@ impl Prng {
     }
 }
 
-/// SplitMix64: a sequence for each seed, cheap to begin.
+/// SplitMix64: a sequence for each seed, with cheap initialization.
 #[cfg(feature = "bake")]
 pub(crate) struct SplitMix(SplitMix64);
 
@@ -75,7 +75,7 @@ impl SplitMix {
         Self(SplitMix64::seed_from_u64(seed))
     }
 
-    /// The next of all 64-bit numbers.
+    /// The next 64 random bits.
     pub(crate) fn bits(&mut self) -> u64 {
         self.0.next_u64()
     }
@@ -85,8 +85,8 @@ impl SplitMix {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Uniform over the sphere (Marsaglia, *Choosing a point from the surface of a sphere*, 1972, whose method takes a square root and
-    /// no more, so that it gives the same bits on every machine).
+    /// Uniform over the sphere (Marsaglia, *Choosing a point from the surface of a sphere*, 1972, whose method needs only a square root, so
+    /// that it gives the same bits on every machine).
     pub(crate) fn direction(&mut self) -> DVec3 {
         loop {
             let (x, y) = (2.0 * self.unit() - 1.0, 2.0 * self.unit() - 1.0);
@@ -109,7 +109,7 @@ pub fn mixed(seed: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// Numbers of streams that files of earlier bakes come from.
+    /// Numbers that earlier bakes depend on.
     #[test]
     fn streams_stay_what_they_were() {
         let first = |seed, stream| Prng::new(seed, stream).bits();

@@ -1,14 +1,14 @@
-//! Inner loops in the widest registers that pay: the same source, compiled more than once, and chosen when the program runs.
+//! Inner loops in the widest useful registers: the same source, compiled several times, and dispatched at run time.
 //!
-//! Loops are written over lanes, and the compiler puts these into registers; results are the same bits in any width. Without the feature
-//! `simd`, there is one version, for the least processor of the target.
+//! Loops are over lanes, which the compiler vectorizes; results are the same bits in any width. Without the feature `simd`, there is one
+//! version, for the target's baseline processor.
 
-/// Work that is compiled for several widths.
+/// Work compiled for several register widths.
 pub(crate) trait Vectorize: Sized {
-    /// What comes out.
+    /// The result type.
     type Output;
 
-    /// Does it; `#[inline(always)]`, as must be all that it calls in its inner loops.
+    /// Does the work; `#[inline(always)]`, like everything that it calls in its inner loops.
     fn work(self) -> Self::Output;
 }
 
@@ -25,13 +25,13 @@ impl<W: Vectorize> pulp::WithSimd for Wide<W> {
     }
 }
 
-/// Does the work with the widest registers that the processor has, of those that pay: 32 bytes.
+/// Does the work with the widest useful registers of the processor: up to 32 bytes.
 #[cfg(feature = "simd")]
 pub(crate) fn vectorized<W: Vectorize>(work: W) -> W::Output {
     dispatch(Wide(work))
 }
 
-/// The same for work that names its registers.
+/// The same for work with explicit registers.
 #[cfg(feature = "simd")]
 pub(crate) fn dispatch<W: pulp::WithSimd>(work: W) -> W::Output {
     #[cfg(target_arch = "x86_64")]
@@ -41,7 +41,7 @@ pub(crate) fn dispatch<W: pulp::WithSimd>(work: W) -> W::Output {
     pulp::Arch::new().dispatch(work)
 }
 
-/// Does the work with the registers that every processor of the target has.
+/// Does the work with the target's baseline registers.
 #[cfg(not(feature = "simd"))]
 pub(crate) fn vectorized<W: Vectorize>(work: W) -> W::Output {
     work.work()

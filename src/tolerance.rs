@@ -1,8 +1,8 @@
-//! Every tolerance of the build side, in one place: named, in metres, scaled to the model's extent.
+//! All tolerances of the build side: named, in metres, scaled to the model's extent.
 //!
-//! They nest: `coplanar + (sqrt(2) + 1/2) * seal < clearance`. With that, "sealed" can be proven and not only sampled: wherever a
-//! portal face is called closed, an opaque triangle lies within `coplanar + (sqrt(2) + 1/2) * seal` of the crossing point, so no
-//! segment that keeps `clearance` from every opaque triangle gets through. See `cells::coverage`.
+//! They nest: `coplanar + (sqrt(2) + 1/2) * seal < clearance`. So soundness is proven and not only sampled: at every closed point of a
+//! portal face, an opaque triangle is within `coplanar + (sqrt(2) + 1/2) * seal`, so no segment that keeps `clearance` from every opaque
+//! triangle passes. See `cells::coverage`.
 
 /// Lengths in metres, derived from a scene's extent by [`Tolerance::for_extent`].
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -25,21 +25,20 @@ impl Tolerance {
         Self { coplanar: diagonal * 2e-6, seal: diagonal * 5e-6, clearance: diagonal * 1.2e-5 }
     }
 
-    /// The narrowest opening that is certain to be kept open: anything narrower may be sealed on purpose.
+    /// The narrowest opening that is certain to stay open: narrower ones may be sealed on purpose.
     pub fn smallest_hole(&self) -> f64 {
         2.0 * self.clearance
     }
 }
 
-/// How far off `f32` may put what lies at most `extent` metres from the origin, with what sums of such numbers lose: metres.
-/// Larger: narrow doors are seen through beside themselves. Smaller: what is seen past a door's very edge gets lost.
+/// Rounding error in `f32`, including sums, at most `extent` metres from the origin, metres. Larger: the view through narrow doors grows
+/// beyond them. Smaller: objects visible past a door's very edge are lost.
 pub fn single_precision(extent: f64) -> f64 {
     extent * 16.0 * f64::from(f32::EPSILON)
 }
 
-/// Leaves hang no farther from their portal's plane than this share of the portal's diagonal: 0.8 m for a door of 0.9 x 2.1 m. What is
-/// found shut hangs within half of it, or is larger than its portal. Larger: more of the room behind a shut door is drawn. Smaller: leaves
-/// get lost.
+/// Largest distance of a leaf from its portal's plane, as a share of the portal's diagonal: 0.8 m for a door of 0.9 x 2.1 m. A shut leaf is
+/// within half of it, or is larger than its portal. Larger: more of the room behind a shut door is drawn. Smaller: leaves are lost.
 pub const DOORWAY: f64 = 0.35;
 
 #[cfg(test)]

@@ -104,7 +104,7 @@ impl<'g> Locator<'g> {
         near.take(Self::WALK).find_map(within).or_else(|| self.locate(p))
     }
 
-    /// True where `p` is in the cell, boundary included, to within a few roundings.
+    /// True if `p` is in the cell, boundary included, to within a few roundings.
     pub fn holds(&self, cell: CellId, p: DVec3) -> bool {
         self.nearest(p, 0.0).is_some_and(|(_, i)| self.pieces[i as usize].0 == cell)
             || self.graph.cells[cell.index()].pieces.iter().any(|piece| piece.contains(p, boundary(p)))

@@ -55,10 +55,10 @@ impl Default for SplitOptions {
 /// Errors of a split.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum SplitError {
-    /// `authored` was asked for and the model names no rooms.
+    /// `authored` was requested, but the model names no rooms.
     #[error("the model names no rooms; use --cells plan")]
     NoRooms,
-    /// `leaves` was asked for and the model has none.
+    /// `leaves` was requested, but the model has none.
     #[error("the model has no leaves, as a .bsp or a closed .map has; leave --cells out, or use --cells bsp")]
     NoLeaves,
     /// The user's cells are not made by a split.

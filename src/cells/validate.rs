@@ -15,7 +15,7 @@ use std::fmt;
 /// A fault of a graph.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Fault {
-    /// A portal names a cell that isn't there, or the same cell twice.
+    /// A portal names a missing cell, or the same cell twice.
     Cells(PortalId),
     /// A winding has fewer than three corners, or numbers that aren't finite.
     Corners(PortalId),

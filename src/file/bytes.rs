@@ -1,26 +1,26 @@
-//! Little-endian numbers, strings and lists; every length is checked before memory is taken for it.
+//! Little-endian numbers, strings and lists; every length is checked before allocation.
 
 use super::error::FileError;
 use super::format::SectionId;
 
-/// Memory that a file may ask for while it is decoded: [`Budget::BASE`] bytes and [`Budget::RATIO`] times its length.
+/// Memory limit for decoding a file: [`Budget::BASE`] bytes plus [`Budget::RATIO`] times its length.
 #[derive(Debug)]
 pub(super) struct Budget {
     left: u64,
 }
 
 impl Budget {
-    /// Bytes that even the shortest file may ask for.
+    /// Base limit for any file, bytes.
     pub const BASE: u64 = 16 << 20;
     /// Bytes of memory for each byte of the file.
     pub const RATIO: u64 = 8192;
 
-    /// For a file of `length` bytes.
+    /// The budget of a file of `length` bytes.
     pub fn new(length: usize) -> Self {
         Self { left: (length as u64).saturating_mul(Self::RATIO).saturating_add(Self::BASE) }
     }
 
-    /// Asks for `bytes`; nothing may be allocated before this has said yes.
+    /// Reserves `bytes`; call it before every allocation.
     pub fn take(&mut self, section: SectionId, bytes: u64) -> Result<(), FileError> {
         match self.left.checked_sub(bytes) {
             Some(left) => {
@@ -38,7 +38,7 @@ pub(super) struct Cursor<'a> {
     section: SectionId,
     bytes: &'a [u8],
     at: usize,
-    /// Where the last item began: the place that errors name.
+    /// Start of the last item, for errors.
     item: usize,
 }
 
@@ -47,7 +47,7 @@ impl<'a> Cursor<'a> {
         Self { section, bytes, at: 0, item: 0 }
     }
 
-    /// An error at the item that was read last.
+    /// An error at the last item.
     pub fn error(&self, what: impl Into<String>) -> FileError {
         FileError::Malformed { section: self.section, offset: self.item as u64, what: what.into() }
     }
@@ -151,7 +151,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A list with its count in front, of elements that take at least `least` bytes each.
+    /// A list with its count in front; each element takes at least `least` bytes.
     pub fn list<T>(
         &mut self,
         budget: &mut Budget,
@@ -192,7 +192,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Nothing may be left.
+    /// Fails if bytes are left.
     pub fn end(&mut self) -> Result<(), FileError> {
         self.item = self.at;
         match self.remaining() {

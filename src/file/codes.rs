@@ -1,4 +1,4 @@
-//! What enums are in the file: a byte each. Codes are never used again for something else; a new variant takes the next one.
+//! Codes of enums in the file, a byte each. Codes are never reused; a new variant takes the next one.
 
 use crate::types::guarantee::Guarantee;
 use crate::types::portal::{PortalKind, PortalState};
@@ -11,7 +11,7 @@ pub(super) const STRATEGIES: [Option<Strategy>; 6] = [
     Some(Strategy::Authored),
     Some(Strategy::Plan),
     Some(Strategy::Given),
-    // Voxels, which left before the first release.
+    // Voxels, removed before the first release.
     None,
     Some(Strategy::Bsp),
     Some(Strategy::Leaves),
@@ -53,14 +53,14 @@ pub(super) fn state_code(state: PortalState) -> u8 {
     u8::from(state.shut) | u8::from(state.see_through) << 1 | u8::from(state.closable) << 2 | u8::from(state.ajar) << 3
 }
 
-/// `None` where an unknown bit is set, where what can't be shut is, or where what isn't shut is ajar.
+/// `None` for an unknown bit, for shut without closable, and for ajar without shut.
 pub(super) fn state_of_code(code: u8) -> Option<PortalState> {
     let bit = |k: u8| code >> k & 1 == 1;
     let state = PortalState { shut: bit(0), see_through: bit(1), closable: bit(2), ajar: bit(3) };
     (code < 16 && (state.closable || !state.shut) && (state.shut || !state.ajar)).then_some(state)
 }
 
-/// Bits that say which options of an import follow ([`HOLE`] last), that pipes are meshes, and that +Z is up.
+/// Flags of import options: which values follow ([`HOLE`] last), pipes as meshes, and +Z up.
 pub(super) const UNIT: u8 = 1;
 pub(super) const TUBE_RADIUS: u8 = 2;
 pub(super) const NO_TUBES: u8 = 4;

@@ -1,31 +1,31 @@
-//! Why a `.pvs` file can't be read or written: the section, the byte in it, what is wrong, what to do.
+//! Errors of `.pvs` files: the section, the byte in it, the fault, and the remedy.
 
 use super::format::{SectionId, VERSION};
 use std::{fmt, io};
 
-/// Why a file can't be read or written. Each prints as one line; the command line puts the path before it.
+/// An error of a file. Each prints as one line; the command line puts the path before it.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FileError {
     /// The file can't be opened, read or written.
     Io(io::Error),
-    /// It doesn't begin as a `.pvs` file does.
+    /// It does not begin like a `.pvs` file.
     NotPvs,
     /// Another version of the format.
     Version {
-        /// As found.
+        /// The version found.
         found: u32,
     },
-    /// Shorter than it says.
+    /// Shorter than its stated length.
     Truncated {
-        /// Bytes that are there.
+        /// Actual length, bytes.
         has: u64,
-        /// Bytes that there should be at least.
+        /// Least expected length, bytes.
         needs: u64,
     },
-    /// Longer than it says.
+    /// Longer than its stated length.
     TrailingBytes {
-        /// Where the file should end.
+        /// Expected end of the file.
         end: u64,
         /// Bytes after that.
         extra: u64,
@@ -34,35 +34,35 @@ pub enum FileError {
     Header {
         /// Byte in the file.
         offset: u64,
-        /// What is wrong.
+        /// The fault.
         what: String,
     },
-    /// A section's bytes aren't the ones that were written.
+    /// The checksum of a section does not match.
     Checksum {
-        /// The section's name, or its number where this program doesn't know it.
+        /// The section's name, or its number if it is unknown.
         section: String,
         /// Byte in the file where the section begins.
         offset: u64,
         /// The section's stored length.
         bytes: u64,
     },
-    /// A section that a reader must know, and this one doesn't.
+    /// An unknown section that is marked as required.
     UnknownRequired {
         /// The section's number.
         id: u32,
     },
-    /// A section that can't be left out was.
+    /// A required section is missing.
     Missing {
         /// The section.
         section: SectionId,
     },
-    /// Decoding it would take more memory than a file of this length may ask for.
+    /// Decoding would exceed the memory limit for a file of this length.
     TooLarge {
         /// The section.
         section: SectionId,
-        /// Bytes asked for.
+        /// Requested bytes.
         needs: u64,
-        /// Bytes left of what a file of this length may ask for.
+        /// Remaining bytes of the limit.
         left: u64,
     },
     /// A section's content breaks a rule of the format.
@@ -71,7 +71,7 @@ pub enum FileError {
         section: SectionId,
         /// Byte in the decoded section.
         offset: u64,
-        /// The rule.
+        /// The violated rule.
         what: String,
     },
 }

@@ -1,7 +1,7 @@
-//! The container: a header, a table of sections, the sections one after the other. docs/format.md draws it byte by byte.
+//! The container: a header, a section table, the sections. docs/format.md describes every byte.
 //!
-//! Every byte of a file is under a checksum, every length is checked against the file's before it is used, and nothing is
-//! decompressed beyond a length that was declared, checked and paid for from a budget (see [`super::PvsFile::read`]).
+//! A checksum covers every byte of a file, every length is checked against the file's before use, and decompression never exceeds a length
+//! that was declared, checked and reserved in a budget (see [`super::PvsFile::read`]).
 
 use super::bytes::Budget;
 use super::codes::GUARANTEES;
@@ -11,7 +11,7 @@ use std::borrow::Cow;
 use std::fmt;
 use xxhash_rust::xxh3::xxh3_64;
 
-/// First bytes of every file: not text, and broken by transfers that think it is.
+/// First bytes of every file: not text, and damaged by text-mode transfers.
 pub const MAGIC: [u8; 8] = *b"\x89PVS\r\n\x1a\n";
 /// The version that this program writes, and the only one that it reads.
 pub const VERSION: u32 = 3;
@@ -20,18 +20,18 @@ pub const VERSION: u32 = 3;
 pub(super) const HEADER: usize = 56;
 /// Bytes of one entry of the section table.
 pub(super) const ENTRY: usize = 32;
-/// The header's own checksum is at this byte; it covers what stands before it, and the table.
+/// Byte of the header's checksum, which covers the bytes before it, and the table.
 pub(super) const CHECKSUM_AT: usize = 48;
-/// Section flag: a reader that doesn't know the section must refuse the file.
+/// Section flag: a reader that does not know the section must reject the file.
 pub(super) const REQUIRED: u32 = 1;
 /// Section flag: the stored bytes are zstd frames.
 pub(super) const ZSTD: u32 = 2;
-/// What a section holds. The number in the file is the position in [`SectionId::ALL`], from 1.
+/// The content of a section. Its number in the file is the position in [`SectionId::ALL`], from 1.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SectionId {
     /// Origin, strategy, import, counts.
     Meta,
-    /// What was left out, and notes.
+    /// Omissions and notes.
     Notes,
     /// Cells and their pieces.
     Cells,
@@ -39,11 +39,11 @@ pub enum SectionId {
     Portals,
     /// Objects.
     Objects,
-    /// Which objects are in which cell.
+    /// The objects in each cell.
     Placement,
-    /// Which cells each cell sees.
+    /// The cells that each cell sees.
     CellRows,
-    /// Which objects each cell sees.
+    /// The objects that each cell sees.
     ObjectRows,
     /// Upper and lower set of cells.
     CellBounds,
@@ -51,29 +51,29 @@ pub enum SectionId {
     ObjectBounds,
     /// A segment for each pair of the lower set of objects.
     Witnesses,
-    /// Holes mended.
+    /// Repaired holes.
     Repairs,
     /// The bake's counters.
     Stats,
-    /// What stands in each portal, where that isn't what its kind has.
+    /// States of portals, if one differs from the default of its kind.
     PortalStates,
-    /// Regions that rows were asked for on top of the cells.
+    /// View cells.
     ViewCells,
-    /// Which objects each view cell sees.
+    /// The objects that each view cell sees.
     ViewRows,
     /// Upper and lower set of view cells.
     ViewBounds,
     /// A segment for each pair of the lower set of view cells.
     ViewWitnesses,
-    /// How much there is to see that is in no lower set, at most.
+    /// Confidence bounds of the unseen parts.
     Unseen,
-    /// What is undecided, by kind.
+    /// Undecided pairs, by kind.
     Gap,
-    /// The part of each object in each of its cells.
+    /// Boxes of each object's part in each of its cells.
     Placed,
     /// Holes that count as opaque.
     ClosedHoles,
-    /// How many cells each cell was joined from.
+    /// Number of cells joined into each cell.
     Clusters,
 }
 
@@ -122,7 +122,7 @@ impl SectionId {
         of_cells || matches!(self, Self::ViewRows | Self::ViewBounds)
     }
 
-    /// A file can't be used without these where they aren't empty.
+    /// A file cannot be used without these sections if they are not empty.
     #[cfg(feature = "bake")]
     pub(super) fn is_required(self) -> bool {
         (self as u32) <= Self::ObjectRows as u32 && self != Self::Notes
@@ -164,31 +164,31 @@ impl fmt::Display for SectionId {
 pub struct Section {
     /// The number in the file.
     pub number: u32,
-    /// Where it begins, bytes from the start of the file.
+    /// Its start, bytes from the start of the file.
     pub offset: u64,
     /// Length in the file, bytes.
     pub bytes: u64,
-    /// Length once decompressed, bytes; the same where it isn't compressed as a whole.
+    /// Decompressed length, bytes; equal to `bytes` if it is not compressed as a whole.
     pub decoded: u64,
     zstd: bool,
     checksum: u64,
 }
 
 impl Section {
-    /// Its name, or its number where this program doesn't know it.
+    /// Its name, or its number if it is unknown.
     pub fn name(&self) -> String {
         SectionId::from_number(self.number).map_or_else(|| self.number.to_string(), |id| id.to_string())
     }
 }
 
-/// A file whose header and section table are in order; sections are checked as they are asked for.
+/// A file with a valid header and section table; sections are checked on access.
 #[derive(Clone, Debug)]
 pub struct Container<'a> {
     bytes: &'a [u8],
     sections: Vec<Section>,
     /// [`crate::scene::Scene::hash`] of the model.
     pub model_hash: u128,
-    /// What the rows promise.
+    /// The guarantee of the rows.
     pub guarantee: Guarantee,
 }
 
@@ -299,7 +299,7 @@ impl<'a> Container<'a> {
         &self.sections
     }
 
-    /// The table entry of a section, where the file has it.
+    /// The table entry of a section, if the file has it.
     pub fn section(&self, id: SectionId) -> Option<&Section> {
         self.sections.iter().find(|s| s.number == id.number())
     }
@@ -309,7 +309,7 @@ impl<'a> Container<'a> {
         self.sections.iter().try_for_each(|s| self.stored(s).map(drop))
     }
 
-    /// The bytes of a section as they are in the file.
+    /// The stored bytes of a section.
     fn stored(&self, s: &Section) -> Result<&'a [u8], FileError> {
         let stored = &self.bytes[s.offset as usize..(s.offset + s.bytes) as usize];
         if xxh3_64(stored) != s.checksum {
@@ -327,7 +327,7 @@ impl<'a> Container<'a> {
     pub(super) fn payload(&self, id: SectionId, budget: &mut Budget) -> Result<Option<Cow<'a, [u8]>>, FileError> {
         let Some(s) = self.section(id) else { return Ok(None) };
         let stored = self.stored(s)?;
-        // Once for these bytes, once for the strings that are copied out of them.
+        // Once for these bytes, once for strings copied from them.
         budget.take(id, s.decoded.saturating_mul(2))?;
         if !s.zstd {
             return Ok(Some(Cow::Borrowed(stored)));

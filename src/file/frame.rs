@@ -4,11 +4,11 @@ use ruzstd::decoding::FrameDecoder;
 
 /// First bytes of a frame.
 const MAGIC: [u8; 4] = 0xfd2f_b528u32.to_le_bytes();
-/// Largest window of a frame that is longer than its window, bytes: what level 15 and those below it use. A decoder takes this much memory.
-/// Larger: a frame of a few bytes takes more. Smaller: long sections can't be read.
+/// Largest window of a frame that is longer than its window, bytes: that of levels up to 15. A decoder takes this much memory. Larger: a
+/// frame of a few bytes takes more. Smaller: long sections cannot be read.
 const WINDOW: u64 = 8 << 20;
 
-/// The bytes of a frame, which must be `length`. Takes that much memory, and [`WINDOW`] at most besides.
+/// Decompresses a frame to exactly `length` bytes. Takes that much memory, plus at most [`WINDOW`].
 pub(super) fn decompress(frame: &[u8], length: usize) -> Result<Vec<u8>, String> {
     let failed = |error: &dyn std::fmt::Display| format!("can't be decompressed to {length} bytes ({error})");
     if !has_small_window(frame) {
@@ -22,7 +22,7 @@ pub(super) fn decompress(frame: &[u8], length: usize) -> Result<Vec<u8>, String>
     }
 }
 
-/// Whether a frame says that it needs no more than [`WINDOW`]: its descriptor, then its window or its content's size.
+/// Whether a frame's header declares a window of at most [`WINDOW`]: the descriptor, then the window or the content's size.
 fn has_small_window(frame: &[u8]) -> bool {
     let Some((&descriptor, rest)) = frame.strip_prefix(&MAGIC).and_then(|rest| rest.split_first()) else { return false };
     let is_single_segment = descriptor >> 5 & 1 == 1;

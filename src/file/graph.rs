@@ -1,4 +1,4 @@
-//! A file's cells and portals as a graph once more.
+//! Converts a file's cells and portals to a graph.
 
 use super::{FileCell, FilePortal, PvsFile};
 use crate::cells::{Cell, CellGraph, Piece, Portal};
@@ -8,7 +8,7 @@ use crate::types::note::Note;
 use glam::Vec4;
 
 impl PvsFile {
-    /// Cells and portals, rounded to `f32` as they are in the file. Pieces that rounding has left without a point are left out.
+    /// Cells and portals, rounded to `f32` as in the file. Pieces that are empty after rounding are left out.
     pub fn graph(&self) -> CellGraph {
         let eps = self.tolerance().coplanar;
         let piece = |planes: &Vec<Vec4>| Piece::new(planes.iter().map(plane).collect(), eps);
@@ -32,7 +32,7 @@ impl PvsFile {
         graph
     }
 
-    /// The tolerances of the model, to within the rounding of its objects' boxes.
+    /// The model's tolerances, to within the rounding of its objects' boxes.
     pub fn tolerance(&self) -> Tolerance {
         Tolerance::for_extent(self.object_bounds().fold(Aabb::EMPTY, Aabb::union).diagonal())
     }
@@ -46,7 +46,7 @@ impl PvsFile {
     }
 }
 
-/// A half-space whose normal is of length 1 again.
+/// A half-space with a renormalized normal.
 fn plane(plane: &Vec4) -> Plane {
     let n = plane.truncate().as_dvec3();
     let length = n.length();

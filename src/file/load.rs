@@ -1,4 +1,4 @@
-//! Files on disk, read.
+//! Reads files from disk.
 
 use super::format::MAGIC;
 use super::{FileError, PvsFile};
@@ -13,7 +13,7 @@ impl PvsFile {
     }
 }
 
-/// The bytes of a `.pvs` file, for [`super::Container::parse`]. A file that begins as no `.pvs` file does is not read further.
+/// The bytes of a `.pvs` file, for [`super::Container::parse`]. A file that does not begin like a `.pvs` file is not read further.
 pub fn load_bytes(path: &Path) -> Result<Vec<u8>, FileError> {
     let mut file = File::open(path)?;
     let mut bytes = Vec::new();

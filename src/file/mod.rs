@@ -1,8 +1,7 @@
-//! The `.pvs` container: what the run time needs, and what a reader wants to know about how it came to be.
+//! The `.pvs` container: the data for the run time, and information about the bake.
 //!
-//! [`PvsFile`] is a decoded file: [`PvsFile::from_bake`] makes one, [`PvsFile::save`] and [`PvsFile::load`] keep it on disk.
-//! [`Container`] is a file whose table has been read and nothing else.
-//! The bytes are drawn in docs/format.md.
+//! [`PvsFile`] is a decoded file: [`PvsFile::from_bake`] makes one, [`PvsFile::save`] and [`PvsFile::load`] keep it on disk. [`Container`]
+//! is a file of which only the table is read. docs/format.md describes the bytes.
 
 mod bytes;
 mod codes;
@@ -50,27 +49,27 @@ use glam::{DVec3, Vec3, Vec4};
 /// A decoded file. Geometry is `f32`, metres, relative to [`PvsFile::origin`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct PvsFile {
-    /// [`crate::scene::Scene::hash`] of the model that it was baked for.
+    /// [`crate::scene::Scene::hash`] of its model.
     pub model_hash: u128,
     /// Added to positions to get the model's own coordinates.
     pub origin: DVec3,
-    /// What the rows promise.
+    /// The guarantee of the rows.
     pub guarantee: Guarantee,
-    /// How the model was imported: another import has other objects, and another hash.
+    /// Options of the import: another import has other objects, and another hash.
     pub import: Import,
-    /// How the cells were found.
+    /// The strategy of the split.
     pub strategy: Strategy,
-    /// Why so.
+    /// The reason for it.
     pub reason: String,
-    /// Openings narrower than this, metres, may have been sealed on purpose.
+    /// Narrower openings may have been sealed on purpose, metres.
     pub smallest_hole: f64,
-    /// Holes that count as opaque, convex polygons: too small for the user (`--smallest-hole`), or walls of a level that are not drawn.
+    /// Convex polygons of holes that count as opaque: below the user's limit (`--smallest-hole`), or undrawn walls of a level.
     pub closed_holes: Vec<Vec<Vec3>>,
-    /// For each cell, how many it was joined from once visibility was known, 1 or more; empty: each is as it was found.
+    /// For each cell, the number of cells joined into it after visibility, 1 or more; empty: none were joined.
     pub clusters: Vec<u32>,
-    /// What was left out of this file, one line each, with the reason.
+    /// Omissions of this file, one line each, with the reason.
     pub left_out: Vec<String>,
-    /// Notes of the importer and of the split, what matters most first; no details.
+    /// Notes of the import and the split, most important first; no details.
     pub notes: Vec<String>,
     /// Cells.
     pub cells: Vec<FileCell>,
@@ -78,47 +77,47 @@ pub struct PvsFile {
     pub portals: Vec<FilePortal>,
     /// Objects.
     pub objects: Vec<FileObject>,
-    /// Cells x objects: which objects are in which cell.
+    /// Cells x objects: the objects in each cell.
     pub placement: BitMatrix,
-    /// The part of each object in each of its cells, one for each bit of the placement, in order; `None`: what of the object's box is in
-    /// the cell's.
+    /// Box of each object's part in each of its cells, one for each bit of the placement, in order; `None`: the intersection of the
+    /// object's box and the cell's.
     pub placed: Option<Vec<PlacedBox>>,
-    /// Cells x cells; `None` where everything sees everything, or where there is only one cell.
+    /// Cells x cells; `None` if all bits are set, or if there is only one cell.
     pub cell_rows: Option<BitMatrix>,
-    /// Cells x objects; `None` where everything sees everything.
+    /// Cells x objects; `None` if all bits are set.
     pub object_rows: Option<BitMatrix>,
-    /// Both sides, if they were kept.
+    /// Both bounds, if kept.
     pub bounds: Option<Bounds>,
-    /// Numbers of set pairs on both sides, always kept.
+    /// Numbers of set pairs in both bounds, always kept.
     pub pairs: PairCounts,
-    /// Holes found in the cell graph and mended.
+    /// Repaired holes in the cell graph.
     pub repairs: Vec<Repair>,
     /// The bake's counters.
     pub stats: PvsStats,
-    /// How much there is to see from each cell that is in no lower set, at most; `None` where that wasn't tested.
+    /// Confidence bounds of the unseen parts; `None` if not tested.
     pub unseen: Option<Unseen>,
-    /// What is undecided; `None` where nothing is, or nobody says.
+    /// Undecided pairs; `None` if there are none, or if unknown.
     pub gap: Option<Gap>,
-    /// Regions that rows were asked for on top of the cells.
+    /// View cells with their rows.
     pub views: Views,
 }
 
 impl PvsFile {
-    /// The clearance that [`Guarantee::STATEMENT`] speaks of, metres: [`crate::tolerance::Tolerance::clearance`] of the objects' extent.
+    /// The clearance in [`Guarantee::STATEMENT`], metres: [`crate::tolerance::Tolerance::clearance`] of the objects' extent.
     pub fn clearance(&self) -> f64 {
         let corners = self.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
         Tolerance::for_extent(Aabb::of(corners).diagonal()).clearance
     }
 }
 
-/// View cells and what is seen from them. Where there are none, there is nothing else either.
+/// View cells and their visibility. Without view cells, all other fields are empty.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Views {
     /// View cells.
     pub cells: Vec<FileViewCell>,
-    /// View cells x objects, as far as [`PvsFile::guarantee`] goes; `None` where every view cell sees everything.
+    /// View cells x objects, according to [`PvsFile::guarantee`]; `None` if all bits are set.
     pub rows: Option<BitMatrix>,
-    /// Both sides, if they were kept.
+    /// Both bounds, if kept.
     pub bounds: Option<ViewBounds>,
 }
 
@@ -138,30 +137,30 @@ pub struct ViewBounds {
     pub lower: BitMatrix,
     /// View cells x objects.
     pub upper: BitMatrix,
-    /// A segment for each pair of `lower`, in order: from a point in the view cell to a point on the object.
+    /// A segment for each pair of `lower`, in order, from a point in the view cell to a point on the object.
     pub witnesses: Vec<[DVec3; 2]>,
 }
 
-/// How the model was imported.
+/// Options of the import.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Import {
-    /// Most triangles an object may have; 1 or more.
+    /// Most triangles of an object; 1 or more.
     pub object_triangles: u32,
     /// Metres per unit of the source, above 0; `None`: the format's own.
     pub metres_per_unit: Option<f64>,
-    /// Whether the source's +Z is up, in formats whose +Y is otherwise.
+    /// Whether the source's +Z is up, in formats whose default is +Y.
     pub z_up: bool,
-    /// Radius of tubes along lines that have none of their own, metres, above 0.
+    /// Radius of tubes along lines without a radius, metres, above 0.
     pub tube_radius: Option<f64>,
-    /// Whether pipes are tubes, where there are many.
+    /// Whether pipes become tubes, if there are many.
     pub tubes: bool,
-    /// No hole of a map that is wider lets anything out, metres, above 0; `None`: 0.2 of its units.
+    /// Holes of a map up to this width count as closed, metres, above 0; `None`: 0.2 of its units.
     pub smallest_hole: Option<f64>,
 }
 
 impl Import {
-    /// What imports the model in the same way.
+    /// The options for the same import.
     #[cfg(feature = "bake")]
     pub fn options(&self) -> ImportOptions {
         let Self { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole } = *self;
@@ -184,7 +183,7 @@ pub struct FileCell {
     pub name: String,
     /// The author's id.
     pub source: Option<String>,
-    /// Culling is done online here.
+    /// Whether culling is online here.
     pub open: bool,
     /// Convex pieces, each a list of planes `(n, d)`, inside `n . p <= d`.
     pub pieces: Vec<Vec<Vec4>>,
@@ -193,15 +192,15 @@ pub struct FileCell {
 /// A portal; conventions as in [`crate::cells::Portal`].
 #[derive(Clone, PartialEq, Debug)]
 pub struct FilePortal {
-    /// From, to.
+    /// The cells behind and in front of the plane.
     pub cells: [CellId; 2],
     /// `(n, d)`, normal from `cells[0]` into `cells[1]`.
     pub plane: Vec4,
     /// Corners.
     pub winding: Vec<Vec3>,
-    /// What it is.
+    /// Door, window or opening.
     pub kind: PortalKind,
-    /// What stands in it, as the model was.
+    /// Its state in the model.
     pub state: PortalState,
     /// The author's id.
     pub source: Option<String>,
@@ -234,41 +233,41 @@ pub struct Bounds {
 }
 
 impl PvsFile {
-    /// One closed cell that nothing leads out of: its row would hide the backs of its walls at most, so such a file has no rows.
+    /// True for one closed cell without portals: its row would hide at most the backs of its walls, so such a file has no rows.
     pub(crate) fn is_one_hall(&self) -> bool {
         self.portals.is_empty() && self.cells.iter().filter(|cell| !cell.open).count() == 1
     }
 
-    /// Whether `cell` sees `object`, as far as [`PvsFile::guarantee`] goes.
+    /// Whether `cell` sees `object`, according to [`PvsFile::guarantee`].
     #[inline]
     pub fn sees_object(&self, cell: CellId, object: ObjectId) -> bool {
         self.object_rows.as_ref().is_none_or(|rows| rows.get(cell.index(), object.index()))
     }
 
-    /// Whether one cell sees another, as far as [`PvsFile::guarantee`] goes. A cell sees itself.
+    /// Whether one cell sees another, according to [`PvsFile::guarantee`]. A cell sees itself.
     #[inline]
     pub fn sees_cell(&self, from: CellId, to: CellId) -> bool {
         from == to || self.cell_rows.as_ref().is_none_or(|rows| rows.get(from.index(), to.index()))
     }
 
-    /// The words of a cell's object row, a bit an object; `None`: it sees every object.
+    /// The words of a cell's object row, a bit per object; `None`: it sees every object.
     #[inline]
     pub fn object_row(&self, cell: CellId) -> Option<&[u64]> {
         self.object_rows.as_ref().map(|rows| rows.row(cell.index()))
     }
 
-    /// The words of a cell's cell row, a bit a cell; `None`: it sees every cell.
+    /// The words of a cell's cell row, a bit per cell; `None`: it sees every cell.
     #[inline]
     pub fn cell_row(&self, cell: CellId) -> Option<&[u64]> {
         self.cell_rows.as_ref().map(|rows| rows.row(cell.index()))
     }
 
-    /// The position of a view cell in [`Views::cells`], and so its row, by its id.
+    /// The index of a view cell in [`Views::cells`], and so of its row, by its id.
     pub fn view_cell(&self, id: &ViewCellName) -> Option<usize> {
         self.views.cells.iter().position(|cell| cell.id == *id)
     }
 
-    /// The words of a view cell's object row, a bit an object; `None`: it sees every object.
+    /// The words of a view cell's object row, a bit per object; `None`: it sees every object.
     #[inline]
     pub fn view_row(&self, view_cell: usize) -> Option<&[u64]> {
         self.views.rows.as_ref().map(|rows| rows.row(view_cell))
@@ -290,13 +289,13 @@ impl PvsFile {
     }
 }
 
-/// The set bits of a row, or all `n` where there is no row.
+/// The set bits of a row, or all `n` without a row.
 fn seen(row: Option<&[u64]>, n: usize) -> impl Iterator<Item = usize> + '_ {
     let all = if row.is_none() { 0..n } else { 0..0 };
     row.into_iter().flat_map(ones).chain(all)
 }
 
-/// How many pairs each side holds.
+/// Numbers of pairs in each bound.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct PairCounts {
     /// Cell-object pairs with a witness.

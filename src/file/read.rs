@@ -1,4 +1,4 @@
-//! Sections to fields. Every number is checked against the rule that the field's documentation states.
+//! Reads sections into fields. Every number is checked against the rule in the field's documentation.
 
 use super::bytes::{Budget, Cursor};
 use super::codes::{HOLE, NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
@@ -18,12 +18,12 @@ use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
 
-/// A plane's normal may differ by so much from length 1: larger lets in planes whose distances aren't metres, smaller refuses rounded ones.
+/// Largest error of a normal's length. Larger: planes with wrong distances pass. Smaller: rounded ones are rejected.
 const NORMAL_LENGTH: f32 = 1e-3;
 
 impl PvsFile {
-    /// Reads a whole file, and nothing else: what isn't as docs/format.md says is refused. Takes at most 16 MiB and 8,192 times
-    /// `bytes.len()` of memory, whatever the file says.
+    /// Reads a whole file; anything that differs from docs/format.md is rejected. Takes at most 16 MiB plus 8,192 times `bytes.len()` of
+    /// memory, for any content.
     pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let container = Container::parse(bytes)?;
         container.verify()?;
@@ -74,7 +74,7 @@ impl PvsFile {
     }
 }
 
-/// What [`SectionId::Meta`] holds.
+/// The content of [`SectionId::Meta`].
 struct Meta {
     origin: DVec3,
     smallest_hole: f64,
@@ -92,7 +92,7 @@ struct SectionReader<'c, 'a> {
 }
 
 impl<'a> SectionReader<'_, 'a> {
-    /// Reads a section to its end with `f`; `None` where the file leaves it out.
+    /// Reads a section to its end with `f`; `None` if the file leaves it out.
     fn section<T>(
         &self,
         id: SectionId,
@@ -155,7 +155,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(self.section(SectionId::Notes, budget, |c, b| Ok([lines(c, b)?, lines(c, b)?]))?.unwrap_or_default())
     }
 
-    /// A section that is one list of `n` elements; left out only where there are none.
+    /// A section that is one list of `n` elements; left out only if there are none.
     fn list<T>(
         &self,
         id: SectionId,
@@ -226,7 +226,7 @@ impl<'a> SectionReader<'_, 'a> {
         })
     }
 
-    /// `portals`: the cells on both sides of each.
+    /// `portals`: the two cells of each.
     fn cell_rows(&self, cells: usize, portals: &[[u32; 2]], budget: &mut Budget) -> Result<Option<BitMatrix>, FileError> {
         budget.take(SectionId::CellRows, Guide::cells_bytes(cells, portals.len()))?;
         let guide = Guide::cells(cells, portals.iter().copied());
@@ -265,7 +265,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(holes.unwrap_or_default())
     }
 
-    /// A number for each cell; empty where the file has none.
+    /// A number for each cell; empty if the file has none.
     fn clusters(&self, cells: usize, budget: &mut Budget) -> Result<Vec<u32>, FileError> {
         let clusters = self.section(SectionId::Clusters, budget, |c, b| {
             b.take(SectionId::Clusters, 4 * cells as u64)?;
@@ -314,7 +314,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(mean)
     }
 
-    /// A byte a portal; left out where each is as its kind has it.
+    /// A byte per portal; left out if all are the defaults of their kinds.
     fn states(&self, portals: &mut [FilePortal], budget: &mut Budget) -> Result<(), FileError> {
         let states = self.section(SectionId::PortalStates, budget, |c, _| {
             for portal in portals.iter_mut() {
@@ -334,7 +334,7 @@ impl<'a> SectionReader<'_, 'a> {
         }
     }
 
-    /// Upper and lower set of `cells` cells or view cells, whose rows take turns, so that one refers to the other.
+    /// Upper and lower set of `cells` cells or view cells, with alternating rows, so that one refers to the other.
     fn sides(
         &self,
         id: SectionId,
@@ -356,7 +356,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(Some([upper, lower]))
     }
 
-    /// View cells with their rows; bounds and witnesses both or none, and they must hold as many pairs as the rows.
+    /// View cells with their rows; bounds and witnesses are both present or absent, and must match the rows' numbers of pairs.
     fn views(&self, objects: usize, guarantee: Guarantee, budget: &mut Budget) -> Result<Views, FileError> {
         let cells = self.section(SectionId::ViewCells, budget, |c, b| {
             let mut ids = HashSet::new();
@@ -421,7 +421,7 @@ impl<'a> SectionReader<'_, 'a> {
             _ => return Err(FileError::Missing { section: SectionId::ObjectBounds }),
         };
         let witnesses = self.section(SectionId::Witnesses, budget, |c, b| {
-            // Pair by pair in the order of the lower set.
+            // In the order of the lower set's pairs.
             let mut pairs =
                 (0..cells).flat_map(|cell| objects_lower.ones(cell).map(move |object| [cell as u32, object as u32]));
             let witnesses = c.list(b, 48, |c, _| {
@@ -493,7 +493,7 @@ fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {
     Ok(FileObject { node, triangles, bounds })
 }
 
-/// The rows and the bounds must hold as many pairs as [`SectionId::Meta`] says.
+/// Checks that rows and bounds match the numbers of pairs in [`SectionId::Meta`].
 fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
     let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
     let pairs = &file.pairs;

@@ -1,7 +1,7 @@
 //! Visibility matrices in few bytes.
 //!
-//! A matrix is coded row by row, each decision by a model of what is expected ([`guide`], [`coder`]). A row refers to an earlier one that is
-//! much like it. The bytes are drawn in docs/format.md. The same matrix gives the same bytes on any number of threads.
+//! A matrix is coded bit by bit with a context model ([`guide`], [`coder`]); a row may refer to a similar earlier one. docs/format.md
+//! describes the bytes. The same matrix gives the same bytes on any number of threads.
 //!
 //! Based on: Glen G. Langdon, Jorma Rissanen, *Compression of black-white images with arithmetic coding*, 1981 (adaptive contexts of bits
 //! nearby; here a bit's neighbours are the bits of the reference, and what [`Guide`] knows); Paolo Boldi, Sebastiano Vigna, *The WebGraph
@@ -27,34 +27,33 @@ use guide::{Known, Models, Walker};
 pub(super) const ZEROS: usize = 0;
 /// First byte of a matrix with every bit set.
 pub(super) const ONES: usize = 1;
-/// First byte of a coded one.
+/// First byte of a coded matrix.
 pub(super) const CODED: usize = 2;
-/// Flag: a symmetric matrix, of which each pair is coded once.
+/// Flag: the matrix is symmetric; each pair is coded once.
 pub(super) const SYMMETRIC: usize = 1;
-/// Flag: coded without what the guide knows, since asking it takes too long.
+/// Flag: coded without a guide, because walking it would take too long.
 pub(super) const UNGUIDED: usize = 2;
 
-/// Zero-order entropy of `pairs` bits of which `set` are set, bits a pair: what coding each bit alone costs at least. 0 for no
-/// pairs.
+/// Zero-order entropy of `pairs` bits of which `set` are set, bits per pair: the least cost of coding each bit alone. 0 without pairs.
 #[cfg(feature = "bake")]
 pub fn entropy_bits_per_pair(set: u64, pairs: u64) -> f64 {
     [set, pairs - set].into_iter().filter(|&n| n > 0).map(|n| n as f64 / pairs as f64).map(|p| -p * p.log2()).sum()
 }
 
-/// Reads what [`encode_rows`](super::encode_rows) made; the matrix must have as many `rows` and `columns`. `section` is for errors.
+/// Decodes the output of [`encode_rows`](super::encode_rows). `rows` and `columns` are the expected shape; `section` is for errors.
 ///
-/// Takes the memory of the matrix, and some rows more.
+/// Takes the memory of the matrix and of some rows.
 #[cfg(feature = "bake")]
 pub fn decode_rows(section: SectionId, bytes: &[u8], rows: usize, columns: usize) -> Result<BitMatrix, FileError> {
     decode_guided(section, bytes, rows, columns, &Guide::Plain)
 }
 
-/// Most bytes that reading a matrix takes.
+/// Upper bound of the memory of decoding, bytes.
 pub(super) fn matrix_bytes(rows: usize, columns: usize) -> u64 {
     (columns.div_ceil(64) as u64 * 8).saturating_mul(rows as u64 + 8)
 }
 
-/// The same for what was coded with a guide: `guide` has as many cells as there are rows, and as many objects as there are columns.
+/// The same with a context model: `guide` has as many cells as there are rows, and as many objects as there are columns.
 pub(super) fn decode_guided(
     section: SectionId,
     bytes: &[u8],

@@ -1,4 +1,4 @@
-//! What a file holds, in numbers: one typed answer, from which `info` and `bake` write prose and JSON (docs/cli.md documents the keys).
+//! The summary of a file in numbers: one type for the prose and JSON of `info` and `bake` (docs/cli.md documents the keys).
 
 use super::{CONFIDENCE, Container, Gap, Import, PvsFile, SectionId, VERSION, entropy_bits_per_pair};
 use crate::BitMatrix;
@@ -8,12 +8,12 @@ use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
 use serde::Serialize;
 
-/// Of the solid angle that no ray has shown, upper bounds; fractions of the sphere.
+/// Confidence bounds of the unseen part; fractions of the sphere.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct UnseenSummary {
-    /// Of the mean over all cells.
+    /// Bound of the mean over all cells.
     pub mean: f64,
-    /// Of the closed cell with the largest; `None` without closed cells.
+    /// Largest bound of a closed cell; `None` without closed cells.
     pub max_closed: Option<f64>,
     /// Each bound holds with this probability.
     pub confidence: f64,
@@ -22,9 +22,9 @@ pub struct UnseenSummary {
 /// Undecided cell-object pairs by kind.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
 pub struct GapSummary {
-    /// Undecided pairs of closed cells over those that are not proven hidden: 0 to 1.
+    /// Undecided pairs of closed cells, as a share of those not proven hidden: 0 to 1.
     pub closed: f64,
-    /// The latter; `None` where the file doesn't say.
+    /// Pairs of closed cells not proven hidden; `None` if the file does not state it.
     pub closed_upper_pairs: Option<u64>,
     /// See [`Gap::tolerance`].
     pub tolerance_pairs: u64,
@@ -39,11 +39,11 @@ pub struct GapSummary {
 /// Sets of a file: pairs, bytes, bounds.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct PvsSummary {
-    /// Which side the rows take.
+    /// The bound that the rows take.
     pub guarantee: Guarantee,
-    /// `None` where sampling was not tested.
+    /// `None` if sampling was not tested.
     pub unseen: Option<UnseenSummary>,
-    /// `None` where nobody says.
+    /// `None` if unknown.
     pub gap: Option<GapSummary>,
     /// Cell-object pairs with a witness.
     pub lower_pairs: u64,
@@ -125,18 +125,18 @@ fn gap(file: &PvsFile) -> Option<GapSummary> {
     })
 }
 
-/// Portals of a kind, by how they stand.
+/// Portals of a kind, by state.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 pub struct PortalsSummary {
-    /// All of them.
+    /// Number of portals.
     pub count: usize,
-    /// Nothing shuts them.
+    /// Open portals.
     pub open: usize,
-    /// A leaf or a pane shuts them.
+    /// Portals shut by a leaf or a pane.
     pub shut: usize,
-    /// One sees through them even where they are shut.
+    /// Portals that are see-through even if shut.
     pub see_through: usize,
-    /// Something hangs in them that can shut them.
+    /// Portals with something that can shut them.
     pub closable: usize,
     /// Shut, with a gap.
     pub ajar: usize,
@@ -170,7 +170,7 @@ pub struct SectionSummary {
     pub decoded_bytes: u64,
 }
 
-/// View cells, and what their rows take.
+/// View cells and the size of their rows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize)]
 pub struct ViewCellsSummary {
     /// View cells.
@@ -183,34 +183,34 @@ pub struct ViewCellsSummary {
     pub row_bytes: u64,
 }
 
-/// Everything that `info` says.
+/// The output of `info`.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct FileSummary {
-    /// Of the format.
+    /// Version of the format.
     pub version: u32,
     /// Length of the file.
     pub file_bytes: usize,
     /// [`crate::types::scene::Scene::hash`] of the model, in hexadecimal.
     pub model_hash: String,
-    /// Which side the rows take.
+    /// The bound that the rows take.
     pub guarantee: Guarantee,
-    /// The clearance that the guarantee holds for, metres.
+    /// The clearance of the guarantee, metres.
     pub clearance: f64,
-    /// How the cells were found.
+    /// The strategy of the split.
     pub strategy: Strategy,
-    /// Why so.
+    /// The reason for it.
     pub reason: String,
-    /// Openings narrower than this, metres, may have been sealed.
+    /// Narrower openings may have been sealed, metres.
     pub smallest_hole: f64,
-    /// Holes that count as opaque: too small for the user, or walls of a level that are not drawn.
+    /// Number of holes that count as opaque: below the user's limit, or undrawn walls of a level.
     pub closed_holes: usize,
     /// Added to positions to get the model's own coordinates, metres.
     pub origin: [f64; 3],
-    /// How the model was imported.
+    /// Options of the import.
     pub import: Import,
     /// Cells.
     pub cells: u64,
-    /// Of these, open ones.
+    /// Number of open cells.
     pub open_cells: usize,
     /// Portals.
     pub portals: usize,
@@ -228,11 +228,11 @@ pub struct FileSummary {
     pub stats: PvsStats,
     /// The container's sections.
     pub sections: Vec<SectionSummary>,
-    /// What isn't in the file, and why.
+    /// Omissions of the file, and the reasons.
     pub left_out: Vec<String>,
-    /// The importer's and the split's notes.
+    /// Notes of the import and the split.
     pub notes: Vec<String>,
-    /// Holes in the cell graph that were found and mended.
+    /// Repaired holes in the cell graph.
     pub repairs: usize,
     /// View cells.
     pub view_cells: ViewCellsSummary,

@@ -1,9 +1,8 @@
-//! Results on the disk.
+//! The format of results on disk.
 //!
-//! A file has a head: magic, and the digests of all that the work depends on. Then blocks, appended as results come in:
-//! length (`u32`), checksum (XXH3), and so many bytes of results with their numbers, in postcard's encoding, compressed with
-//! zstd. All numbers are little-endian. A block that isn't whole, as a killed run may leave one, ends the file; what came
-//! after it is worked out again.
+//! A file has a head: magic, and the digests of all inputs of the work. Then follow blocks, appended as results arrive: length (`u32`),
+//! checksum (XXH3), and results with their keys, in postcard's encoding, compressed with zstd. All numbers are little-endian. An incomplete
+//! block, as a killed run may leave, ends the file; later results are computed again.
 
 use super::digest::Digest;
 use serde::{Deserialize, Serialize};
@@ -13,21 +12,21 @@ use xxhash_rust::xxh3::xxh3_64;
 const MAGIC: &[u8; 8] = b"EnfWork\n";
 /// Bytes of the head.
 pub(super) const HEAD: usize = MAGIC.len() + Digest::BYTES;
-/// No block unpacks to more than this, bytes: a file's word isn't taken for more.
+/// Largest decompressed size of a block, bytes.
 const MOST: u64 = 1 << 32;
 
-/// Which map, and which of its items.
+/// Number of the map, and of its item.
 pub(super) type Key = (u32, u32);
 
 /// Some results.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Block(pub Vec<(Key, Vec<u8>)>);
 
-/// What a file begins with.
+/// The beginning of a file.
 pub(super) enum Head {
-    /// A head.
+    /// A complete head.
     Whole(Digest),
-    /// Less than a head, and nothing else.
+    /// An incomplete head.
     Cut,
     /// Something else.
     Strange,
@@ -54,7 +53,7 @@ pub(super) fn packed(block: &Block) -> io::Result<Vec<u8>> {
     Ok([length.to_le_bytes().as_slice(), &xxh3_64(&payload).to_le_bytes(), &payload].concat())
 }
 
-/// The next block and its size in the file, of which `left` bytes are left; `None` at the end, and where it isn't whole.
+/// The next block and its size in the file, which has `left` more bytes; `None` at the end, and for an incomplete block.
 pub(super) fn read_block(input: &mut impl Read, left: u64) -> io::Result<Option<(Block, u64)>> {
     let mut head = [0; 12];
     if left < head.len() as u64 {

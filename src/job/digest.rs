@@ -1,4 +1,4 @@
-//! What work depends on, as digests: whose results may stand for whose.
+//! Digests of all inputs of the work: equal digests mean equal results.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::{Display, Formatter};
@@ -6,21 +6,21 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Bytes of the program that are read at once.
+/// Size of the buffer to read the program, bytes.
 const BUFFER: usize = 1 << 18;
 
-/// Digests (XXH3, 128 bits) of all that results depend on.
+/// Digests (XXH3, 128 bits) of all inputs of results.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
 pub struct Digest {
     /// The model or level.
     pub input: u128,
     /// The options.
     pub options: u128,
-    /// The program; 0 where any build will do.
+    /// The program; 0 if the build does not matter.
     pub build: u128,
 }
 
-/// In what the work of two digests differs; never in nothing.
+/// The differences of two digests; at least one.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Difference {
     /// The model or level.
@@ -35,13 +35,13 @@ impl Digest {
     /// Bytes of [`Digest::to_bytes`].
     pub(super) const BYTES: usize = 48;
 
-    /// The same work by this build of the program: another one may work otherwise.
+    /// The same work by this build of the program, because another build may compute other results.
     pub fn of_this_build(self) -> Self {
         let mut hash = Xxh3::new();
         hash.update(env!("CARGO_PKG_VERSION").as_bytes());
-        // Where the program can't read itself, its version must do.
+        // If the program cannot read itself, only its version counts.
         if let Ok(program) = std::env::current_exe().and_then(File::open) {
-            // As far as it can be read; a buffer at a time, because a small level takes less memory than the program.
+            // A buffer at a time, because a small level takes less memory than the program.
             let mut program = BufReader::with_capacity(BUFFER, program);
             while let Ok(read @ [_, ..]) = program.fill_buf() {
                 let length = read.len();
@@ -52,7 +52,7 @@ impl Digest {
         Self { build: hash.digest128(), ..self }
     }
 
-    /// The three, little-endian, one after the other.
+    /// The three digests, little-endian, concatenated.
     pub fn to_bytes(self) -> Vec<u8> {
         [self.input, self.options, self.build].into_iter().flat_map(u128::to_le_bytes).collect()
     }
@@ -63,7 +63,7 @@ impl Digest {
         Self { input: next(), options: next(), build: next() }
     }
 
-    /// In what the other's work differs from this; `None` where it is the same.
+    /// The differences to another digest; `None` if they are equal.
     pub fn difference(&self, other: &Self) -> Option<Difference> {
         let Self { input, options, build } = other;
         let found =

@@ -1,4 +1,4 @@
-//! The mark that work of many is done.
+//! The mark that shared work is done.
 
 use super::digest::Digest;
 use std::fs::File;
@@ -6,13 +6,13 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use xxhash_rust::xxh3::Xxh3;
 
-/// Its name.
+/// Name of its file.
 pub(super) const NAME: &str = "done";
 const TITLE: &str = "enfilade: done";
-/// No mark has more bytes.
+/// Largest size of a mark, bytes.
 const MOST: u64 = 4096;
 
-/// Who wrote the output first, and its checksum.
+/// The first writer of the output, and its checksum.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Done {
     pub digest: Digest,
@@ -21,7 +21,7 @@ pub(super) struct Done {
 }
 
 impl Done {
-    /// The mark in a folder; `None` where there is none, or nothing that is one.
+    /// The mark in a folder; `None` if there is none, or it is invalid.
     pub fn read(folder: &Path) -> Option<Self> {
         let mut text = String::new();
         File::open(folder.join(NAME)).ok()?.take(MOST).read_to_string(&mut text).ok()?;
@@ -33,7 +33,7 @@ impl Done {
         Some(Self { digest, sum, by: value("by")? })
     }
 
-    /// Puts it there, whole or not at all; `worker` keeps names apart.
+    /// Writes it atomically; `worker` makes the temporary name unique.
     pub fn write(&self, folder: &Path, worker: u32) -> io::Result<()> {
         let Self { digest: Digest { input, options, build }, sum, by } = self;
         let text = format!("{TITLE}\ninput {input:x}\noptions {options:x}\nbuild {build:x}\noutput {sum:x}\nby {by}\n");
@@ -43,7 +43,7 @@ impl Done {
     }
 }
 
-/// The checksum of files, one after the other (XXH3, 128 bits).
+/// The checksum of concatenated files (XXH3, 128 bits).
 pub(super) fn sum(files: &[PathBuf]) -> io::Result<u128> {
     let mut hash = Xxh3::new();
     let mut buffer = vec![0; 1 << 16];

@@ -1,9 +1,8 @@
-//! Work that several processes share by way of a folder, on one machine or on many.
+//! Work shared by several processes through a folder, on one machine or on many.
 //!
-//! Each worker runs the whole program. Worker K appends its results to `worker-K`, a journal that nobody else writes, and
-//! reads everybody else's; nothing else is exchanged. Results are pure functions of what was known before, so that it
-//! doesn't matter whose is taken: a worker that is lost, late or cut off costs time and nothing else. One result in a
-//! thousand is worked out again and compared, so that a machine that works out something else is found.
+//! Each worker runs the whole program. Worker K appends its results to `worker-K`, a journal that only it writes, and reads all others;
+//! nothing else is exchanged. Results are pure functions of previous results, so any worker's result will do: a lost or late worker costs
+//! only time. One result in a thousand is computed again and compared, to find a machine with other results.
 
 use super::block::{Head, read_head};
 use super::digest::{Difference, Digest};
@@ -20,48 +19,48 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 use xxhash_rust::xxh3::xxh3_64;
 
-/// Results wait at most so long to be written. More: others wait longer for them. Less: blocks are small and compress badly.
+/// Longest delay before results are written. Longer: others wait longer for them. Shorter: blocks are small and compress badly.
 const PROMPT: Duration = Duration::from_millis(50);
-/// The folder is looked into at most so often; and, with much to read, as often as takes this fraction of the time, or half
-/// of it where there is nothing better to do.
+/// Least interval between reads of the folder; with much to read, reads take at most one in `LOOKING` of the time, or half of it if the
+/// worker is idle.
 const LOOK: Duration = Duration::from_millis(5);
 const LOOKING: u32 = 20;
-/// Of so many results of others, one is worked out again.
+/// One in this many results of others is computed again.
 const CHECKED: u64 = 1000;
 
-/// Why work can't be shared in a folder.
+/// Errors of shared work.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum FolderError {
-    /// The system's word on a file.
+    /// A system error on a file.
     #[error("{}: {error}", .path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What it said.
+        /// The error.
         error: io::Error,
     },
-    /// Another process is this worker.
+    /// Another process has this worker's number.
     #[error("{}: worker {worker} is at work already{by}", .path.display())]
     InUse {
         /// Its file.
         path: PathBuf,
         /// Its number.
         worker: u32,
-        /// On which host, and in which process, if its file tells.
+        /// Its host and process, if its file states them.
         by: String,
     },
-    /// A file of other work is in there.
+    /// The folder has a file of other work.
     #[error("{}: belongs {difference}", .path.display())]
     Other {
         /// The file.
         path: PathBuf,
-        /// In what the work differs.
+        /// The difference of the work.
         difference: Difference,
     },
 }
 
-/// A worker's place in a shared folder. While it is open no other process can have the same.
+/// A worker in a shared folder. While it is open, no other process can have the same number.
 pub struct Folder {
     path: PathBuf,
     worker: u32,
@@ -69,7 +68,7 @@ pub struct Folder {
     digest: Digest,
     host: Host,
     journal: Journal,
-    /// What is written in the end: who is done first leaves its checksum.
+    /// The final outputs: the first worker to finish leaves their checksum.
     outputs: Vec<PathBuf>,
     inbox: Mutex<Inbox>,
     is_full: AtomicBool,
@@ -79,7 +78,7 @@ pub struct Folder {
     say: Box<dyn Fn(&str) + Send + Sync>,
 }
 
-/// A result of an item, and whose it is; of this worker itself where it goes on.
+/// A result of an item, and its worker; this worker itself after a resume.
 pub(super) struct Arrival {
     pub item: u32,
     pub worker: u32,
@@ -89,23 +88,23 @@ pub(super) struct Arrival {
 #[derive(Default)]
 struct Inbox {
     readers: BTreeMap<u32, Reader>,
-    /// By map: what has come and wasn't asked for yet.
+    /// By map: results received before they were needed.
     results: HashMap<u32, Vec<Arrival>>,
-    /// Workers of whom it was said that their results are of the wrong shape.
+    /// Workers reported for results of the wrong shape.
     misshapen: Vec<u32>,
-    /// A mark that doesn't fit the output here.
+    /// A mark that does not match the output here.
     unfit: Option<Done>,
     looked: Option<Instant>,
     took: Duration,
 }
 
 impl Folder {
-    /// Takes the place of `worker`, below `workers`, in a folder, which is made if it isn't there. `outputs` are the files
-    /// that will be written in the end; `say` gets what users should know, a line each.
+    /// Opens a folder as number `worker` of `workers`, and creates it if necessary. `outputs` are the final output files; `say` receives
+    /// messages for users, a line each.
     ///
     /// # Errors
     ///
-    /// [`FolderError`]; nothing in the folder is touched then.
+    /// [`FolderError`]; then nothing in the folder changes.
     pub fn open(
         path: &Path,
         [worker, workers]: [u32; 2],
@@ -118,7 +117,7 @@ impl Folder {
         let own = path.join(name(worker));
         let is_new = !own.exists();
         let journal = own_journal(&own, worker, digest, &*say)?.written_every(PROMPT);
-        // Others may have begun at the same time.
+        // Others may have started at the same time.
         if let Err(error) = check(path, &digest) {
             if is_new {
                 let _ = journal.remove();
@@ -154,26 +153,26 @@ impl Folder {
         Ok(folder)
     }
 
-    /// True where it held results of this worker when it was opened.
+    /// True if it had results of this worker when it was opened.
     pub fn is_resumed(&self) -> bool {
         self.journal.is_resumed()
     }
 
-    /// Where another worker has worked out something else than this one: what to say. Then nothing must be written.
+    /// The message if another worker has a different result. Then no output must be written.
     pub fn disagreement(&self) -> Option<&str> {
         self.disagreement.get().map(String::as_str)
     }
 
-    /// Who has written the outputs already, if somebody has, and they are here.
+    /// The worker that has already written the outputs, if they are here.
     pub fn done_by(&self) -> Option<&str> {
         self.done.get().map(|done| done.by.as_str())
     }
 
-    /// The outputs are written: leaves their checksum, so that the others end.
+    /// Call it after the outputs are written: leaves their checksum, so that the other workers end.
     ///
     /// # Errors
     ///
-    /// The system's.
+    /// A system error.
     pub fn finish(&self) -> io::Result<()> {
         self.flush();
         if self.outputs.is_empty() {
@@ -183,7 +182,7 @@ impl Folder {
         Done { digest: self.digest, sum: done::sum(&self.outputs)?, by }.write(&self.path, self.worker)
     }
 
-    /// This worker's number, and how many there are.
+    /// This worker's number, and the number of workers.
     pub(super) fn place(&self) -> [usize; 2] {
         [self.worker as usize, self.workers as usize]
     }
@@ -192,19 +191,19 @@ impl Folder {
         arrival.worker == self.worker
     }
 
-    /// True where the rest is in vain: somebody is done, or two have worked out different things.
+    /// True if further work is useless: a worker is done, or two have different results.
     pub(super) fn is_over(&self) -> bool {
         self.is_over.load(Relaxed)
     }
 
-    /// Keeps a result for all.
+    /// Stores a result for all workers.
     pub(super) fn keep(&self, map: u32, item: usize, result: &impl Serialize) {
         if !self.is_full.load(Relaxed) {
             self.journal.keep((map, item as u32), result);
         }
     }
 
-    /// Writes what others don't know yet.
+    /// Writes pending results.
     pub fn flush(&self) {
         if self.is_full.load(Relaxed) {
             return;
@@ -216,8 +215,8 @@ impl Folder {
         }
     }
 
-    /// Results of a map that have come since the last time, of all workers. Looks into the folder only now and then; more
-    /// often where the caller is idle. Results of earlier maps are dropped.
+    /// New results of a map from all workers. Reads the folder only at intervals; more often if the caller is idle. Results of earlier maps
+    /// are dropped.
     pub(super) fn receive(&self, map: u32, is_idle: bool) -> Vec<Arrival> {
         let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
         let pause = if is_idle { inbox.took } else { LOOK.max(inbox.took * LOOKING) };
@@ -270,13 +269,13 @@ impl Folder {
         }
     }
 
-    /// True for results that are to be worked out again: others for each worker.
+    /// True for results to compute again: a different sample for each worker.
     pub(super) fn is_checked(&self, map: u32, arrival: &Arrival) -> bool {
         let bytes: Vec<u8> = [map, arrival.item, self.worker].into_iter().flat_map(u32::to_le_bytes).collect();
         xxh3_64(&bytes).is_multiple_of(CHECKED)
     }
 
-    /// Another worker's result is not what comes out here: the work ends.
+    /// Another worker's result differs from ours: the work ends.
     pub(super) fn disagree(&self, map: u32, arrival: &Arrival) {
         let inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
         let host = inbox.readers.get(&arrival.worker).and_then(|reader| reader.host.as_ref());
@@ -289,7 +288,7 @@ impl Folder {
         self.is_over.store(true, Relaxed);
     }
 
-    /// A result can't be read: said once of each worker.
+    /// A result cannot be decoded: reported once per worker.
     pub(super) fn is_misshapen(&self, arrival: &Arrival) {
         let mut inbox = self.inbox.lock().unwrap_or_else(PoisonError::into_inner);
         if !inbox.misshapen.contains(&arrival.worker) {
@@ -308,7 +307,7 @@ fn name(worker: u32) -> String {
 fn workers(folder: &Path) -> BTreeMap<u32, PathBuf> {
     let number = |path: &Path| -> Option<u32> {
         let number = path.file_name()?.to_str()?.strip_prefix("worker-")?.parse().ok()?;
-        // No signs or zeros before it.
+        // No sign and no leading zeros.
         (path.file_name()?.to_str()? == name(number)).then_some(number)
     };
     let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
@@ -319,10 +318,10 @@ fn io_error(path: &Path, error: io::Error) -> FolderError {
     FolderError::Io { path: path.to_owned(), error }
 }
 
-/// Nothing in the folder belongs to other work.
+/// Checks that no file in the folder belongs to other work.
 fn check(folder: &Path, digest: &Digest) -> Result<(), FolderError> {
     for (_, path) in workers(folder) {
-        // What can't be read, or is no worker's, is told of later.
+        // Unreadable and foreign files are reported later.
         let Ok(mut file) = std::fs::File::open(&path) else { continue };
         if let Ok(Head::Whole(found)) = read_head(&mut file)
             && let Some(difference) = digest.difference(&found)
@@ -334,7 +333,7 @@ fn check(folder: &Path, digest: &Digest) -> Result<(), FolderError> {
     difference.map_or(Ok(()), |difference| Err(FolderError::Other { path: folder.join(done::NAME), difference }))
 }
 
-/// Opens the worker's own file. One that is no journal makes room for one.
+/// Opens the worker's own file. A file that is not a journal is replaced.
 fn own_journal(path: &Path, worker: u32, digest: Digest, say: &dyn Fn(&str)) -> Result<Journal, FolderError> {
     let failed = |e| match e {
         JournalError::Other(difference) => FolderError::Other { path: path.to_owned(), difference },
@@ -353,7 +352,7 @@ fn own_journal(path: &Path, worker: u32, digest: Digest, say: &dyn Fn(&str)) -> 
     }
 }
 
-/// Who writes a file, in words.
+/// The writer of a file, as text.
 fn who(path: &Path, worker: u32, digest: &Digest) -> String {
     let mut reader = Reader::new(path.to_owned(), worker);
     reader.read(digest, &mut |_, _| ());

@@ -1,4 +1,4 @@
-//! Who works: for people, in messages.
+//! The process and host of a worker, for messages.
 
 use serde::{Deserialize, Serialize};
 use std::fmt::{Display, Formatter};

@@ -1,4 +1,4 @@
-//! The file that a run leaves behind when it is cut off.
+//! The journal: results of an interrupted run on disk.
 
 use super::block::{Block, HEAD, Head, Key, head, packed, read_block, read_head};
 use super::digest::{Difference, Digest};
@@ -11,21 +11,21 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// A block is written when it is so large, bytes, or so old: what a killed run loses at most, beside what is under way.
+/// A block is written at this size, bytes, or age: the most that a killed run loses, besides work in progress.
 const LARGE: usize = 4 << 20;
 const OLD: Duration = Duration::from_secs(1);
 
-/// Why a journal can't be had.
+/// Errors of a journal.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum JournalError {
-    /// The system's word.
+    /// A system error.
     #[error(transparent)]
     Io(#[from] io::Error),
     /// Another run has it open.
     #[error("another run that writes the same output is under way")]
     InUse,
-    /// It begins otherwise.
+    /// The file is not a journal.
     #[error("is no state of an interrupted run")]
     NotAJournal,
     /// It belongs to other work.
@@ -33,10 +33,10 @@ pub enum JournalError {
     Other(Difference),
 }
 
-/// Results of work, on the disk. While it is open nobody else can open it.
+/// Results of work on disk. While it is open, no other process can open it.
 pub struct Journal {
     path: PathBuf,
-    /// Results of runs before that nobody has asked for yet.
+    /// Results of previous runs that are not used yet.
     before: Mutex<HashMap<Key, Box<[u8]>>>,
     out: Mutex<Out>,
     resumed: bool,
@@ -45,32 +45,32 @@ pub struct Journal {
 
 struct Out {
     file: File,
-    /// Where the last whole block ends.
+    /// End of the last complete block.
     end: u64,
     block: Block,
     bytes: usize,
     since: Instant,
-    /// How old a block becomes.
+    /// Largest age of a block.
     old: Duration,
-    /// Why nothing more is written.
+    /// The error after which nothing more is written.
     fault: Option<io::Error>,
 }
 
 impl Journal {
-    /// Opens the journal of the work with this digest, or begins one.
+    /// Opens the journal of the work with this digest, or creates one.
     ///
     /// # Errors
     ///
-    /// [`JournalError`]; the file is as it was.
+    /// [`JournalError`]; then the file is unchanged.
     pub fn open(path: &Path, digest: Digest) -> Result<Self, JournalError> {
         Self::open_or_drop(path, digest, false)
     }
 
-    /// Begins a journal of the work with this digest; what another run has left in the file is dropped.
+    /// Creates a journal of the work with this digest; the previous content of the file is dropped.
     ///
     /// # Errors
     ///
-    /// [`JournalError`], but never [`JournalError::Other`]; the file is as it was.
+    /// [`JournalError`], but never [`JournalError::Other`]; then the file is unchanged.
     pub fn fresh(path: &Path, digest: Digest) -> Result<Self, JournalError> {
         Self::open_or_drop(path, digest, true)
     }
@@ -79,7 +79,7 @@ impl Journal {
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(JournalError::InUse),
-            // Where files can't be locked, nobody is kept away.
+            // Without file locks, other processes are not excluded.
             Err(TryLockError::Error(_)) | Ok(()) => (),
         }
         let length = file.metadata()?.len();
@@ -110,7 +110,7 @@ impl Journal {
         Ok(Self { path: path.to_owned(), before: Mutex::new(before), out: Mutex::new(out), resumed, cut })
     }
 
-    /// Writes blocks when they are so old.
+    /// Sets the largest age of a block.
     pub(super) fn written_every(self, old: Duration) -> Self {
         if let Ok(mut out) = self.out.lock() {
             out.old = old;
@@ -118,33 +118,33 @@ impl Journal {
         self
     }
 
-    /// True where it held results when it was opened.
+    /// True if it had results when it was opened.
     pub fn is_resumed(&self) -> bool {
         self.resumed
     }
 
-    /// True where it holds no result, of this run or of one before.
+    /// True if it has no result of this or a previous run.
     pub fn is_empty(&self) -> bool {
         self.out.lock().is_ok_and(|out| out.end == HEAD as u64 && out.block.0.is_empty())
     }
 
-    /// Bytes at its end that were no whole block when it was opened, and are no more.
+    /// Bytes of an incomplete block at its end, removed when it was opened.
     pub(super) fn cut(&self) -> u64 {
         self.cut
     }
 
-    /// The results of runs before.
+    /// The results of previous runs.
     pub(super) fn take_all(&self) -> HashMap<Key, Box<[u8]>> {
         self.before.lock().map(|mut before| std::mem::take(&mut *before)).unwrap_or_default()
     }
 
-    /// The result of an item, where it is there. A result of another type counts as none.
+    /// The result of an item, if there is one. A result of another type counts as none.
     pub(super) fn take<R: DeserializeOwned>(&self, key: Key) -> Option<R> {
         let bytes = self.before.lock().ok()?.remove(&key)?;
         postcard::from_bytes(&bytes).ok()
     }
 
-    /// Keeps a result. After a fault of the disk nothing more is kept.
+    /// Stores a result. After a disk error, nothing more is stored.
     pub(super) fn keep(&self, key: Key, result: &impl Serialize) {
         let Ok(bytes) = postcard::to_allocvec(result) else { return };
         let Ok(mut out) = self.out.lock() else { return };
@@ -158,11 +158,11 @@ impl Journal {
         }
     }
 
-    /// Writes what there is, and says what went wrong so far.
+    /// Writes pending results, and returns the first error so far.
     ///
     /// # Errors
     ///
-    /// The first fault of the disk: what came after it is not in the journal.
+    /// The first disk error: later results are not in the journal.
     pub fn flush(&self) -> io::Result<()> {
         let Ok(mut out) = self.out.lock() else { return Ok(()) };
         if out.fault.is_none() && !out.block.0.is_empty() {
@@ -171,18 +171,18 @@ impl Journal {
         out.fault.take().map_or(Ok(()), Err)
     }
 
-    /// Removes the file: the work is done, or none of it is worth keeping.
+    /// Removes the file, if the work is done or not worth keeping.
     ///
     /// # Errors
     ///
-    /// The system's.
+    /// A system error.
     pub fn remove(&self) -> io::Result<()> {
         std::fs::remove_file(&self.path)
     }
 }
 
 impl Out {
-    /// Appends the block. What a full disk took of it is cut off again.
+    /// Appends the block. A part written to a full disk is truncated again.
     fn write(&mut self) {
         let block = std::mem::take(&mut self.block);
         let written = packed(&block).and_then(|bytes| self.file.write_all(&bytes).map(|()| bytes.len() as u64));

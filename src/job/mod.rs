@@ -1,10 +1,9 @@
-//! How long work is done: what it tells meanwhile, how it is stopped, and what it keeps to go on from.
+//! Long work: progress, stopping, and stored results for resuming.
 //!
-//! Whatever takes long in here is a *map*: items worked out side by side, each from nothing but itself and what was known
-//! before the map; what comes between maps is quick. So the results of items are all that a stopped run need keep: the next
-//! one asks for the same maps in the same order, takes the results that there are from the [`Journal`], works out the
-//! others, and comes by the same bytes, however often and wherever it was cut off. For the same reason several workers can
-//! share the items of a map by way of a [`Folder`].
+//! All long work is a *map*: items computed in parallel, each only from itself and from results before the map. The steps between maps are
+//! fast. So a stopped run needs to keep only the results of items: the next run makes the same maps in the same order, takes available
+//! results from the [`Journal`], computes the others, and produces the same bytes, whatever the interruptions. For the same reason several
+//! workers can share the items of a map through a [`Folder`].
 
 mod block;
 mod digest;
@@ -28,7 +27,7 @@ use shared::SharedMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
-/// Progress as a fraction of the stage that is named; called from any thread.
+/// Progress as a fraction of the named stage; called from any thread.
 pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 
 /// The work was stopped before it was done.
@@ -36,7 +35,7 @@ pub type Progress<'p> = &'p (dyn Fn(&str, f64) + Sync);
 #[error("stopped")]
 pub struct Stopped;
 
-/// Where results are kept.
+/// The store of results.
 #[derive(Clone, Copy)]
 enum Kept<'w> {
     Nowhere,
@@ -44,7 +43,7 @@ enum Kept<'w> {
     Folder(&'w Folder),
 }
 
-/// Who does the work.
+/// The context of long work.
 pub struct Job<'w> {
     progress: Progress<'w>,
     stop: Option<&'w AtomicBool>,
@@ -54,56 +53,56 @@ pub struct Job<'w> {
 }
 
 impl<'w> Job<'w> {
-    /// Tells of its progress; can't be stopped, keeps nothing.
+    /// A job with progress, without stopping and storage.
     pub fn new(progress: Progress<'w>) -> Self {
         Self { progress, stop: None, kept: Kept::Nowhere, maps: AtomicU32::new(0) }
     }
 
-    /// Tells nobody.
+    /// A job without progress.
     pub fn quiet() -> Job<'static> {
         Job::new(&|_, _| ())
     }
 
-    /// Stops soon after `stop` is set; what is under way then is lost.
+    /// Stops soon after `stop` is set; items in progress are lost.
     pub fn until(self, stop: &'w AtomicBool) -> Self {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Takes over what a journal holds, and adds to it. One journal goes with one piece of work: the same input, options and program.
+    /// Uses and extends the results of a journal. A journal belongs to one piece of work: the same input, options and program.
     pub fn kept_in(self, journal: &'w Journal) -> Self {
         Self { kept: Kept::Journal(journal), ..self }
     }
 
-    /// Shares the work with all who work in a folder: on the same input, with the same options and program. Nothing
-    /// may end the work by a clock.
+    /// Shares the work with all workers of a folder, which have the same input, options and program. The end of the work must not depend on
+    /// a clock.
     pub fn shared_in(self, folder: &'w Folder) -> Self {
         Self { kept: Kept::Folder(folder), ..self }
     }
 
-    /// For maps within an item of a map of this: stopped with this, tells nobody, keeps nothing.
+    /// A job for maps within an item: stopped with this one, without progress and storage.
     pub(crate) fn within(&self) -> Job<'w> {
         Job { stop: self.stop, ..Job::new(&|_, _| ()) }
     }
 
-    /// Says how far a stage is.
+    /// Reports the progress of a stage.
     pub fn tell(&self, stage: &str, done: f64) {
         (self.progress)(stage, done);
     }
 
-    /// True where the rest is in vain.
+    /// True if the job is stopped, or further work is useless.
     pub fn is_stopped(&self) -> bool {
         let is_over = matches!(self.kept, Kept::Folder(folder) if folder.is_over());
         is_over || self.stop.is_some_and(|stop| stop.load(Relaxed))
     }
 
-    /// Ends a step between maps where the rest is in vain. What loops cut short once this was stopped must not go beyond the next call.
+    /// Fails if the job is stopped, for steps between maps. Partial results of interrupted loops must not go beyond the next call.
     pub(crate) fn go_on(&self) -> Result<(), Stopped> {
         if self.is_stopped() { Err(Stopped) } else { Ok(()) }
     }
 
-    /// Works out all items side by side, the first ones first; results are in their order.
+    /// Computes all items in parallel, the first ones first; results are in the order of items.
     ///
-    /// Maps must be asked for one after the other, in an order that depends on nothing but the input, and never within one another.
+    /// Maps must run one after the other, in an order that depends only on the input, and never nested.
     pub(crate) fn map<T, R>(&self, items: &[T], work: impl Fn(&T) -> R + Sync) -> Result<Vec<R>, Stopped>
     where
         T: Sync,
@@ -112,8 +111,7 @@ impl<'w> Job<'w> {
         self.map_with(items, || (), |(), item| work(item), |_| ())
     }
 
-    /// As [`Job::map`], with scratch memory, of which no two threads have the same, and on which no result may depend; and tells the
-    /// number of items that are done.
+    /// As [`Job::map`], with scratch memory per thread, on which no result may depend; reports the number of finished items.
     pub(crate) fn map_with<S, T, R>(
         &self,
         items: &[T],
@@ -136,8 +134,7 @@ impl<'w> Job<'w> {
         self.map_numbers(items.len(), &one, &done)
     }
 
-    /// What `work` makes of each number below `n`, or somebody has made of it: compiled once for each type of results, not
-    /// of work.
+    /// The results of `work` for each number below `n`, computed or stored: compiled once for each type of results, not of work.
     fn map_numbers<R>(
         &self,
         n: usize,
@@ -156,7 +153,7 @@ impl<'w> Job<'w> {
         results.ok_or(Stopped)
     }
 
-    /// A map that nobody else works on; `None` where it was stopped.
+    /// A map without other workers; `None` if it was stopped.
     fn map_alone<R>(
         &self,
         map: u32,
@@ -180,7 +177,7 @@ impl<'w> Job<'w> {
             let kept = journal.and_then(|journal| journal.take(key));
             let result = kept.unwrap_or_else(|| {
                 let result = work(i);
-                // What was worked out while it was stopped may be cut short.
+                // A result computed during a stop may be incomplete.
                 if let Some(journal) = journal.filter(|_| !self.is_stopped()) {
                     journal.keep(key, &result);
                 }
@@ -193,7 +190,7 @@ impl<'w> Job<'w> {
         if self.is_stopped() { None } else { results.into_iter().collect() }
     }
 
-    /// Works out one thing, where nobody has; what fails isn't kept.
+    /// Computes one result, unless it is stored; failures are not stored.
     pub(crate) fn once<R, E>(&self, work: impl FnOnce() -> Result<R, E>) -> Result<R, E>
     where
         R: Serialize + DeserializeOwned,

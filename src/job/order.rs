@@ -1,33 +1,33 @@
-//! Which item of a map a worker works out next, where several work on one map and none waits for another.
+//! The order of a map's items for each of several workers, without waits.
 
 use crate::random::Prng;
 
-/// The order in which one of some workers works through a map.
+/// The order of items for one worker.
 ///
-/// Items are dealt out in rounds: of each round, worker `i` has item `i`. A worker goes down its own list. Then it takes one more item of each
-/// round, the last round first, if nobody has that yet: its neighbour's item of one round, its neighbour's neighbour's of the next. So what a slow,
-/// late or lost worker leaves is shared by all others, each takes other items, and its own worker comes to them last. Results become known
-/// with a delay, in which many items may be done: workers who took what is left in one order would all do the same. What is still left is
-/// taken at random.
+/// Items are dealt in rounds: in each round, worker `i` has item `i`. A worker first does its own list. Then it takes one more item of each
+/// round, the last round first, if it is still open: its neighbour's item in one round, the next neighbour's in the next. So all others
+/// share the items of a slow or lost worker, each takes different ones, and the slow worker would reach them last. Results become known
+/// with a delay, in which many items may be done: with one common order, all workers would do the same items. The remaining items are taken
+/// at random.
 pub struct Order {
     items: usize,
     worker: usize,
     workers: usize,
-    /// The worker's own list goes on here.
+    /// The next item of the worker's own list.
     next: usize,
-    /// Rounds that are through, from the last on.
+    /// Number of finished rounds, from the last one.
     rounds: usize,
-    /// Items that nobody has and this worker didn't take, in any order; and by item its place there.
+    /// Open items, in any order; and the place of each item in this list.
     open: Vec<u32>,
     places: Vec<u32>,
     random: Prng,
 }
 
-/// The place of what isn't open.
+/// The place of an item that is not open.
 const NONE: u32 = u32::MAX;
 
 impl Order {
-    /// For `worker` of `workers`, over so many items, fewer than 2^32.
+    /// The order for `worker` of `workers`, over fewer than 2^32 items.
     pub fn new(items: usize, worker: usize, workers: usize) -> Self {
         let open: Vec<u32> = (0..items as u32).collect();
         Self {
@@ -42,7 +42,7 @@ impl Order {
         }
     }
 
-    /// Somebody has the result of an item.
+    /// Marks an item as done.
     pub fn close(&mut self, item: usize) {
         let place = std::mem::replace(&mut self.places[item], NONE);
         if place != NONE {
@@ -53,7 +53,7 @@ impl Order {
         }
     }
 
-    /// The next item, and whether it is on the worker's own list; `None` where each is had or taken.
+    /// The next item, and whether it is on the worker's own list; `None` if all are done or taken.
     pub fn next_item(&mut self) -> Option<(usize, bool)> {
         while self.next < self.items {
             let item = self.next;
@@ -71,13 +71,13 @@ impl Order {
                 return Some((item, false));
             }
         }
-        // Of none, place 0, where there is none either.
+        // For an empty list, `get` fails at place 0.
         let item = *self.open.get(self.random.below(self.open.len()))? as usize;
         self.close(item);
         Some((item, false))
     }
 
-    /// Takes an item; false where somebody has it.
+    /// Takes an item; false if it is not open.
     fn take(&mut self, item: usize) -> bool {
         let is_open = self.places[item] != NONE;
         self.close(item);
@@ -94,9 +94,9 @@ mod tests {
         // Ten items for three workers: 0 3 6 9, 1 4 7 and 2 5 8.
         let mut order = Order::new(10, 1, 3);
         assert_eq!([order.next_item(), order.next_item()], [Some((1, true)), Some((4, true))]);
-        // Somebody has taken what was to come, and worker 2 is through with two of its own.
+        // The next item is taken, and worker 2 has finished two of its own.
         [7, 2, 5].into_iter().for_each(|item| order.close(item));
-        // Of the last round worker 2 has none. Then comes worker 0's 6, worker 2's 5, which it has, and worker 0's 0.
+        // Worker 2 has no item in the last round. Then follow worker 0's 6, worker 2's 5, which is done, and worker 0's 0.
         assert_eq!([order.next_item(), order.next_item()], [6, 0].map(|item| Some((item, false))));
         let rest = [order.next_item(), order.next_item(), order.next_item()].map(|next| next.map_or(0, |(item, _)| item));
         assert_eq!((rest.iter().sum::<usize>(), order.next_item()), (3 + 8 + 9, None));
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn what_a_lost_worker_leaves_is_shared_before_others_know_of_it() {
-        // Worker 0 of ten is lost. The others do a ninth each of its items, all of them different, without hearing of each other.
+        // Worker 0 of ten is lost. The others do a ninth each of its items, all different, without communication.
         let mut done = std::collections::BTreeSet::new();
         for worker in 1..10 {
             let mut order = Order::new(900, worker, 10);

@@ -7,18 +7,18 @@ use std::fs::File;
 use std::io::{self, BufReader, Seek, SeekFrom};
 use std::path::PathBuf;
 
-/// The key under which a worker says who it is.
+/// The key of a worker's host entry.
 pub(super) const WHO: Key = (u32::MAX, 0);
 
-/// Reads what is new in a file.
+/// Reads new results of a file.
 pub(super) struct Reader {
     pub path: PathBuf,
     pub worker: u32,
-    /// Who writes it, if it says so.
+    /// Its writer, if stated.
     pub host: Option<Host>,
-    /// Where the last whole block ends; 0 before the head.
+    /// End of the last complete block; 0 before the head.
     end: u64,
-    /// Its length when there was no whole block at `end`.
+    /// Its length at the last incomplete block at `end`.
     stuck: Option<u64>,
     is_told: bool,
 }
@@ -28,7 +28,7 @@ impl Reader {
         Self { path, worker, host: None, end: 0, stuck: None, is_told: false }
     }
 
-    /// Gives all results that are new; returns what is wrong with the file, once. A file that isn't there has none.
+    /// Passes all new results to `take`; returns a fault of the file, once. A missing file has no results.
     pub fn read(&mut self, digest: &Digest, take: &mut dyn FnMut(Key, Vec<u8>)) -> Option<String> {
         let said = self.read_on(digest, take).unwrap_or_else(|e| match e.kind() {
             io::ErrorKind::NotFound => None,
@@ -38,11 +38,11 @@ impl Reader {
     }
 
     fn read_on(&mut self, digest: &Digest, take: &mut dyn FnMut(Key, Vec<u8>)) -> io::Result<Option<String>> {
-        // Opened anew each time: on a network's disk that is what asks for what others have written.
+        // Reopened each time: on a network drive, only that makes others' writes visible.
         let mut file = File::open(&self.path)?;
         let length = file.metadata()?.len();
         if length < self.end {
-            // It was begun anew.
+            // The file was restarted.
             self.end = 0;
         }
         if self.end == 0 {
@@ -73,7 +73,7 @@ impl Reader {
                 }
             }
         }
-        // What is being written is whole when it is looked at again, or the file is longer.
+        // A block being written is complete at the next read, or the file is longer.
         let cut = length - self.end;
         let is_stuck = cut > 0 && self.stuck == Some(length);
         self.stuck = (cut > 0).then_some(length);

@@ -13,22 +13,22 @@ pub(super) struct SharedMap<'a, R> {
     pub map: u32,
     pub items: usize,
     pub work: &'a (dyn Fn(usize) -> R + Sync),
-    /// Called with the number of results that there are.
+    /// Called with the number of available results.
     pub done: &'a (dyn Fn(usize) + Sync),
     pub is_stopped: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// How far it is.
+/// The state of the map.
 struct State<R> {
     order: Order,
     results: Vec<Option<R>>,
     count: usize,
-    /// Nothing is left on the worker's own list.
+    /// Whether the worker's own list is finished.
     is_idle: bool,
 }
 
 impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
-    /// All results, of whomever; `None` where it was stopped.
+    /// All results, from any worker; `None` if it was stopped.
     pub fn run(&self) -> Option<Vec<R>> {
         let [worker, workers] = self.folder.place();
         let mut results = Vec::new();
@@ -36,7 +36,7 @@ impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
         let order = Order::new(self.items, worker, workers);
         let state = Mutex::new(State { order, results, count: 0, is_idle: false });
         parallel::each(parallel::threads().min(self.items), &|_| self.thread(&state));
-        // For those who are behind.
+        // For slower workers.
         self.folder.flush();
         let state = state.into_inner().unwrap_or_else(PoisonError::into_inner);
         if (self.is_stopped)() { None } else { state.results.into_iter().collect() }
@@ -54,7 +54,7 @@ impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
             }
             let Some((item, is_own)) = lock().order.next_item() else { return };
             if !is_own && !std::mem::replace(&mut lock().is_idle, true) {
-                // Others may wait for what was done last; and what they have may save this.
+                // Others may wait for our last results, and theirs may save work here.
                 self.folder.flush();
                 for arrival in self.folder.receive(self.map, true) {
                     self.take(arrival, state);
@@ -64,7 +64,7 @@ impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
                 continue;
             }
             let result = (self.work)(item);
-            // What was worked out while it was stopped may be cut short.
+            // A result computed during a stop may be incomplete.
             if (self.is_stopped)() {
                 return;
             }
@@ -76,7 +76,7 @@ impl<R: Serialize + DeserializeOwned + Send> SharedMap<'_, R> {
         }
     }
 
-    /// Takes over a result; works out anew what doesn't fit, and compares one in many.
+    /// Stores a received result; recomputes invalid ones, and compares one in many.
     fn take(&self, arrival: Arrival, state: &Mutex<State<R>>) {
         let item = arrival.item as usize;
         let is_known = |item: usize| state.lock().unwrap_or_else(PoisonError::into_inner).results[item].is_some();

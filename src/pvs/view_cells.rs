@@ -1,12 +1,11 @@
-//! Both sides of what can be seen from view cells: regions that may lie across cells, and that bound nothing.
+//! Both bounds of the PVS of view cells: regions that may cross cells and do not affect the portals.
 //!
-//! **Upper**: a line from a point of a region to an object that doesn't touch the region leaves it for the last time through its
-//! boundary, and goes on through cells from there. So the region is laid out as one more cell, from which portals, the facets of
-//! its pieces, lead into every cell that goes on beyond them; and flow searches from that cell alone, through what these cells see. Facets beyond which no cell
-//! goes on lie on walls or in them. What is nearer than the clearance is promised nothing, as everywhere; windows are widened by
-//! it.
+//! **Upper**: a line from a point of a region to an object outside it crosses the region's boundary a last time and continues through
+//! cells. So the region becomes one more cell of the graph. Its portals are the facets of its pieces; they lead into every cell on their
+//! far side. Flow searches from that cell only, through the PVS of these neighbours. Facets with no cell behind them lie on or in walls. As
+//! everywhere, nothing is guaranteed within the clearance; windows are widened by it.
 //!
-//! **Lower**: witnesses of cells that begin in the region, then rays from it (`sampling::regions`).
+//! **Lower**: witnesses of cells that start in the region, then rays from it (`sampling::regions`).
 
 use super::budget::Budget;
 use super::facets::facet;
@@ -28,17 +27,17 @@ use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 
-/// Rows of more view cells than this, where what was witnessed is shipped, aim at what their cells may see; of fewer, at what flow leaves.
+/// With sampled rows and more view cells than this, sampling targets the upper bound of their cells; with fewer, the result of flow.
 const MANY: usize = 32;
-/// Whether view cells pay is tried on so many of them, fewer where a graph is large. More: it takes as long as all of them do. Fewer: chance
-/// decides.
+/// Number of view cells in the trial of whether view cells pay off; fewer for a large graph. More: the trial takes as long as the full run.
+/// Fewer: the result is random.
 const TRIED: [usize; 2] = [3, 12];
-/// Pairs of directed portals that all trials together may ask, where they are more than the least.
+/// Budget of pairs of directed portals for all trials above the minimum.
 const TRIED_PAIRS: usize = 250_000_000;
-/// A facet that lies in more pieces of a cell than this leads into it as a whole.
+/// A facet that overlaps more pieces of a cell than this becomes one portal into it.
 const WHOLE: usize = 8;
 
-/// What can be seen from each view cell. `lower` is a subset of `upper`.
+/// The PVS of each view cell. `lower` is a subset of `upper`.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ViewRows {
     /// View cells x objects: pairs with a witness.
@@ -47,22 +46,21 @@ pub struct ViewRows {
     pub upper: BitMatrix,
     /// A segment for each pair of `lower`, from a point in the view cell to a point on the object, by view cell, then object.
     pub witnesses: Vec<[DVec3; 2]>,
-    /// View cells that lie in no cell: nothing but what touches them is seen from there.
+    /// View cells outside all cells: they see only the objects that touch them.
     pub in_no_cell: Vec<usize>,
-    /// How much of what there is to see from each nobody has seen, at most: [`Unseen::cells`](crate::types::bounds::Unseen::cells), of
-    /// view cells. 1 where no rays were cast to tell.
+    /// Bound of the unseen part of each view cell, as [`Unseen::cells`](crate::types::bounds::Unseen::cells). 1 without rays.
     pub unseen: Vec<f64>,
-    /// Of the mean over view cells.
+    /// The bound of the mean over view cells.
     pub unseen_mean: f64,
     /// Rays cast.
     pub rays: u64,
-    /// Source portals whose flow ran out of steps and kept what might be seen.
+    /// Source portals whose flow ran out of steps and kept all candidates.
     pub capped: u64,
-    /// Pairs that were proven visible and that flow took for hidden; they were added to `upper`.
+    /// Pairs proven visible that flow had culled; they were added to `upper`.
     pub contradictions: u64,
 }
 
-/// View cells on the way to a goal.
+/// View cells sampled towards a goal.
 struct Regions<'r, 'a> {
     sampler: &'r mut RegionSampler<'a>,
     upper: &'r BitMatrix,
@@ -90,11 +88,11 @@ impl Rounds for Regions<'_, '_> {
     }
 }
 
-/// Computes both bounds of visibility from `views`, with the bake of the cells at hand. At most `options.ray_budget` rays.
+/// Computes both bounds of visibility from `views`, given the bake of the cells. Casts at most `options.ray_budget` rays.
 ///
 /// # Errors
 ///
-/// Where it was stopped.
+/// If it was stopped.
 pub fn bake(
     scene: &Scene,
     pvs: &Pvs,
@@ -104,7 +102,7 @@ pub fn bake(
 ) -> Result<ViewRows, Stopped> {
     let graph = &pvs.graph;
     let clearance = scene.tolerance().clearance;
-    // 1. Witnesses of cells that begin in a region.
+    // 1. Witnesses of cells that start in a region.
     let (rays, locator) = (RayScene::with_closed_holes(scene, &graph.closed_holes), Locator::new(graph));
     let prover = Prover { rays: &rays, locator: &locator, clearance };
     let mut sampler = RegionSampler::new(prover, pvs, views, options.seed);
@@ -134,7 +132,7 @@ pub fn bake(
             None => in_no_cell.push(v),
         }
     }
-    // 3. Cubes and rays at what is left, and tests.
+    // 3. Cubes and rays at the remaining pairs, and tests.
     let rays = options.ray_budget;
     match options.unseen {
         Some(goal) => _ = reach(goal, rays, &mut Regions { sampler: &mut sampler, upper: &upper }, work)?,
@@ -156,12 +154,12 @@ pub fn bake(
     Ok(ViewRows { lower, upper, witnesses, in_no_cell, unseen, unseen_mean: mean, rays, capped, contradictions })
 }
 
-/// By how much rows of view cells lessen the triangles of what eyes get to see, as far as portals prove it: tried on some of them, as a
-/// share from 0 to 1. `eyes`: for each view cell, the cells that eyes in it are in.
+/// The reduction of potentially visible triangles by rows of view cells, from flow alone, estimated on some of them: a share in [0, 1].
+/// `eyes`: for each view cell, the cells of the viewpoints in it.
 ///
 /// # Errors
 ///
-/// Where it was stopped.
+/// If it was stopped.
 pub(crate) fn saving(
     scene: &Scene,
     pvs: &Pvs,
@@ -189,15 +187,15 @@ pub(crate) fn saving(
     Ok(if before == 0 { 0.0 } else { 1.0 - after as f64 / before as f64 })
 }
 
-/// Finds what may be seen from regions.
+/// Computes the upper bound of regions.
 struct RegionFlow<'a> {
     pvs: &'a Pvs,
     locator: &'a Locator<'a>,
     views: &'a [ViewCell],
     options: &'a PvsOptions,
-    /// Views x objects: what touches them.
+    /// Views x objects: objects that touch the view cell.
     touching: BitMatrix,
-    /// Of the objects.
+    /// Bounds of the objects.
     bounds: Vec<Aabb>,
     clearance: f64,
     coplanar: f64,
@@ -213,9 +211,9 @@ impl<'a> RegionFlow<'a> {
         Self { pvs, locator, views, options, touching, bounds, clearance, coplanar }
     }
 
-    /// Sets what may be seen from a view cell, of which `known` is visible. Gives the number of searches that ran out of steps; `None` where
-    /// it lies in no cell. The region is one more cell of a graph, beside the cells that those next to it see: any line that leaves it goes
-    /// on through one of these, and meets no cell that this one doesn't see.
+    /// Sets the upper row of a view cell; `known` is proven visible. Returns the number of searches that ran out of steps, or `None` if the
+    /// view cell is outside all cells. The region is one more cell of a graph of its neighbours' PVS: any line that leaves the region
+    /// continues through a neighbour and crosses only cells that this neighbour sees.
     fn set(&self, v: usize, known: &[u64], row: &mut [u64], work: &Job<'_>) -> Result<Option<u64>, Stopped> {
         let Pvs { graph: whole, placement, .. } = self.pvs;
         let bounds = self.bounds.as_slice();
@@ -238,7 +236,7 @@ impl<'a> RegionFlow<'a> {
             Some(Portal { cells: [a?, b?], ..portal.clone() })
         };
         let graph = of_portals(whole, here + 1, whole.portals.iter().chain(&ways).filter_map(kept).collect());
-        // Of the cells everything is taken as known, so that nothing is searched for from there.
+        // All pairs of the other cells count as known, so that flow does not search from them.
         let all = |columns: usize, known: usize| {
             let mut matrix = BitMatrix::new(here + 1, columns);
             for row in 0..here {
@@ -254,7 +252,7 @@ impl<'a> RegionFlow<'a> {
         old.iter().enumerate().for_each(|(i, &cell)| places.row_mut(i).copy_from_slice(placement.matrix.row(cell)));
         places.row_mut(here).copy_from_slice(self.touching.row(v));
         let placed_boxes = placed_boxes(placement, |cell| new[cell].is_some()).map(|mut boxes| {
-            // What touches the region is met wherever it is.
+            // Objects that touch the region are always found.
             boxes.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
             boxes
         });
@@ -275,7 +273,7 @@ impl<'a> RegionFlow<'a> {
     }
 }
 
-/// A graph like another one, of so many cells without pieces.
+/// A graph with `like`'s settings and `cells` empty cells.
 fn of_portals(like: &CellGraph, cells: usize, portals: Vec<Portal>) -> CellGraph {
     CellGraph {
         cells: vec![Cell::default(); cells],
@@ -288,7 +286,7 @@ fn of_portals(like: &CellGraph, cells: usize, portals: Vec<Portal>) -> CellGraph
     }
 }
 
-/// The boxes of objects in some cells.
+/// The placed boxes of some cells.
 fn placed_boxes(placement: &Placement, is_kept: impl Fn(usize) -> bool) -> Option<Vec<PlacedBox>> {
     let mut boxes = placement.boxes.as_deref()?;
     let mut all = Vec::new();
@@ -302,17 +300,17 @@ fn placed_boxes(placement: &Placement, is_kept: impl Fn(usize) -> bool) -> Optio
     Some(all)
 }
 
-/// The portals that lead out of a region: its facets as far as cells go on beyond them, leading into those from cell
+/// The portals out of a region: the parts of its facets with a cell on the far side. They lead into that cell from cell
 /// `graph.cells.len()`, which stands for the region.
 fn ways_out(graph: &CellGraph, locator: &Locator<'_>, view: &ViewCell, clearance: f64) -> Vec<Portal> {
     let mut ways = Vec::new();
     for (k, piece) in view.pieces.iter().enumerate() {
         let within = piece.bounds.inflated(1.0 + piece.bounds.diagonal());
         for (i, &plane) in piece.planes.iter().enumerate() {
-            // What goes on beyond a facet is what holds its points a step further out.
+            // A cell is on the far side of a facet if it contains the facet's points moved outwards by a step.
             let step = plane.n * (2.0 * clearance);
             let beyond = |p: &Plane, wider: f64| Plane { d: p.d - p.n.dot(step) + wider, ..*p };
-            // Where that is another piece of the region, nothing leaves it.
+            // Parts of the facet that lead into another piece of the region are no exits.
             let mut left = vec![facet(piece, i, within)];
             for (_, other) in view.pieces.iter().enumerate().filter(|&(other, _)| other != k) {
                 if other.bounds.inflated(clearance).touches(&piece.bounds) {
@@ -353,12 +351,12 @@ fn ways_out(graph: &CellGraph, locator: &Locator<'_>, view: &ViewCell, clearance
     ways
 }
 
-/// The convex parts of a convex polygon that are outside of a convex set.
+/// The convex parts of a convex polygon outside a convex set.
 fn outside(polygon: Vec<DVec3>, planes: &[Plane]) -> Vec<Vec<DVec3>> {
     let (mut parts, mut rest) = (Vec::new(), polygon.clone());
     for plane in planes {
         if rest.is_empty() {
-            // It lies nowhere in the set: whole, rather than in parts.
+            // It is entirely outside the set: returned whole, not in parts.
             return vec![polygon];
         }
         parts.push(clip(&rest, &plane.flipped(), 0.0));

@@ -28,7 +28,7 @@ const MOST_REPEATS: f32 = 32_768.0;
 pub struct Mesh {
     /// Node name or GlobalId.
     pub node: String,
-    /// What it is.
+    /// Its role.
     pub role: Role,
     /// Whether it hides what is behind it.
     pub opaque: bool,

@@ -1,31 +1,31 @@
-//! Confidence bounds of what sampling missed.
+//! Confidence bounds of the unseen part.
 
-/// The bounds hold with at least this probability, each.
+/// Each bound holds with at least this probability.
 pub const CONFIDENCE: f64 = 0.95;
-/// Upper bounds of what is unseen, as fractions of the sphere; each holds with probability [`CONFIDENCE`].
+/// Upper bounds of unseen parts, as fractions of the sphere; each holds with probability [`CONFIDENCE`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Unseen {
-    /// Of the mean over all cells.
+    /// Bound of the mean over all cells.
     pub mean: f64,
-    /// For each cell; 1 for one without room for an eye.
+    /// Bound of each cell; 1 for a cell without room for an eye.
     pub cells: Vec<f32>,
 }
 
-/// What ended sampling.
+/// The reason for the end of sampling.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 #[cfg_attr(feature = "bake", serde(rename_all = "snake_case"))]
 pub enum SamplingEnd {
-    /// All rays were cast, or none found anything more.
+    /// All rays were cast, or no strategy found anything more.
     #[default]
     Rays,
-    /// The bound that was asked for was reached.
+    /// The accuracy goal was reached.
     Unseen,
-    /// A bound was asked for, and there was no memory for the proofs that it takes.
+    /// The accuracy goal needs more proofs than memory allows.
     Memory,
 }
 
-/// A fraction in percent, with two digits that count.
+/// A fraction in percent, with two significant digits.
 #[cfg(feature = "bake")]
 pub(crate) fn percent(fraction: f64) -> String {
     let percent = 100.0 * fraction;

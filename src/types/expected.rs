@@ -1,19 +1,19 @@
-//! What culling is expected to save.
+//! The expected saving of culling.
 
 use std::fmt;
 
-/// From this share of the frustum's triangles on, portals and rows save next to nothing.
+/// Share of the frustum's triangles above which portals and rows save almost nothing.
 const NEXT_TO_NOTHING: f64 = 0.9;
 
-/// How many triangles each mode draws on a walk through every cell.
+/// Triangles drawn by each mode on a walk through every cell.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct ExpectedDraw {
     /// Frames of the walk.
     pub frames: usize,
-    /// Mean triangles a frame with frustum culling alone.
+    /// Mean triangles per frame with frustum culling alone.
     pub frustum_triangles: f64,
-    /// Triangles of `portals` over those of the frustum; 1 where the frustum has none.
+    /// Triangles of `portals`, relative to those of the frustum; 1 if the frustum has none.
     pub portals: f64,
     /// Likewise for `pvs`.
     pub pvs: f64,
@@ -22,12 +22,12 @@ pub struct ExpectedDraw {
 }
 
 impl ExpectedDraw {
-    /// Whether portals and rows save next to nothing: less than a tenth.
+    /// Whether portals and rows save less than a tenth.
     pub fn saves_nothing(&self) -> bool {
         self.both > NEXT_TO_NOTHING
     }
 
-    /// The one figure that most people want.
+    /// The main figure.
     pub fn brief(&self) -> String {
         format!("portals and rows draw {:.0} % of the triangles in the frustum", 100.0 * self.both)
     }

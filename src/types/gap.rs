@@ -1,18 +1,18 @@
-//! What is neither witnessed nor proven hidden.
+//! The gap: undecided pairs.
 
-/// Cell-object pairs between the two sides: neither witnessed nor proven hidden.
+/// Cell-object pairs between the two bounds: neither witnessed nor proven hidden.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Gap {
-    /// From closed cells: those of the upper set, decided or not.
+    /// Pairs of closed cells in the upper set, decided or not.
     pub closed_upper: u64,
-    /// From closed cells, undecided: rays reached it, or shafts closed in on it, but nothing clears or shuts it down to the tolerance.
+    /// Pairs of closed cells, undecided: rays or shafts reached the object, but did not decide down to the tolerance.
     pub tolerance: u64,
-    /// Likewise: the object is in the cell itself, hidden by what else is there or within a wall, and no ray has met it.
+    /// Likewise: the object is in the cell itself, behind other objects or within a wall, and no ray has hit it.
     pub inside: u64,
-    /// Likewise: what it would take to decide it was not spent.
+    /// Likewise: the budget was too small to decide.
     pub budget: u64,
-    /// Undecided from open cells, where culling is done online.
+    /// Undecided pairs of open cells, where culling is online.
     pub open: u64,
 }
 

@@ -1,11 +1,11 @@
-//! What a model's author said about rooms, doors and storeys. Hints name things and draw lines; no guarantee rests on them.
+//! The author's hints about rooms, doors and storeys. Hints give names and lines; no guarantee depends on them.
 
 use super::level::LevelPortal;
 use crate::geom::Plane;
 use glam::DVec3;
 use std::fmt;
 
-/// Everything that the author said. Empty for formats that say nothing.
+/// All hints of the author. Empty for formats without hints.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Hints {
@@ -15,21 +15,21 @@ pub struct Hints {
     pub rooms: Vec<RoomHint>,
     /// Doors, windows and open passages.
     pub openings: Vec<OpeningHint>,
-    /// Cells that the format brings.
+    /// Cells in the model's format.
     pub leaves: Option<Leaves>,
-    /// The way out of a map that is not closed.
+    /// The leak of a map that is not closed.
     pub leak: Option<LeakHint>,
 }
 
-/// Where a map leaks, in the map's own coordinates.
+/// A leak of a map, in the map's own coordinates.
 #[derive(Clone, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct LeakHint {
-    /// The class of the entity that the way begins at.
+    /// Class of the entity at the start of the path.
     pub entity: String,
-    /// Where it is.
+    /// Position of the entity.
     pub from: DVec3,
-    /// Points of the way, each in an opening; the last one is outside.
+    /// Points of the path, each in an opening; the last one is outside.
     pub way: Vec<DVec3>,
 }
 
@@ -43,20 +43,20 @@ impl fmt::Display for LeakHint {
     }
 }
 
-/// Points of a way that are told.
+/// Most points in a message.
 const TOLD: usize = 12;
 
-/// Convex cells that a format brings, with their portals: the leaves of a level's tree. Metres, relative to the scene's origin.
+/// Convex cells of a format, with their portals: the leaves of a level's BSP tree. Metres, relative to the scene's origin.
 #[derive(Clone, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct Leaves {
-    /// Half-spaces of each leaf, inside below each plane; many bound nothing. Leaves without any are no cells.
+    /// Half-spaces of each leaf, inside below each plane; many are redundant. Leaves without any are no cells.
     pub leaves: Vec<Vec<Plane>>,
     /// Portals between leaves.
     pub portals: Vec<LevelPortal>,
-    /// Where leaves end at what is solid: convex polygons, most of them behind what is drawn.
+    /// Convex polygons between leaves and solid space, most of them behind drawn surfaces.
     pub walls: Vec<Vec<DVec3>>,
-    /// Portals that the author says can be shut: their numbers, ascending, and the name of what shuts them.
+    /// Closable portals according to the author: their numbers, ascending, and the name of the shutter.
     pub shutters: Vec<(u32, String)>,
 }
 
@@ -76,19 +76,19 @@ pub struct StoreyHint {
 pub struct RoomHint {
     /// GlobalId or node name.
     pub id: String,
-    /// What people call it.
+    /// The display name.
     pub name: String,
     /// Index into [`Hints::storeys`].
     pub storey: Option<usize>,
-    /// The room's surface as triangles relative to the scene's origin, metres. Meant to be closed; may not be.
+    /// The room's surface as triangles relative to the scene's origin, metres. It should be closed, but may not be.
     pub surface: Vec<[DVec3; 3]>,
-    /// The author marked it as open air (a courtyard, a terrace, a roof group).
+    /// Whether the author marked it as open air (a courtyard, a terrace, a roof group).
     pub outside: bool,
-    /// Somebody drew the surface; else it is the box around the room's meshes.
+    /// Whether the surface is authored; otherwise it is the box around the room's meshes.
     pub drawn: bool,
 }
 
-/// What an opening is.
+/// The kind of an opening.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
@@ -99,7 +99,7 @@ pub enum OpeningKind {
     Window,
     /// A hole in a wall.
     Opening,
-    /// Where two rooms meet without a wall.
+    /// A boundary between two rooms without a wall.
     Virtual,
 }
 
@@ -109,12 +109,12 @@ pub enum OpeningKind {
 pub struct OpeningHint {
     /// GlobalId or node name.
     pub id: String,
-    /// What it is.
+    /// Its kind.
     pub kind: OpeningKind,
-    /// Its outline, convex, in the middle of the wall, metres relative to the scene's origin.
+    /// Its convex outline in the middle of the wall, metres relative to the scene's origin.
     pub winding: Vec<DVec3>,
-    /// Thickness of the wall that it goes through, metres; 0 where there is none.
+    /// Thickness of its wall, metres; 0 without a wall.
     pub thickness: f64,
-    /// The rooms that it joins, as indices into [`Hints::rooms`], where the author said so.
+    /// The rooms that it connects, as indices into [`Hints::rooms`], if the author states them.
     pub rooms: [Option<usize>; 2],
 }

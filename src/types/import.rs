@@ -1,34 +1,33 @@
-//! How a model is read.
+//! Options of imports.
 
 #[cfg(feature = "bake")]
 use glam::DVec3;
 use std::path::PathBuf;
 
-/// How to import.
+/// Options of an import.
 #[derive(Clone, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct ImportOptions {
-    /// Most triangles an object may have before its mesh is split into clusters; 1 or more. `u32::MAX` keeps objects whole.
+    /// Most triangles of an object before its mesh is split into clusters; 1 or more. `u32::MAX` keeps objects whole.
     pub object_triangles: u32,
-    /// Metres per unit of the source; `None` takes the format's own (glTF and OBJ: 1; IFC: its unit).
+    /// Metres per unit of the source; `None`: the format's own (glTF and OBJ: 1; IFC: its unit).
     pub metres_per_unit: Option<f64>,
-    /// Whether the source's +Z is up, in glTF and OBJ, whose +Y is otherwise. Other formats say themselves what is up.
+    /// Whether the source's +Z is up, in glTF and OBJ, whose default is +Y. Other formats define their up axis.
     pub z_up: bool,
-    /// Radius of tubes along lines that have none of their own, metres, above 0; `None`: such lines are left out (OBJ,
-    /// glTF), or their file is refused (GeoJSON).
+    /// Radius of tubes along lines without a radius, metres, above 0; `None`: such lines are left out (OBJ, glTF), or their file is
+    /// rejected (GeoJSON).
     pub tube_radius: Option<f64>,
-    /// Whether pipes are tubes, where there are many. Else they are meshes.
+    /// Whether pipes become tubes, if there are many; otherwise they are meshes.
     pub tubes: bool,
-    /// Nothing gets out of a map (`.map`) through a hole that is no wider than this, metres, above 0; `None`: than 0.2 of its units, as for
-    /// level compilers.
+    /// Holes of a map (`.map`) up to this width count as closed, metres, above 0; `None`: 0.2 of its units, as in level compilers.
     pub smallest_hole: Option<f64>,
-    /// Most triangles a scene may have: a file's word is never taken for more than this.
+    /// Most triangles of a scene, whatever a file states.
     pub max_triangles: usize,
-    /// Where files that the model names may lie, with all below it; `None`: in the model's own folder.
-    #[cfg_attr(feature = "bake", serde(skip))] // a path need not be text; what was read is in the scene
+    /// Folder of sidecar files, including subfolders; `None`: the model's own folder.
+    #[cfg_attr(feature = "bake", serde(skip))] // a path need not be text; the scene has the content
     pub files_under: Option<PathBuf>,
-    /// Whether the scene says where its triangles come from ([`Scene::trace`](super::scene::Scene::trace)).
-    #[cfg_attr(feature = "bake", serde(skip))] // visibility doesn't depend on it
+    /// Whether the scene records the origin of its triangles ([`Scene::trace`](super::scene::Scene::trace)).
+    #[cfg_attr(feature = "bake", serde(skip))] // visibility does not depend on it
     pub trace: bool,
 }
 
@@ -50,22 +49,22 @@ impl Default for ImportOptions {
 
 #[cfg(feature = "bake")]
 impl ImportOptions {
-    /// Most triangles of a part of a tube, which is no one's whole: as many as usual where objects stay whole.
+    /// Most triangles of a part of a tube: the default if objects stay whole.
     pub(crate) fn triangles_of_tubes(&self) -> u32 {
         if self.object_triangles == u32::MAX { Self::default().object_triangles } else { self.object_triangles }
     }
 
-    /// A point of a source whose +Y is up unless [`Self::z_up`] is set, +Y up.
+    /// Converts a point of a source with this up axis ([`Self::z_up`]) to +Y up.
     pub fn upright(&self, p: DVec3) -> DVec3 {
         if self.z_up { DVec3::new(p.x, p.z, -p.y) } else { p }
     }
 
-    /// What [`Self::upright`] takes to `p`.
+    /// The inverse of [`Self::upright`].
     pub fn as_in_source(&self, p: DVec3) -> DVec3 {
         if self.z_up { DVec3::new(p.x, -p.z, p.y) } else { p }
     }
 
-    /// The axis that is up in such a source.
+    /// The up axis of such a source.
     pub fn up(&self) -> String {
         if self.z_up { "+Z".into() } else { "+Y".into() }
     }

@@ -1,4 +1,4 @@
-//! A portal of a game's level, whatever file it comes from.
+//! A portal of a game level, independent of the file format.
 
 use glam::DVec3;
 
@@ -6,8 +6,8 @@ use glam::DVec3;
 #[derive(Clone, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct LevelPortal {
-    /// The normal ([`crate::geom::newell`]) leads from `cells[0]` into `cells[1]`.
+    /// The normal ([`crate::geom::newell`]) points from `cells[0]` into `cells[1]`.
     pub cells: [u32; 2],
-    /// Corners, counter-clockwise seen from the tip of that normal; 3 or more, any number.
+    /// Corners, counter-clockwise seen from the tip of that normal; 3 or more.
     pub winding: Vec<DVec3>,
 }

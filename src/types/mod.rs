@@ -1,7 +1,7 @@
-//! What the builder and the run time both name: plain data, without the code that makes it.
+//! Types common to the builder and the run time: plain data, without the code that makes it.
 //!
-//! In: nothing. Out: the [`scene`], what its author [said](hints), [portals](portal), what rows [promise](guarantee), how it was
-//! [proven](proof), and [counters](stats). The rooms above add meaning; `scene`, `cells` and `pvs` name these as their own.
+//! In: nothing. Out: the [`scene`], its author's [hints], [portals](portal), the [guarantee] of rows, [proofs](proof),
+//! and [counters](stats). `scene`, `cells` and `pvs` re-export these types.
 
 pub mod bounds;
 #[cfg(feature = "bake")]

@@ -1,29 +1,29 @@
-//! What is told of a model: notes for the person whose model it is, and details for who asks how the work went.
+//! Notes about a model for its author, and details about the work on demand.
 
 use std::fmt;
 use std::ops::Deref;
 
-/// What a note is about; the order is that in which notes are told.
+/// The kind of a note, in the order of output.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub enum NoteKind {
-    /// Something of the model is missing or odd: the model, or a flag, should be mended.
+    /// A part of the model is missing or odd: the model, or a flag, should be fixed.
     Fault,
-    /// Less is culled than could be.
+    /// Culling is less effective than possible.
     Cost,
-    /// How something was taken that the model does not say, or what a flag has done.
+    /// An assumption where the model is silent, or the effect of a flag.
     Taken,
-    /// A figure of the method, or an oddity that changes nothing: told only on demand, and never kept in a file.
+    /// A figure of the method, or a harmless oddity: shown only on demand, and never stored in a file.
     Detail,
 }
 
-/// A line about a model. It reads as its text.
+/// One line about a model. It dereferences to its text.
 #[derive(Clone, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Note {
-    /// What it is about.
+    /// Its kind.
     pub kind: NoteKind,
-    /// What was found, what it means for speed or correctness, and what to do.
+    /// The finding, its effect on speed or correctness, and the remedy.
     pub text: String,
 }
 
@@ -48,7 +48,7 @@ impl Note {
         Self { kind: NoteKind::Detail, text: text.into() }
     }
 
-    /// So many of something, where there are any.
+    /// A note with a count, if it is not 0.
     pub fn counted(kind: NoteKind, count: usize, what: &str) -> Option<Self> {
         (count > 0).then(|| Self { kind, text: format!("{count} {what}") })
     }
@@ -86,14 +86,14 @@ impl fmt::Display for Note {
     }
 }
 
-/// The texts of notes that are no details, what matters most first.
+/// The texts of notes without details, most important first.
 pub fn plain<'n>(notes: impl IntoIterator<Item = &'n Note>) -> Vec<String> {
     let mut plain: Vec<&Note> = notes.into_iter().filter(|note| note.kind != NoteKind::Detail).collect();
     plain.sort_by_key(|note| note.kind);
     plain.into_iter().map(|note| note.text.clone()).collect()
 }
 
-/// The texts of the details, as they come.
+/// The texts of the details, in order.
 pub fn details<'n>(notes: impl IntoIterator<Item = &'n Note>) -> Vec<String> {
     notes.into_iter().filter(|note| note.kind == NoteKind::Detail).map(|note| note.text.clone()).collect()
 }

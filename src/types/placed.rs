@@ -1,16 +1,16 @@
-//! Which part of an object's box is in a cell: six bytes.
+//! The part of an object's box in a cell, in six bytes.
 
 use crate::geom::Aabb;
 use glam::DVec3;
 
-/// The box around what of an object is in one of its cells, in 255ths of the object's own box: least x, y, z, then greatest.
+/// The box of an object's part in one of its cells, in 255ths of the object's own box: least x, y, z, then greatest.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct PlacedBox(pub [u8; 6]);
 
 /// The greatest step.
 const STEPS: f64 = 255.0;
-/// A corner this near to a step, in steps, is on it. Larger: the box might leave out what it is to hold. Smaller: rounding of a corner that
-/// is meant to be on a step costs a whole step.
+/// Distance within which a corner is on a step, in steps. Larger: the box might not contain its part. Smaller: rounding of a corner on a
+/// step costs a whole step.
 #[cfg(feature = "bake")]
 const ON: f64 = 1e-9;
 
@@ -18,7 +18,7 @@ impl PlacedBox {
     /// The whole object.
     pub const WHOLE: Self = Self([0, 0, 0, 255, 255, 255]);
 
-    /// The smallest one that holds `part` of `whole`.
+    /// The smallest one that contains `part` of `whole`.
     #[cfg(feature = "bake")]
     pub(crate) fn of(part: Aabb, whole: Aabb) -> Self {
         let steps = |p: DVec3| ((p - whole.min) / whole.size() * STEPS).to_array();
@@ -27,20 +27,20 @@ impl PlacedBox {
         Self(std::array::from_fn(|i| if i < 3 { least[i].min(greatest[i]) } else { greatest[i - 3].max(least[i - 3]) }))
     }
 
-    /// The smallest one that holds both.
+    /// The smallest one that contains both.
     #[cfg(feature = "bake")]
     pub(crate) fn union(self, other: Self) -> Self {
         Self(std::array::from_fn(|i| if i < 3 { self.0[i].min(other.0[i]) } else { self.0[i].max(other.0[i]) }))
     }
 
-    /// The part of an object's box.
+    /// Decodes the part, from the object's box.
     pub fn of_box(self, whole: Aabb) -> Aabb {
         let at = |i: usize| DVec3::from_array(std::array::from_fn(|axis| f64::from(self.0[i + axis]) / STEPS));
         let corner = |share: DVec3| whole.min * (1.0 - share) + whole.max * share;
         Aabb { min: corner(at(0)), max: corner(at(3)) }
     }
 
-    /// True where it isn't inside out.
+    /// True if it is not inverted.
     pub(crate) fn is_sound(self) -> bool {
         (0..3).all(|i| self.0[i] <= self.0[i + 3])
     }

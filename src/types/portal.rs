@@ -1,8 +1,8 @@
-//! What a portal is, what stands in it, and what it costs.
+//! Kind, state and cost of a portal.
 
 use crate::PortalId;
 
-/// What a portal is.
+/// The kind of a portal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
@@ -11,37 +11,36 @@ pub enum PortalKind {
     Door,
     /// A window: see-through, not passable.
     Window,
-    /// Nothing in it.
+    /// An empty opening.
     Opening,
 }
 
-/// What is drawn for what shows through a portal.
+/// The drawing cost of the view through a portal.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize))]
 pub struct PortalCost {
-    /// Which.
+    /// The portal.
     pub portal: PortalId,
-    /// Triangles that a frame draws less in the mean where it is shut.
+    /// Mean reduction of triangles per frame if it is shut.
     pub triangles: f64,
 }
 
-/// What stands in a portal.
+/// The state of a portal.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct PortalState {
-    /// A leaf or a pane covers it, as the model stands. Nothing is shut that isn't closable.
+    /// Whether a leaf or a pane covers it in the model. Implies `closable`.
     pub shut: bool,
-    /// One sees through it even where it is shut.
+    /// Whether it is see-through even if it is shut.
     pub see_through: bool,
-    /// Something hangs in it that can shut it.
+    /// Whether something can shut it.
     pub closable: bool,
-    /// It is shut and something shows all the same, beside its leaf or through a slot. Only what is shut is ajar.
+    /// Whether there is a gap although it is shut, beside its leaf or through a slot. Implies `shut`.
     pub ajar: bool,
 }
 
 impl PortalState {
-    /// What is assumed where nothing more is known: a door stands open and is solid, a window is shut and of glass, an opening
-    /// has nothing in it.
+    /// The default state: a door is open and solid, a window is shut and of glass, an opening is empty.
     pub fn of_kind(kind: PortalKind) -> Self {
         match kind {
             PortalKind::Door => Self { shut: false, see_through: false, closable: true, ajar: false },

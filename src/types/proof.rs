@@ -1,4 +1,4 @@
-//! What the bake proved with segments.
+//! Segments as proofs of a bake.
 
 use crate::{CellId, ObjectId};
 use glam::DVec3;
@@ -7,9 +7,9 @@ use glam::DVec3;
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Witness {
-    /// From where.
+    /// The cell.
     pub cell: CellId,
-    /// What.
+    /// The object.
     pub object: ObjectId,
     /// A point in the cell, metres relative to the scene's origin.
     pub from: DVec3,
@@ -17,13 +17,13 @@ pub struct Witness {
     pub to: DVec3,
 }
 
-/// A hole in the cell graph that a witness proved, and what was done.
+/// A hole in the cell graph that a witness proved, and its repair.
 #[derive(Clone, PartialEq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Repair {
     /// The two cells between which the segment passed without a portal.
     pub cells: [CellId; 2],
-    /// Where it passed.
+    /// Its place.
     pub at: DVec3,
     /// The segment.
     pub segment: [DVec3; 2],

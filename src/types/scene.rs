@@ -11,64 +11,65 @@ use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What an object is to the split into cells.
+/// The role of an object in the split into cells.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
 pub enum Role {
-    /// Walls, slabs, roofs, ramps, columns: what bounds rooms.
+    /// Walls, slabs, roofs, ramps, columns: they bound rooms.
     Structure,
-    /// Furniture, equipment: seen and hidden, but makes no rooms.
+    /// Furniture, equipment: culled, but bounds no rooms.
     Furnishing,
-    /// A door's leaf and frame: drawn, but taken as open when visibility is worked out.
+    /// A door's leaf and frame: drawn, but open in the visibility computation.
     Door,
     /// A window's panes and frame.
     Window,
-    /// The format doesn't say.
+    /// Not stated by the format.
     Unknown,
-    /// Stairs: they lead from room to room, and bound none.
+    /// Stairs: they connect rooms, and bound none.
     Stair,
-    /// What engines don't draw: colliders, triggers, coarser levels of detail. It hides nothing and bounds no room.
+    /// Objects that engines do not draw: colliders, triggers, coarser levels of detail. They hide nothing and bound no room.
     Helper,
-    /// The sky, or another backdrop around everything: it hides nothing, bounds no room and has no size in metres.
+    /// The sky, or another backdrop around everything: it hides nothing, bounds no room, and its size does not matter.
     Sky,
 }
 
-/// The smallest thing that a visible set decides about: a mesh primitive, or a cluster of a larger one.
+/// The smallest unit of a visible set: a mesh primitive, or a cluster of a larger one.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Object {
     /// The node's name, the OBJ group or the IFC GlobalId: traces a result back to its source.
     pub node: String,
-    /// What it is.
+    /// Its role.
     pub role: Role,
-    /// Whether it hides what is behind it. Glass, and door leaves (which may open), don't.
+    /// Whether it is an occluder. Glass, and door leaves (which may open), are not.
     pub opaque: bool,
-    /// Whether it is of a material that lets light through. Doors and windows are never opaque; this tells glass from wood.
+    /// Whether its material is transparent. Doors and windows are never opaque; this distinguishes glass from wood.
     pub glass: bool,
     /// Its triangles, as a range of [`Scene::triangles`]; never empty.
     pub triangles: Range<u32>,
-    /// Segments of its tubes, as a range of the sections of [`Scene::tubes`]; empty for a mesh. Then its triangles are prisms around them.
+    /// Segments of its tubes, as a range of the sections of [`Scene::tubes`]; empty for a mesh. For tubes, its triangles are bounding
+    /// prisms.
     pub segments: Range<u32>,
     /// Box around its triangles, relative to the scene's origin, metres.
     pub bounds: Aabb,
-    /// Box around all poses of what moves, or around all levels of detail of its group, likewise; it holds [`Self::bounds`]. `None`: the
-    /// object is where its triangles are. With a reach, it is seen where any of the box is.
+    /// Box around all poses of a moving object, or around all levels of detail of its group, likewise; it contains [`Self::bounds`].
+    /// `None`: the object is static. An object with a reach is visible if any part of this box is.
     pub reach: Option<Aabb>,
 }
 
 impl Object {
-    /// Whether it is a part of tubes: [`Self::triangles`] are prisms around it, and hide more than it does.
+    /// Whether it is a part of tubes: [`Self::triangles`] are bounding prisms, and hide more than it does.
     pub fn is_tube(&self) -> bool {
         !self.segments.is_empty()
     }
 
-    /// Where it may be: its reach, or the box around its triangles.
+    /// Its reach, or the box around its triangles.
     pub fn extent(&self) -> Aabb {
         self.reach.unwrap_or(self.bounds)
     }
 }
 
-/// Where a scene came from and what was done to its coordinates.
+/// The source of a scene, and the conversion of its coordinates.
 #[derive(Clone, PartialEq, Debug, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct Source {
@@ -78,7 +79,7 @@ pub struct Source {
     pub metres_per_unit: f64,
     /// The source's up axis: `+Y` or `+Z`.
     pub up: String,
-    /// What the importer left out, mended or took for something.
+    /// Omissions, repairs and assumptions of the importer.
     pub notes: Vec<Note>,
 }
 
@@ -87,54 +88,54 @@ pub struct Source {
 pub struct Scene {
     /// File stem or model name.
     pub name: String,
-    /// Where it came from.
+    /// Its source.
     pub source: Source,
     /// Added to every position to get the model's own coordinates (metres, +Y up).
     pub origin: DVec3,
     /// Corners, metres, finite.
     pub positions: Vec<DVec3>,
-    /// Indices into `positions`, in object order. No triangle is of zero area.
+    /// Indices into `positions`, in object order. No triangle has zero area.
     pub triangles: Vec<[u32; 3]>,
     /// Objects, in the source's order.
     pub objects: Vec<Object>,
-    /// Tubes, of which objects are parts, in the order of these.
+    /// Tubes whose parts are objects, in the order of these.
     #[cfg(feature = "bake")]
     pub tubes: Tubes,
-    /// Objects that are drawn or hidden together: levels of detail of one thing. Each list is ascending and has two objects or more.
+    /// Groups of objects that are drawn or hidden together: levels of detail of one thing. Each list is ascending and has at least two
+    /// objects.
     pub together: Vec<Vec<ObjectId>>,
-    /// What the author said.
+    /// The author's hints.
     pub hints: Hints,
-    /// Where the triangles come from; `None` unless [`ImportOptions::trace`](super::import::ImportOptions::trace) asks for it.
+    /// Origin of the triangles; `None` unless [`ImportOptions::trace`](super::import::ImportOptions::trace) is set.
     pub trace: Option<Trace>,
 }
 
-/// Where the triangles of a scene come from in its source, and what they are drawn with. Meshes count from 0, in the order in which the
-/// importer found them.
+/// Origin of a scene's triangles in its source, and their materials. Meshes count from 0, in the importer's order.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Trace {
     /// By object: its mesh.
     pub meshes: Vec<u32>,
-    /// By triangle of the scene: its number in its mesh, those without area counted.
+    /// By triangle of the scene: its number in its mesh, counting those without area.
     pub triangles: Vec<u32>,
-    /// By mesh: how it looks.
+    /// By mesh: its look.
     pub looks: Vec<Look>,
-    /// Materials of the source, as far as the importer tells them.
+    /// Materials of the source, as far as the importer supports them.
     pub materials: Vec<Material>,
 }
 
-/// How a mesh looks.
+/// The look of a mesh.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Look {
     /// Index into [`Trace::materials`].
     pub material: Option<u32>,
-    /// By triangle of the mesh: texture coordinates of its corners, from the top left of the picture, as in glTF; empty where there are none.
+    /// By triangle of the mesh: texture coordinates of its corners, from the top left of the picture, as in glTF; empty if there are none.
     pub texture_coordinates: Vec<[[f32; 2]; 3]>,
 }
 
-/// A material of a source: metallic and rough, as glTF 2.0 has them. Others give their matt colour.
+/// A material of a source, in the metallic-roughness model of glTF 2.0. Other models give their diffuse colour.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Material {
-    /// As the source has it; made different where materials of one name differ.
+    /// The name in the source; made unique if materials with one name differ.
     pub name: String,
     /// Red, green, blue and opacity, linear, 0 to 1.
     pub colour: [f32; 4],
@@ -142,21 +143,21 @@ pub struct Material {
     pub metallic: f32,
     /// 0 (smooth) to 1 (matt).
     pub roughness: f32,
-    /// Red, green and blue that it shines with, linear, 0 or more.
+    /// Emission in red, green and blue, linear, 0 or more.
     pub emissive: [f32; 3],
-    /// Whether no light changes it.
+    /// Whether it is unlit.
     pub unlit: bool,
-    /// Where the opacity of the picture is below this, 0 to 1, nothing is drawn.
+    /// Alpha cutoff, 0 to 1: pixels with a lower opacity are not drawn.
     pub cutoff: Option<f32>,
-    /// Its picture (sRGB), which [`Self::colour`] is multiplied by.
+    /// Its colour texture (sRGB), a factor on [`Self::colour`].
     pub texture: Option<Picture>,
-    /// How its normals lean: x, y and z as red, green and blue, from -1 to 1, in the texture coordinates of [`Self::texture`].
+    /// Its normal map: x, y and z as red, green and blue, from -1 to 1, in the texture coordinates of [`Self::texture`].
     pub normals: Option<Picture>,
-    /// By how much x and y of these are multiplied.
+    /// Factor on x and y of the normal map.
     pub normal_scale: f32,
-    /// What [`Self::roughness`] (green) and [`Self::metallic`] (blue) are multiplied by.
+    /// Factors on [`Self::roughness`] (green) and [`Self::metallic`] (blue).
     pub roughness_and_metallic: Option<Picture>,
-    /// What [`Self::emissive`] is multiplied by (sRGB).
+    /// Factor on [`Self::emissive`] (sRGB).
     pub emissive_texture: Option<Picture>,
 }
 
@@ -165,12 +166,12 @@ pub struct Material {
 pub enum Picture {
     /// A file beside the model, or a `data:` uri, as the source spells it.
     Named(String),
-    /// A PNG, JPEG or other file that is in the model's own; empty where a texture leads to none.
+    /// An embedded PNG, JPEG or other file; empty if a texture has no image.
     Within(Arc<[u8]>),
 }
 
 impl Material {
-    /// Of one colour, matt, without a picture.
+    /// A matt material of one colour, without textures.
     pub fn matt(name: impl Into<String>, colour: [f32; 4]) -> Self {
         Self {
             name: name.into(),
@@ -188,7 +189,7 @@ impl Material {
         }
     }
 
-    /// Its pictures: colours, normals, roughness and metal, emission.
+    /// Its textures: colour, normals, roughness and metalness, emission.
     pub fn pictures(&self) -> [Option<&Picture>; 4] {
         [&self.texture, &self.normals, &self.roughness_and_metallic, &self.emissive_texture].map(Option::as_ref)
     }
@@ -216,8 +217,7 @@ impl Scene {
         Tolerance::for_extent(self.bounds().diagonal())
     }
 
-    /// A hash of what visibility depends on (positions, triangles, objects, opacity): a `.pvs` file names the model that it
-    /// was baked for.
+    /// A hash of the inputs of visibility (positions, triangles, objects, opacity), by which a `.pvs` file identifies its model.
     pub fn hash(&self) -> u128 {
         let mut h = xxhash_rust::xxh3::Xxh3::new();
         for x in self.positions.iter().chain([&self.origin]).flat_map(|p| p.to_array()) {

@@ -1,23 +1,23 @@
-//! What a bake did.
+//! Counters of a bake.
 
-/// What the bake did, for the report; times are kept out of the file, so that its bytes don't depend on the machine.
+/// Counters of a bake, for the report; the file has no times, so that its bytes do not depend on the machine.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 pub struct PvsStats {
-    /// Rays cast, but for those within shafts.
+    /// Rays cast, without those within shafts.
     pub rays: u64,
     /// Visibility cubes placed.
     pub cubes: u64,
     /// Steps of portal flow.
     pub flow_steps: u64,
-    /// Source portals whose flow ran out of steps and kept what might be seen.
+    /// Source portals whose flow ran out of steps, so that its targets stayed visible.
     pub flow_over_budget: u64,
-    /// Cell-object pairs that only rays within the clearance of a surface met, and that count as visible all the same: all of them, where they
-    /// cost less than a hundredth of the upper set.
+    /// Cell-object pairs that only rays within the clearance of a surface reached, but that count as visible: all of them, if they are less
+    /// than a hundredth of the upper set.
     pub kept_unproven: u64,
-    /// Such pairs where they would have cost more: they are left out.
+    /// Such pairs left out, if they would be more.
     pub left_out_unproven: u64,
-    /// Pairs (cell-cell and cell-object) that were proven visible, that flow took for hidden, and for which no hole was found
-    /// in the cell graph: a fault of ours. They were added to the upper set.
+    /// Pairs (cell-cell and cell-object) proven visible that flow refuted, without a hole in the cell graph: a bug. They were added to the
+    /// upper set.
     pub contradictions: u64,
 }

@@ -1,18 +1,18 @@
-//! How cells were found.
+//! Strategies of splits.
 
-/// How free space is split.
+/// A strategy to split free space.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "bake", serde(rename_all = "kebab-case"))]
 pub enum Strategy {
-    /// Rooms and doors that the author named.
+    /// The author's rooms and doors.
     Authored,
     /// Storeys, walls in plan, doorways.
     Plan,
-    /// Cells and portals that the user gave.
+    /// The user's cells and portals.
     Given,
-    /// A tree that cuts along the largest walls.
+    /// A BSP tree along the largest walls.
     Bsp,
-    /// The leaves of a level's own tree.
+    /// The leaves of a level's own BSP tree.
     Leaves,
 }

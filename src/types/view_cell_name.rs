@@ -1,8 +1,8 @@
-//! What an author calls a view cell.
+//! The id of a view cell.
 
 use std::fmt;
 
-/// A view cell's id: a number or a name. In JSON it is what the author wrote: `7` and `"7"` are two ids.
+/// A view cell's id: a number or a name. In JSON, `7` and `"7"` are different ids.
 #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "bake", serde(untagged))]
 #[derive(Clone, PartialEq, Eq, Hash, Debug)]
@@ -13,11 +13,11 @@ pub enum ViewCellName {
     Name(String),
 }
 
-/// Before a name that would read as a number, or that begins with this itself; as in a spreadsheet.
+/// Prefix of a name that would parse as a number, or that begins with this itself; as in a spreadsheet.
 const APOSTROPHE: char = '\'';
 
 impl ViewCellName {
-    /// As a `.pvs` holds it: digits for a number; a name as it is, but with an apostrophe before one of digits alone.
+    /// Its text in a `.pvs`: digits for a number; a name unchanged, except for an apostrophe before a name of digits alone.
     #[cfg(feature = "bake")]
     pub(crate) fn to_text(&self) -> String {
         match self {
@@ -27,7 +27,7 @@ impl ViewCellName {
         }
     }
 
-    /// Of a `.pvs`.
+    /// From the text in a `.pvs`.
     pub(crate) fn of_text(text: String) -> Self {
         match (text.strip_prefix(APOSTROPHE), number(&text)) {
             (Some(name), _) => Self::Name(name.to_owned()),
@@ -37,7 +37,7 @@ impl ViewCellName {
     }
 }
 
-/// The number that is spelt so and no other way.
+/// The number with exactly this spelling.
 fn number(text: &str) -> Option<u64> {
     text.parse().ok().filter(|number: &u64| number.to_string() == text)
 }

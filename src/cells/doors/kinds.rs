@@ -68,7 +68,7 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
     let mut taken = vec![false; slabs.len()];
     let tree = BoxTree::new(&slabs.iter().map(Slab::zone).collect::<Vec<_>>(), (0..slabs.len() as u32).collect());
     for portal in portals.iter_mut() {
-        // A box around its box in any rotation.
+        // Its bounding box in any rotation.
         let centre = middle(&portal.winding);
         let radius = portal.winding.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
         let mut costs: Vec<(f64, usize)> = Vec::new();

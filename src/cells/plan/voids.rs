@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The inputs of this step.
 pub(in crate::cells) struct Voids<'v> {
-    /// What every step reads.
+    /// The input of every step.
     pub input: &'v Input<'v>,
     /// The open runs of each column.
     pub runs: &'v Runs,

@@ -1,25 +1,24 @@
-//! Binary arithmetic coding with adaptive models: a decision costs what its context makes of it, down to 1/1,400 of a bit.
+//! Binary arithmetic coding with adaptive models: the cost of a decision depends on its context, down to 1/1,400 of a bit.
 //!
-//! Based on: Ian H. Witten, Radford M. Neal, John G. Cleary, *Arithmetic coding for data compression*, 1987; Matt Mahoney,
-//! *Adaptive weighing of context models for lossless data compression*, 2005 (the interval as its two ends, rates that fall
-//! with the count).
-//! Deviations: 64-bit ends, so that no carry and no lost precision need care; the end is the fewest bytes that fall into the
-//! interval, zeros taken after them.
+//! Based on: Ian H. Witten, Radford M. Neal, John G. Cleary, *Arithmetic coding for data compression*, 1987; Matt Mahoney, *Adaptive
+//! weighing of context models for lossless data compression*, 2005 (the interval as its two ends, rates that fall with the count).
+//! Deviations: 64-bit ends, so that carries and loss of precision need no special handling; the output ends with the fewest bytes in the
+//! interval, followed by implied zeros.
 
-/// What a context has seen so far.
+/// Adaptive probability of a context.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::file) struct Model {
-    /// Probability of a set bit, of 65,536.
+    /// Probability of a set bit, in 65,536ths.
     pub(in crate::file) one: u16,
-    /// Decisions seen, up to [`SLOWEST`].
+    /// Number of decisions, up to [`SLOWEST`].
     seen: u8,
 }
 
-/// Decisions that a starting probability counts for.
+/// Weight of a starting probability, in decisions.
 const TRUST: u8 = 3;
-/// From this many decisions on, a model changes by the same part each time.
+/// Number of decisions from which the adaptation rate is constant.
 const SLOWEST: u8 = 60;
-/// Part of the way to what was seen, of 65,536, that a model goes: 1 / (decisions + 1.5).
+/// Adaptation rate by number of decisions, in 65,536ths: 1 / (decisions + 1.5).
 const RATE: [u32; SLOWEST as usize + 1] = {
     let mut rate = [0; SLOWEST as usize + 1];
     let mut n = 0;
@@ -31,40 +30,40 @@ const RATE: [u32; SLOWEST as usize + 1] = {
 };
 
 impl Model {
-    /// One that expects a set bit with a probability of `one` / 65,536.
+    /// A model with probability `one` / 65,536 of a set bit.
     pub const fn new(one: u16) -> Self {
         Self { one, seen: TRUST }
     }
 
-    /// Both bits alike.
+    /// Equal probability of both bits.
     pub const EVEN: Self = Self::new(1 << 15);
 
     #[inline]
     pub(in crate::file) fn learn(&mut self, bit: bool) {
         let rate = RATE[self.seen as usize];
         let one = u32::from(self.one);
-        // The parts fall so fast that a probability never comes to 0 or 1.
+        // The rates decrease fast enough that a probability never reaches 0 or 1.
         self.one = (if bit { one + (((65_535 - one) * rate) >> 16) } else { one - ((one * rate) >> 16) }) as u16;
         self.seen = (self.seen + 1).min(SLOWEST);
     }
 }
 
-/// Codes decisions, or decodes them: what walks a row is the same code either way.
+/// Encodes or decodes decisions: both directions share the code that walks a row.
 pub(in crate::file) trait Coder {
-    /// A decision by a model, which learns from it. Decoders take no notice of `bit`.
+    /// Codes a decision by a model, and updates the model. Decoders ignore `bit`.
     fn decide(&mut self, model: &mut Model, bit: bool) -> bool;
 
-    /// Whether more was read than there is.
+    /// True if more bytes were read than exist.
     fn is_beyond(&self) -> bool {
         false
     }
 
-    /// The low `count` bits of a number, each as likely set as not.
+    /// Codes the low `count` bits of a number with equal probabilities.
     fn plain(&mut self, count: u32, value: u32) -> u32 {
         (0..count).rev().fold(0, |out, i| out << 1 | u32::from(self.decide(&mut { Model::EVEN }, value >> i & 1 != 0)))
     }
 
-    /// A number from 0: its length by models of its own, its bits plain (Elias's gamma code). Lengths stop at `models.len()`.
+    /// Codes a number from 0: its length by adaptive models, its bits plain (Elias's gamma code). Lengths are at most `models.len()`.
     fn number(&mut self, models: &mut [Model], value: u32) -> u32 {
         let length = (value + 1).ilog2();
         let mut n = 0;
@@ -75,7 +74,7 @@ pub(in crate::file) trait Coder {
     }
 }
 
-/// The interval that is left, both ends in it.
+/// The current interval, with both ends included.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::file) struct Interval {
     pub(in crate::file) low: u64,
@@ -85,7 +84,7 @@ pub(in crate::file) struct Interval {
 impl Interval {
     pub(in crate::file) const ALL: Self = Self { low: 0, high: u64::MAX };
 
-    /// Set bits take what is up to here.
+    /// End of the part for set bits.
     #[inline]
     pub(in crate::file) fn middle(self, model: Model) -> u64 {
         self.low + ((self.high - self.low) >> 16) * u64::from(model.one)
@@ -100,7 +99,7 @@ impl Interval {
         }
     }
 
-    /// A byte that both ends have in common is settled.
+    /// Shifts out a byte that both ends have in common.
     #[inline]
     pub(in crate::file) fn shift(&mut self) -> Option<u8> {
         let settled = (self.low ^ self.high) >> 56 == 0;
@@ -111,7 +110,7 @@ impl Interval {
         })
     }
 
-    /// The fewest bytes that fall into it if zeros follow: the greatest such number.
+    /// The fewest bytes in the interval if zeros follow: the greatest such number.
     pub(in crate::file) fn end(self) -> ([u8; 8], usize) {
         let of = |bytes: usize| if bytes == 0 { 0 } else { self.high & (u64::MAX << (64 - 8 * bytes)) };
         let bytes = (0..8).find(|&n| of(n) >= self.low).unwrap_or(8);
@@ -119,13 +118,13 @@ impl Interval {
     }
 }
 
-/// Reads decisions; past its last byte it reads zeros.
+/// Decodes decisions; beyond the last byte it reads zeros.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Decoder<'a> {
     interval: Interval,
     value: u64,
     bytes: &'a [u8],
-    /// Bytes that have gone into `value`, zeros among them.
+    /// Bytes shifted into `value`, including implied zeros.
     at: usize,
 }
 

@@ -1,13 +1,13 @@
-//! What a row is expected to hold, by what the file holds anyway: a cell is seen past a cell that is seen and beside it, an
-//! object is seen only if a cell that it is in is seen.
+//! Context models of rows, from data in the file: a visible cell usually has a visible neighbour, and an object is visible only if one of
+//! its cells is.
 //!
-//! A guide walks the columns that may be set and gives each a context; columns that the walk doesn't come to are listed one by
-//! one where they are set, which is rare. The walk is the same for writing and for reading: it knows no bit before it is coded.
+//! A guide walks the columns that may be set, and gives each a context; set columns outside the walk, which are rare, are listed one by
+//! one. The walk is the same for writing and reading: it depends only on bits coded before.
 
 use super::coder::{Coder, Model};
 use crate::{BitMatrix, bits};
 
-/// Lists of ids, one after the other.
+/// Lists of ids, concatenated.
 #[derive(Clone, Debug, Default)]
 pub(in crate::file) struct Lists {
     starts: Vec<u32>,
@@ -15,7 +15,7 @@ pub(in crate::file) struct Lists {
 }
 
 impl Lists {
-    /// `count` lists of pairs of a list and an id; ascending, each id once.
+    /// `count` lists from pairs of list and id; ascending, each id once.
     pub fn new(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Self {
         let mut pairs: Vec<[u32; 2]> = pairs.collect();
         pairs.sort_unstable();
@@ -26,7 +26,7 @@ impl Lists {
         Self { starts, ids: pairs.into_iter().map(|[_, id]| id).collect() }
     }
 
-    /// Most bytes that so many lists of so many pairs take while they are made: pairs, which grow by doubling, and ids.
+    /// Upper bound of the memory to build lists, bytes: pairs, which grow by doubling, and ids.
     fn bytes(lists: u64, pairs: u64) -> u64 {
         (4 * lists).saturating_add(pairs.saturating_mul(28))
     }
@@ -37,29 +37,29 @@ impl Lists {
     }
 }
 
-/// What the bits of a row depend on.
+/// The context of a row's bits.
 #[derive(Clone, Debug)]
 pub(in crate::file) enum Guide<'f> {
-    /// Nothing but each other.
+    /// Other bits of the row and its reference only.
     Plain,
-    /// A row of cells: floods from the row's own cell through the cells that are seen. For each cell those beside it, by portals.
+    /// A row of cells: a flood from the row's own cell through visible cells. Neighbours of each cell, by portals.
     Cells(Lists),
     /// A row of objects.
     Objects(Objects<'f>),
 }
 
-/// What rows of objects depend on.
+/// The context of rows of objects.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Objects<'f> {
-    /// For each cell those beside it, by portals.
+    /// Neighbours of each cell, by portals.
     beside: Lists,
-    /// Which objects are in which cell.
+    /// The objects in each cell.
     placement: &'f BitMatrix,
     /// The same, as lists by cell.
     placed: Lists,
     /// Objects in no cell.
     nowhere: Vec<u64>,
-    /// Which cells each cell sees; `None`: all.
+    /// The cells that each cell sees; `None`: all.
     seen: Option<&'f BitMatrix>,
 }
 
@@ -82,12 +82,12 @@ impl<'f> Guide<'f> {
         Self::Objects(Objects { beside, placement, placed, nowhere, seen })
     }
 
-    /// Most bytes that [`Guide::cells`] takes.
+    /// Upper bound of the memory of [`Guide::cells`], bytes.
     pub fn cells_bytes(cells: usize, portals: usize) -> u64 {
         Lists::bytes(cells as u64, 2 * portals as u64)
     }
 
-    /// Most bytes that [`Guide::objects`] takes.
+    /// Upper bound of the memory of [`Guide::objects`], bytes.
     pub fn objects_bytes(portals: usize, placement: &BitMatrix) -> u64 {
         let placed = Lists::bytes(placement.rows() as u64, placement.count_ones());
         Self::cells_bytes(placement.rows(), portals) + placed + placement.columns() as u64 / 8
@@ -98,15 +98,15 @@ fn beside(cells: usize, portals: impl Iterator<Item = [u32; 2]>) -> Lists {
     Lists::new(cells, portals.flat_map(|[a, b]| [[a, b], [b, a]]))
 }
 
-/// Kinds of context in a class: 0 and 1, nothing to refer to, and the bit to the left; 2 to 9, the reference's bit above (4), its
-/// bit to the left (2), the row's bit to the left (1).
+/// Kinds of context in a class: 0 and 1: no reference, by the bit to the left; 2 to 9: the reference's bit above (4), its bit to the left
+/// (2), the row's bit to the left (1).
 const KINDS: usize = 10;
-/// Most classes that a guide has.
+/// Most classes of a guide.
 const CLASSES: usize = 8;
-/// Lengths of distances between listed columns.
+/// Number of length models for distances between listed columns.
 const LENGTHS: usize = 31;
 
-/// What has been learned of a matrix, from its first row on.
+/// The adaptive models of a matrix.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Models {
     bits: [Model; CLASSES * KINDS],
@@ -122,7 +122,7 @@ pub(in crate::file) struct Models {
 }
 
 impl Models {
-    /// Before the first row.
+    /// The models before the first row.
     pub fn new(guide: &Guide<'_>) -> Self {
         let start: &[[u8; KINDS]] = match guide {
             Guide::Plain => &PLAIN,
@@ -144,14 +144,14 @@ impl Models {
     }
 }
 
-// How likely a bit is set before anything has been learned, of 256, by class and kind: the mean over both sides of ten
-// buildings and levels, each counting alike.
+// Starting probabilities of a set bit, in 256ths, by class and kind: the mean over both bounds of ten buildings and levels, with equal
+// weights.
 
-/// By whether the reference's next bit is set.
+/// Class: whether the reference's next bit is set.
 const PLAIN: [[u8; KINDS]; 2] =
     [[30, 227, 9, 159, 15, 64, 172, 213, 85, 209], [128, 128, 20, 155, 16, 80, 181, 212, 58, 228]];
-/// The row's own cell; then by the distance in portals, 1 to 4 or more. The bits to the left stand for two or more, three or more
-/// cells beside it that are seen.
+/// Classes: the row's own cell; then the distance in portals, 1 to 4 or more. The bits to the left mean at least two, and at least three,
+/// visible neighbours.
 const CELLS: [[u8; KINDS]; 5] = [
     [253, 128, 252, 20, 20, 20, 253, 218, 218, 218],
     [253, 253, 231, 249, 20, 211, 253, 253, 218, 252],
@@ -159,7 +159,7 @@ const CELLS: [[u8; KINDS]; 5] = [
     [17, 93, 5, 16, 20, 44, 67, 159, 218, 184],
     [42, 77, 11, 20, 20, 20, 110, 218, 218, 218],
 ];
-/// Two each, in one of the cells that are seen and in more: objects in the row's cell, in a cell beside it, in others, in none.
+/// Classes: objects in the row's cell, in a neighbour, in other cells, in none; two each: in one visible cell, and in more.
 const OBJECTS: [[u8; KINDS]; 8] = [
     [247, 255, 245, 255, 20, 252, 239, 242, 225, 254],
     [251, 255, 247, 253, 238, 243, 253, 252, 251, 255],
@@ -171,18 +171,18 @@ const OBJECTS: [[u8; KINDS]; 8] = [
     [6, 128, 2, 20, 20, 20, 218, 218, 218, 218],
 ];
 
-/// Visits of cells beside a cell, of objects or of words of objects in a cell that all rows of a matrix may take, of about a nanosecond.
+/// Most visits of a matrix: of a cell's neighbours, of objects in a cell, or of words of them. About a nanosecond each.
 const VISITS: u64 = 1 << 31;
 
-/// What a row goes by.
+/// The known context of a row.
 #[derive(Clone, Copy)]
 pub(in crate::file) struct Known<'r> {
     pub row: usize,
     /// Number of columns.
     pub columns: usize,
-    /// Columns up to this one, whose bits stand in the row from the start.
+    /// Bits of columns below this one are known in advance.
     pub given: usize,
-    /// The matrix, of which the rows before are known.
+    /// The matrix; only rows above are read.
     pub above: &'r BitMatrix,
 }
 
@@ -205,27 +205,27 @@ fn clear(words: &mut Vec<u64>, count: usize) {
 /// Codes the rows of a matrix, one after the other.
 pub(in crate::file) struct Walker<'g> {
     guide: &'g Guide<'g>,
-    /// Columns that the walk came to.
+    /// Columns reached by the walk.
     reached: Vec<u64>,
-    /// Cells beside the row's.
+    /// Neighbours of the row's cell.
     near: Vec<u64>,
-    /// Objects in such a cell, and in more than one cell that is seen.
+    /// Objects in such a cell, and in more than one visible cell.
     close: Vec<u64>,
     twice: Vec<u64>,
-    /// Cells that are seen, and how many portals away those beside them are.
+    /// Visible cells, and the distance of their neighbours in portals.
     queue: Vec<(u32, u32)>,
     visits: u64,
 }
 
 impl<'g> Walker<'g> {
-    /// Before the first row.
+    /// A walker before the first row.
     pub fn new(guide: &'g Guide<'g>) -> Self {
         let (reached, near, close, twice, queue) = Default::default();
         Self { guide, reached, near, close, twice, queue, visits: 0 }
     }
 
-    /// Codes a row, of which the first `known.given` bits are in `out`, and sets the others there. `truth` is the row and how far back its
-    /// reference is when writing, `None` when reading. Gives what is wrong with it.
+    /// Codes a row. The first `known.given` bits are in `out`; the others are set there. `truth`: when writing, the row and the distance of
+    /// its reference. Returns the fault.
     pub fn code<C: Coder>(
         &mut self,
         coder: &mut C,
@@ -268,7 +268,7 @@ impl<'g> Walker<'g> {
         if self.visits > VISITS { Err(format!("more than {VISITS} visits")) } else { Ok(()) }
     }
 
-    /// The same to see what it costs: it takes no visits.
+    /// Codes a row without counting visits, to measure its cost.
     #[cfg(feature = "bake")]
     pub fn trial<C: Coder>(
         &mut self,
@@ -279,13 +279,13 @@ impl<'g> Walker<'g> {
         out: &mut [u64],
     ) {
         let visits = self.visits;
-        // Where it takes too many, coding it does, too.
+        // A row with too many visits fails again in `code`.
         _ = self.code(coder, models, known, truth, out);
         self.visits = visits;
     }
 }
 
-/// A row on its way.
+/// The state of coding a row.
 struct Row<'w, 'g, C> {
     coder: &'w mut C,
     models: &'w mut Models,
@@ -295,12 +295,12 @@ struct Row<'w, 'g, C> {
     truth: Option<&'w [u64]>,
     out: &'w mut [u64],
     walker: &'w mut Walker<'g>,
-    /// The bit coded last, and its reference's.
+    /// The last coded bit, and its reference's.
     left: [bool; 2],
 }
 
 impl<C: Coder> Row<'_, '_, C> {
-    /// Codes a bit by its class, the bit to the left, and those of the reference above and to the left.
+    /// Codes a bit by its class, the bit to the left, and the reference's bits above and to the left.
     #[inline]
     fn code(&mut self, class: usize, column: usize) -> bool {
         let above = self.reference.map(|r| bit(r, column));
@@ -315,7 +315,7 @@ impl<C: Coder> Row<'_, '_, C> {
         is_set
     }
 
-    /// Every column, word by word: a word is that of the reference, or coded bit by bit.
+    /// Codes every column, word by word: a word equals the reference's, or is coded bit by bit.
     fn plain(&mut self) {
         let mut was_same = true;
         let Known { columns, given, .. } = self.known;
@@ -332,14 +332,14 @@ impl<C: Coder> Row<'_, '_, C> {
             }
             self.left = [false; 2];
             for column in (64 * word).max(given)..(64 * word + 64).min(columns) {
-                // The reference's next bit, where there is one.
+                // The reference's next bit, if there is one.
                 let next = self.reference.is_some_and(|r| column + 1 < columns && bit(r, column + 1));
                 self.code(usize::from(next), column);
             }
         }
     }
 
-    /// Cells, the nearest first, as long as they are seen.
+    /// Codes cells by a flood through visible cells, the nearest first.
     fn flood(&mut self, beside: &Lists) -> Result<(), String> {
         let Known { row, given, .. } = self.known;
         clear(&mut self.walker.reached, self.out.len());
@@ -363,7 +363,7 @@ impl<C: Coder> Row<'_, '_, C> {
                     let around = beside.get(next);
                     self.walker.visit(around.len())?;
                     let seen = around.iter().filter(|&&cell| bit(self.out, cell as usize)).count();
-                    // Neighbours come in any order, so that nothing is to the left: how many cells beside it are seen.
+                    // Neighbours have no order, so the number of visible neighbours replaces the bit to the left.
                     self.left = [seen > 1, seen > 2];
                     self.code(distance as usize, next)
                 };
@@ -381,7 +381,7 @@ impl<C: Coder> Row<'_, '_, C> {
         Ok(())
     }
 
-    /// Objects in cells that are seen, and those in no cell.
+    /// Codes objects in visible cells, and those in no cell.
     fn objects(&mut self, objects: &Objects<'_>) -> Result<(), String> {
         let Objects { beside, placement, nowhere, seen, .. } = objects;
         let (row, words) = (self.known.row, self.out.len());
@@ -419,7 +419,7 @@ impl<C: Coder> Row<'_, '_, C> {
         Ok(())
     }
 
-    /// Columns that are set and that the walk didn't come to, one by one.
+    /// Codes set columns outside the walk, one by one.
     fn listed(&mut self) -> Result<(), String> {
         let missed = |truth: &[u64]| truth.iter().zip(&self.walker.reached).map(|(t, r)| t & !r).collect::<Vec<u64>>();
         let missed = self.truth.map(missed).unwrap_or_default();
@@ -441,7 +441,7 @@ impl<C: Coder> Row<'_, '_, C> {
 }
 
 impl Walker<'_> {
-    /// Objects of a cell that is seen.
+    /// Adds the objects of a visible cell.
     fn join(&mut self, objects: &Objects<'_>, cell: usize) -> Result<(), String> {
         let is_near = bit(&self.near, cell);
         let placed = objects.placed.get(cell);

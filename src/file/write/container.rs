@@ -1,4 +1,4 @@
-//! The container, written: a header, a table of sections, the sections one after the other.
+//! Writes the container: a header, a section table, the sections.
 
 use super::put::Put;
 use crate::file::codes::guarantee_code;
@@ -9,13 +9,13 @@ use xxhash_rust::xxh3::xxh3_64;
 /// Compression level. On the rows of grids of up to 576 rooms, level 19 took several times as long and saved less than 1 %.
 const ZSTD_LEVEL: i32 = 15;
 
-/// `bytes` as one zstd frame where that is shorter.
+/// `bytes` as one zstd frame if that is shorter.
 pub(in crate::file) fn compressed(bytes: &[u8]) -> Option<Vec<u8>> {
-    // Compression in memory has nothing to fail on; if it does, the bytes are stored as they are.
+    // Compression in memory should not fail; if it does, the bytes are stored uncompressed.
     zstd::bulk::compress(bytes, ZSTD_LEVEL).ok().filter(|z| z.len() < bytes.len())
 }
 
-/// Puts a file together. `sections` ascend.
+/// Assembles a file. `sections` ascend.
 pub(in crate::file) fn assemble(model_hash: u128, guarantee: Guarantee, sections: &[(SectionId, Vec<u8>)]) -> Vec<u8> {
     let stored: Vec<Option<Vec<u8>>> =
         sections.iter().map(|(id, bytes)| if id.is_matrix() { None } else { compressed(bytes) }).collect();

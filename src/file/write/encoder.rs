@@ -1,8 +1,8 @@
-//! Arithmetic coding, written; [`crate::file::rows::coder`] has the models.
+//! The arithmetic encoder; [`crate::file::rows::coder`] has the models.
 
 use crate::file::rows::coder::{Coder, Interval, Model};
 
-/// Writes decisions.
+/// Encodes decisions.
 #[derive(Clone, Debug)]
 pub(in crate::file) struct Encoder {
     interval: Interval,
@@ -32,7 +32,7 @@ impl Coder for Encoder {
     }
 }
 
-/// Counts what decisions would cost, 1/65,536 bits.
+/// Counts the cost of decisions, in 1/65,536 bits.
 #[derive(Clone, Debug, Default)]
 pub(in crate::file) struct Meter {
     pub cost: u64,
@@ -47,11 +47,11 @@ impl Coder for Meter {
     }
 }
 
-/// -log2 of a probability in the middle of its 512th, 1/65,536 bits; by table, so that the choice of references is the same on
-/// every machine.
+/// -log2 of a probability at the centre of its 512th, in 1/65,536 bits; a table, so that the choice of references is the same on every
+/// machine.
 static COST: [u32; 512] = cost_table();
 
-/// By repeated squaring, in whole numbers.
+/// By repeated squaring, in integers.
 const fn cost_table() -> [u32; 512] {
     let mut table = [0; 512];
     let mut i = 0;

@@ -1,4 +1,4 @@
-//! A bake's result as a file: `f64` to `f32`, and what need not be there left out, with the reason.
+//! Converts a bake's result to a file: `f64` to `f32`, and unnecessary parts left out, with the reason.
 
 use crate::BitMatrix;
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
@@ -12,8 +12,8 @@ use crate::types::note::{Note, plain};
 use glam::{DVec3, Vec3, Vec4};
 
 impl PvsFile {
-    /// What a bake of `scene` found, ready to be written. `import` is how the scene was imported. `keep_bounds` keeps both sides
-    /// and every witness.
+    /// The result of a bake of `scene`, ready to write. `import`: options of the scene's import. `keep_bounds` keeps both bounds and all
+    /// witnesses.
     pub fn from_bake(scene: &Scene, import: &ImportOptions, pvs: &Pvs, keep_bounds: bool) -> Self {
         let graph = &pvs.graph;
         let (lower, witnesses) = pvs.witnessed();
@@ -71,7 +71,7 @@ impl PvsFile {
         file
     }
 
-    /// Adds view cells and what was found to be seen from them; `keep_bounds` keeps both sides and every witness.
+    /// Adds view cells and their visibility; `keep_bounds` keeps both bounds and all witnesses.
     pub fn add_views(&mut self, views: &[ViewCell], rows: &ViewRows, keep_bounds: bool) {
         let shipped = match self.guarantee {
             Guarantee::Conservative => &rows.upper,
@@ -92,7 +92,7 @@ impl PvsFile {
     }
 }
 
-/// What a file keeps of an import.
+/// The import options that a file keeps.
 fn kept(import: &ImportOptions) -> Import {
     Import {
         object_triangles: import.object_triangles,
@@ -104,8 +104,8 @@ fn kept(import: &ImportOptions) -> Import {
     }
 }
 
-/// Says where the file's single precision can't tell a portal from a line or a point. The run time draws every portal by that much
-/// wider, so nothing is missed; but it can't keep such a portal from being seen through.
+/// A note if portals are degenerate in the file's single precision. The run time grows every portal by that error, so nothing is missed;
+/// but such portals do not cull.
 fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<Note> {
     let corners = graph.portals.iter().flat_map(|p| p.winding.iter().copied());
     let bounds = scene.bounds().union(Aabb::of(corners));
@@ -118,12 +118,12 @@ fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<Note> {
     })
 }
 
-/// A matrix of which every bit is set is left out.
+/// A matrix, left out if every bit is set.
 fn unless_full(rows: &BitMatrix) -> Option<BitMatrix> {
     (rows.count_ones() < rows.rows() as u64 * rows.columns() as u64).then(|| rows.clone())
 }
 
-/// One line for each thing that isn't in the file, and why.
+/// One line for each omission of the file, with the reason.
 fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
     let one_cell = file.cells.len() <= 1;
     let mut out = Vec::new();
@@ -186,7 +186,7 @@ fn object(node: &str, triangles: u32, bounds: &Aabb) -> FileObject {
     FileObject { node: node.to_owned(), triangles, bounds: [round_down(bounds.min), -round_down(-bounds.max)] }
 }
 
-/// The greatest `f32` that isn't above, for each coordinate.
+/// The greatest `f32` that is not above, for each coordinate.
 fn round_down(p: DVec3) -> Vec3 {
     let down = |x: f64| {
         let nearest = x as f32;
@@ -204,7 +204,7 @@ mod tests {
         let bounds = Aabb { min: DVec3::new(0.1, -0.1, 1e9 + 1.0), max: DVec3::new(0.3, 0.7, 2e9 + 3.0) };
         let [min, max] = object("", 1, &bounds).bounds;
         assert!(min.as_dvec3().cmple(bounds.min).all() && bounds.max.cmple(max.as_dvec3()).all());
-        // And no further than to the next number that there is.
+        // And at most to the next representable number.
         assert!((bounds.min - min.as_dvec3()).max_element() <= 128.0 && f64::from(min.x) > 0.099_999);
         assert_eq!(round_down(DVec3::new(1.5, -2.25, 0.0)), Vec3::new(1.5, -2.25, 0.0));
     }

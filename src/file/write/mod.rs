@@ -1,4 +1,4 @@
-//! Writes files: fields to sections.
+//! Writes files: from fields to sections.
 
 mod container;
 mod encoder;
@@ -24,8 +24,8 @@ use put::Put;
 use rows::encode_guided;
 
 impl PvsFile {
-    /// The file's bytes; the same fields give the same bytes. The fields must agree with each other as their documentation says
-    /// (ids in range, [`PvsFile::pairs`] as counted, a witness for each lower pair in order), or [`PvsFile::read`] refuses them.
+    /// The file's bytes; the same fields give the same bytes. The fields must be consistent as documented (ids in range, [`PvsFile::pairs`]
+    /// as counted, a witness for each lower pair in order), or [`PvsFile::read`] rejects the file.
     ///
     /// # Panics
     /// If lower and upper matrices of [`PvsFile::bounds`] differ in shape.
@@ -199,7 +199,7 @@ impl PvsFile {
     }
 }
 
-/// Upper and lower rows in turns, so that each lower row can refer to its upper one.
+/// Alternating upper and lower rows, so that each lower row can refer to its upper one.
 fn both(upper: &BitMatrix, lower: &BitMatrix) -> BitMatrix {
     let mut out = BitMatrix::new(2 * upper.rows(), upper.columns());
     for row in 0..upper.rows() {

@@ -1,4 +1,4 @@
-//! Little-endian numbers, strings and lists, written.
+//! Writes little-endian numbers, strings and lists.
 
 /// Appends to a section.
 pub(in crate::file) trait Put {
@@ -17,7 +17,7 @@ pub(in crate::file) trait Put {
     fn f64s<const N: usize>(&mut self, x: [f64; N]) {
         x.iter().for_each(|x| self.bytes(&x.to_le_bytes()));
     }
-    /// A count of list elements.
+    /// The number of list elements.
     fn count(&mut self, n: usize) {
         self.u32(n as u32);
     }

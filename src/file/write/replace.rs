@@ -1,4 +1,4 @@
-//! Files on disk, written: a file is there whole or not at all.
+//! Writes files to disk atomically.
 
 use crate::file::{FileError, PvsFile};
 use std::ffi::OsStr;
@@ -8,16 +8,15 @@ use std::path::Path;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 impl PvsFile {
-    /// Writes the file whole or not at all (see [`replace_file`]).
+    /// Writes the file atomically (see [`replace_file`]).
     pub fn save(&self, path: &Path) -> Result<(), FileError> {
         let bytes = self.write();
         Ok(replace_file(path, |out| out.write_all(&bytes))?)
     }
 }
 
-/// Writes a file whole or not at all: to a temporary name beside it, which takes its place once everything is on the disk. On
-/// an error, what stood there before is untouched and nothing else is left behind. What is not a regular file (a pipe, a
-/// device) is written to directly.
+/// Writes a file atomically: to a temporary file beside it, which replaces it once everything is on the disk. On an error, the previous
+/// file is untouched and no other file remains. If the target is not a regular file (a pipe, a device), it is written directly.
 pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> io::Result<()> {
     replace_file_by(path, |file| {
         let mut out = BufWriter::new(file);
@@ -26,9 +25,9 @@ pub fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result
     })
 }
 
-/// The same for a writer that goes back in the file; it is not buffered.
+/// The same for a writer that seeks; it is not buffered.
 pub fn replace_file_by(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-    // A link stays one: what it points to is replaced.
+    // A link is kept: its target is replaced.
     let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let before = fs::metadata(&target).ok();
     if before.as_ref().is_some_and(|m| !m.is_file()) {
@@ -41,32 +40,32 @@ pub fn replace_file_by(path: &Path, fill: impl FnOnce(&mut File) -> io::Result<(
     temporary.push(format!(".{}.pvs.tmp", number()));
     let temporary = target.with_file_name(temporary);
     let file = OpenOptions::new().write(true).create_new(true).open(&temporary)?;
-    // Locked, so that nobody takes it for what a killed run has left. Where files can't be locked, its age must do.
+    // Locked, so that no other process takes it for the remains of a killed run. Without file locks, its age decides.
     let _ = file.try_lock();
     sweep(&target, name);
     let written = fill_and_sync(file, before, fill).and_then(|()| fs::rename(&temporary, &target));
     if written.is_err() {
-        // What went wrong first is what the caller wants to know.
+        // The caller gets the first error.
         let _ = fs::remove_file(&temporary);
         return written;
     }
-    // The name, too, is on the disk only once its directory is; where that can't be asked for, the file is whole all the same.
+    // The name is on the disk only once its directory is; if that cannot be synced, the file is still complete.
     if let Some(directory) = target.parent().and_then(|d| File::open(d).ok()) {
         let _ = directory.sync_all();
     }
     Ok(())
 }
 
-/// A number that no other writer has: processes on two machines, or in two containers, may have the same.
+/// A number that no other writer should have, because process ids on two machines, or in two containers, may be equal.
 fn number() -> u32 {
     let nanoseconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.subsec_nanos());
     std::process::id().rotate_left(16) ^ nanoseconds
 }
 
-/// Temporary files of killed runs are older than this.
+/// Least age of temporary files of killed runs.
 const STALE: Duration = Duration::from_secs(60);
 
-/// Removes what runs that were killed while they wrote the same file have left beside it.
+/// Removes temporary files of killed runs that wrote the same file.
 fn sweep(target: &Path, name: &OsStr) {
     let folder = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = name.to_string_lossy();
@@ -80,7 +79,7 @@ fn sweep(target: &Path, name: &OsStr) {
         if is_old().is_none_or(|age| age < STALE) {
             continue;
         }
-        // Its writer is gone where nobody holds its lock.
+        // Without a lock, its writer is gone.
         if File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok()) {
             let _ = fs::remove_file(entry.path());
         }

@@ -1,4 +1,4 @@
-//! Visibility matrices, written; [`crate::file::rows`] reads them and says whose ideas they are.
+//! Writes visibility matrices; [`crate::file::rows`] reads them, and cites the papers.
 
 use super::encoder::{Encoder, Meter};
 use super::put::Put;
@@ -8,9 +8,9 @@ use crate::file::rows::guide::{Guide, Known, Models, Walker};
 use crate::file::rows::{CODED, ONES, SYMMETRIC, UNGUIDED, ZEROS};
 use std::ops::Range;
 
-/// Earlier rows that are tried as references.
+/// Earlier rows considered as references.
 const WINDOW: usize = 64;
-/// How many of those with the fewest different bits are coded to see what they cost, besides no reference at all.
+/// How many of the nearest of them are coded on trial, besides no reference.
 const TRIED: usize = 3;
 
 /// Codes a matrix of fewer than 2^27 rows and columns.
@@ -18,7 +18,7 @@ pub fn encode_rows(matrix: &BitMatrix) -> Vec<u8> {
     encode_guided(matrix, &Guide::Plain)
 }
 
-/// The same for rows that `guide` knows something of; a reader needs the same guide.
+/// The same with a context model; a reader needs the same guide.
 pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide<'_>) -> Vec<u8> {
     let (rows, columns) = (matrix.rows(), matrix.columns());
     let mut out = Vec::new();
@@ -32,7 +32,7 @@ pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide<'_>) -> V
             let is_symmetric = || rows == columns && *matrix == matrix.transposed();
             let symmetric = if matches!(guide, Guide::Cells(_)) && is_symmetric() { SYMMETRIC } else { 0 };
             let coded = |guide, flags| code(matrix, guide, flags & SYMMETRIC != 0).map(|bytes| (flags, bytes));
-            // The walk of an unguided row has no limit.
+            // Rows without a guide have no visits.
             let coded = coded(guide, symmetric).or_else(|| coded(&Guide::Plain, symmetric | UNGUIDED));
             let (flags, bytes) = coded.unwrap_or_default();
             out.u8(flags as u8);
@@ -42,7 +42,7 @@ pub(in crate::file) fn encode_guided(matrix: &BitMatrix, guide: &Guide<'_>) -> V
     out
 }
 
-/// The rows of a matrix; `None` where a reader would take too long.
+/// Codes the rows; `None` if reading them would take too many visits.
 fn code(matrix: &BitMatrix, guide: &Guide<'_>, is_symmetric: bool) -> Option<Vec<u8>> {
     let (mut encoder, mut models, mut walker) = (Encoder::new(), Models::new(guide), Walker::new(guide));
     let spans: Vec<Range<usize>> = (0..matrix.rows()).map(|row| span(matrix.row(row))).collect();
@@ -75,7 +75,7 @@ fn code(matrix: &BitMatrix, guide: &Guide<'_>, is_symmetric: bool) -> Option<Vec
     Some(encoder.finish())
 }
 
-/// How many bits differ from the rows before that differ least, and how far back they are, the nearest of equals first.
+/// The most similar earlier rows: the number of different bits and the distance; among equals the nearest first.
 fn references(matrix: &BitMatrix, spans: &[Range<usize>], row: usize) -> Vec<(u32, usize)> {
     let different = |other: usize| {
         let [a, b] = [row, other].map(|r| &spans[r]);

@@ -1,6 +1,6 @@
-// Occlusion queries, after `points.wgsl`. `corner` and `hides` draw what hides, at no pixel nearer than it is and at none that it doesn't
-// cover; `rectangle` and `asks` draw boxes that are asked about, at every pixel that they may be seen at and nowhere farther than they are.
-// Depth is near/w: it falls towards the distance.
+// Occlusion queries, appended to `points.wgsl`. `corner` and `hides` draw occluders: never nearer than they are, and never on a pixel that
+// they do not cover. `rectangle` and `asks` draw queried boxes: on every pixel where they may be visible, and never farther than they are.
+// Depth is near/w: it decreases with distance.
 
 struct Camera {
     // The eye in two parts, metres.
@@ -8,19 +8,19 @@ struct Camera {
     // Distance of the near plane along `w`, metres.
     near: f32,
     eye_low: vec3f,
-    // Holds 0, which no compiler can know.
+    // Always 0, unknown to the compiler.
     zero: u32,
     // Rows of projection times rotation.
     x: vec3f,
-    // Positions are off as if they were this much farther away, metres.
+    // Positions have the rounding error of points this much farther away, metres.
     grain: f32,
     y: vec3f,
-    // No direction is longer than this, nor are its three terms together.
+    // Upper bound of a direction's length, and of the sum of the lengths of its three terms.
     reach: f32,
     w: vec3f,
     // Pixels.
     width: f32,
-    // The direction through the picture's middle, 1 m along the view direction, and what it changes by for half a pixel.
+    // The direction through the picture's centre, 1 m along the view direction; and its changes per half pixel.
     middle: vec3f,
     height: f32,
     across: vec3f,
@@ -29,16 +29,16 @@ struct Camera {
 
 struct Triangle {
     corners: vec3u,
-    // Beyond each edge (from the first corner on), the third corner of a triangle of the same object.
+    // For each edge (from the first corner on), the third corner of the adjacent triangle of the same object.
     partners: vec3u,
 }
 
 struct Asked {
-    // The pixels that it may be seen at.
+    // The pixels where the box may be visible.
     first: vec2f,
     end: vec2f,
-    // Where rays enter and leave it: near/w at the first pixel and what it changes by from one to the next, along rows and columns; above 0
-    // where it is one of the planes towards the eye, which are the first.
+    // The planes where rays enter and leave the box: near/w at the first pixel, and its steps in x and in y; the fourth component is above
+    // 0 for planes towards the eye, which come first.
     planes: array<vec4f, 6>,
 }
 
@@ -46,14 +46,14 @@ struct Asked {
 @group(0) @binding(2) var<uniform> camera: Camera;
 @group(0) @binding(3) var<storage, read> boxes: array<Asked>;
 
-// Of the product of the lengths of what is multiplied, more than sums and products may be off by: 32 roundings, of which up to 24 come
-// together. Smaller: triangles cover pixels that they don't. Larger: they end before their edges, and walls of many objects have cracks.
+// Above the error of sums and products, relative to the product of the factors' lengths: 32 roundings, of which at most 24 add up. Smaller:
+// triangles cover pixels beyond their edges. Larger: they end before their edges, and walls of many objects have cracks.
 const ROUNDING: f32 = 32.0 / 16777216.0;
-// More than two divisions may be off by.
+// Above the relative error of two divisions.
 const QUOTIENT: f32 = 1e-6;
 const NOBODY: u32 = 0xffffffffu;
 
-// The direction through a pixel's middle, 1 m along the view direction.
+// The direction through a pixel's centre, 1 m along the view direction.
 fn direction(at: vec2f) -> vec3f {
     return camera.middle + (2.0 * at.x - camera.width) * camera.across + (camera.height - 2.0 * at.y) * camera.up;
 }
@@ -62,12 +62,12 @@ fn apart(end: Point, start: Point) -> vec3f {
     return difference(end, start, camera.zero);
 }
 
-// Length, where a vector is off in proportion to that.
+// The length to which a vector's error is proportional.
 fn size(v: vec3f) -> f32 {
     return length(v) + camera.grain;
 }
 
-// The plane through the eye and an edge, and how much its products with directions may be off.
+// The plane through the eye and an edge, and the error bound of its products with directions.
 fn edge(a: vec3f, b: vec3f, along: vec3f) -> vec4f {
     // From the nearer end.
     let start = select(b, a, dot(a, a) < dot(b, b));
@@ -79,16 +79,16 @@ fn is_inside(edge: vec4f, side: f32, direction: vec3f) -> bool {
     return side * dot(edge.xyz, direction) > edge.w;
 }
 
-// A triangle as seen from the eye.
+// A triangle relative to the eye.
 struct Face {
-    // Its corners relative to the eye.
+    // Its corners.
     corners: array<vec3f, 3>,
     edges: array<vec4f, 3>,
-    // Depth is the product with a direction, give or take the fourth.
+    // Depth is the product with a direction; the fourth component bounds its error.
     plane: vec4f,
-    // The depth of the farthest corner, if not less, and the depth that tells what is nearer than the near plane.
+    // A lower bound of the farthest corner's depth, and the depth above which a point may be in front of the near plane.
     range: vec2f,
-    // Which side the eye is on: 1 or -1; 0 where that isn't certain.
+    // The eye's side: 1 or -1; 0 if uncertain.
     side: f32,
 }
 
@@ -101,7 +101,7 @@ fn face(ids: vec3u) -> Face {
     let ab = apart(points[1], points[0]);
     let bc = apart(points[2], points[1]);
     let ca = apart(points[0], points[2]);
-    // From the nearest corner: what it is rounded by is least.
+    // From the nearest corner, for the least rounding error.
     var start = a;
     var u = ab;
     var v = -ca;
@@ -119,7 +119,7 @@ fn face(ids: vec3u) -> Face {
     let volume = dot(normal, start);
     let error = ROUNDING * size(u) * size(v);
     let off = error * size(start);
-    // At most so far is the plane from the eye, times the normal's length.
+    // Upper bound of the plane's distance from the eye, times the normal's length.
     let most = abs(volume) + off;
     let w = vec3f(dot(camera.w, a), dot(camera.w, b), dot(camera.w, c));
     let w_off = ROUNDING * vec3f(size(a), size(b), size(c));
@@ -137,7 +137,7 @@ fn face(ids: vec3u) -> Face {
     return out;
 }
 
-// The depth of a triangle at least, where it covers a pixel; below 0 where it may be nearer than the near plane.
+// A lower bound of a triangle's depth at a pixel that it covers; below 0 if it may be in front of the near plane.
 fn depth(plane: vec4f, range: vec2f, direction: vec3f) -> f32 {
     let value = dot(plane.xyz, direction);
     if value + plane.w > range.y {
@@ -168,7 +168,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
         v = own.corners[2];
     }
     var at = vec4f(dot(camera.x, v), dot(camera.y, v), camera.near, dot(camera.w, v));
-    // Seen edge-on: beyond the far end of depth, with the other two corners.
+    // Seen edge-on: moved out of the depth range, like the other two corners.
     if own.side == 0.0 {
         at = vec4f(0.0, 0.0, 2.0, 1.0);
     }
@@ -191,8 +191,8 @@ fn hides(seen: Corner) -> @builtin(frag_depth) f32 {
     return least;
 }
 
-// The depth, at least, of the triangle that goes on beyond the one edge that a pixel isn't certainly inside of, where both together
-// certainly cover it; below 0 where they don't.
+// For a pixel that is not certainly inside one edge: a lower bound of the depth of the adjacent triangle there, if both triangles together
+// certainly cover the pixel; otherwise below 0.
 fn beyond(triangle: u32, side: f32, inside: vec3<bool>, towards: vec3f) -> f32 {
     let own = triangles[triangle];
     var ids = vec3u(NOBODY);
@@ -207,7 +207,7 @@ fn beyond(triangle: u32, side: f32, inside: vec3<bool>, towards: vec3f) -> f32 {
         return -1.0;
     }
     let other = face(ids);
-    // Of the other side, it would be folded over this one.
+    // With the eye on its other side, it is folded over this one.
     let is_covered = other.side == side
         && is_inside(other.edges[1], side, towards)
         && is_inside(other.edges[2], side, towards);
@@ -220,8 +220,8 @@ struct Rectangle {
     @location(1) @interpolate(flat) own: u32,
 }
 
-// A box is as many rectangles as it has planes towards the eye, each with the depth of its plane: so devices pass over what is hidden
-// without a look at it.
+// A box is drawn as one rectangle for each plane towards the eye, at the depth of that plane, so that devices reject hidden rectangles
+// early.
 @vertex
 fn rectangle(@builtin(vertex_index) index: u32) -> Rectangle {
     let asked = index / 18u;
@@ -261,7 +261,7 @@ fn asks(seen: Rectangle) {
             leave = max(leave, depth);
         }
     }
-    // Where another plane is met first, its rectangle asks.
+    // If rays enter through another plane, that plane's rectangle decides.
     if leave > enter || own > enter {
         discard;
     }

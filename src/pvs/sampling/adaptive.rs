@@ -256,9 +256,9 @@ struct Surface {
     origin: DVec3,
     axes: [DVec3; 2],
     middle: DVec3,
-    /// Planes through the edges, moved in.
+    /// Planes through the edges, moved in by `inset`.
     edges: Vec<Plane>,
-    /// By how much.
+    /// Metres.
     inset: f64,
 }
 

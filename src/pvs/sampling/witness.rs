@@ -181,7 +181,7 @@ pub(in crate::pvs) struct Line {
     pub direction: DVec3,
     /// The cells along it, in order, by metres from the origin (negative behind).
     pub spans: Vec<Span>,
-    /// What it hits in front and behind; `t` as metres from the origin, negative behind.
+    /// The hits in front and behind; `t` as metres from the origin, negative behind.
     pub ends: [Option<Hit>; 2],
     /// The see-through objects that it passes.
     pub passes: Vec<Hit>,
