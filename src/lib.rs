@@ -36,11 +36,14 @@ pub mod bake;
 #[cfg(feature = "bake")]
 pub mod cells;
 pub mod file;
-pub mod geom;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 #[cfg(feature = "bake")]
 pub mod job;
+#[cfg(feature = "bake")]
+pub mod math;
+#[cfg(not(feature = "bake"))]
+mod math;
 pub mod occlusion;
 #[cfg(feature = "bake")]
 pub mod proof;
@@ -49,24 +52,12 @@ pub mod pvs;
 pub mod runtime;
 #[cfg(feature = "bake")]
 pub mod scene;
-pub mod tolerance;
+#[cfg(feature = "bake")]
 pub mod types;
+#[cfg(not(feature = "bake"))]
+mod types;
 
-pub mod bits;
-#[cfg(feature = "bake")]
-pub mod bvh;
 mod ids;
-#[cfg(feature = "bake")]
-pub mod parallel;
-#[cfg(not(feature = "bake"))]
-mod parallel;
-#[cfg(feature = "bake")]
-pub mod polygon;
-#[cfg(feature = "bake")]
-pub mod random;
-#[cfg(not(feature = "bake"))]
-mod random;
-mod simd;
 
 /// The README's example compiles.
 #[cfg(doctest)]
@@ -78,7 +69,10 @@ struct Readme;
 #[doc = include_str!("../docs/guide-engine.md")]
 struct EngineGuide;
 
-pub use bits::BitMatrix;
 /// The vectors of this crate. A program that uses this re-export has the same version.
 pub use glam;
 pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};
+pub use math::bits::BitMatrix;
+pub use math::geom::{Aabb, Plane};
+#[cfg(feature = "bake")]
+pub use math::{bits, bvh, geom, parallel, polygon, random, tolerance};

@@ -3,7 +3,7 @@
 
 use crate::cells::CellGraph;
 use crate::file::PvsFile;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use crate::pvs::pair_proof::{Flowed, Fronts, PairFlow, Separation, is_occluded};
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
@@ -288,7 +288,7 @@ impl<'f> Asker<'f> {
     fn sight(&self, a: CellId, b: CellId) -> Option<Sight> {
         let direct = self.graph.cells[a.index()].portals.iter().find(|&&p| self.graph.target(p) == b);
         if let Some(&portal) = direct {
-            let middle = crate::geom::middle(&self.graph.portals[portal.portal().index()].winding);
+            let middle = crate::math::geom::middle(&self.graph.portals[portal.portal().index()].winding);
             return Some(Sight { from: middle, to: middle, cells: vec![a, b], portals: vec![portal], clear: None });
         }
         let all = &self.file.bounds.as_ref()?.witnesses;

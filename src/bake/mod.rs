@@ -385,7 +385,7 @@ mod tests {
     use super::*;
     use crate::CellId;
     use crate::cells::{Cell, Portal, PortalKind, PortalState};
-    use crate::geom::Plane;
+    use crate::math::geom::Plane;
     use crate::scene::{Mesh, SceneBuilder, Source};
     use glam::DVec3;
 

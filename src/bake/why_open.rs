@@ -1,6 +1,6 @@
 //! Why a model has no closed cell, so that portals hide nothing.
 
-use crate::random::SplitMix;
+use crate::math::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;

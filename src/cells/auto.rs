@@ -13,7 +13,7 @@ use super::bsp::planes::opaque_structure;
 use super::{CellGraph, Strategy};
 use crate::cells::authored::audit::audit_rooms;
 use crate::cells::validate::structure;
-use crate::geom::{Aabb, newell};
+use crate::math::geom::{Aabb, newell};
 use crate::scene::Scene;
 use crate::scene::bulk::bulk;
 use crate::scene::floors::Floors;
@@ -138,7 +138,7 @@ mod tests {
     use super::super::{Cell, Piece, Portal, PortalKind, PortalState};
     use super::*;
     use crate::CellId;
-    use crate::geom::{Aabb, Plane};
+    use crate::math::geom::{Aabb, Plane};
     use crate::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
 
     /// Boxes as cells, without portals: from x to x + 1, and whether each is open.

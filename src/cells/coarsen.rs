@@ -8,7 +8,7 @@ use super::CellGraph;
 use super::merge::merge;
 use crate::CellId;
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::geom::area;
+use crate::math::geom::area;
 use crate::types::note::Note;
 
 /// Upper bound of the memory for a bake's matrices, bytes: both bounds over cells and objects, and flow's matrices over directed portals.

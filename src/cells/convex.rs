@@ -4,8 +4,9 @@
 //! surface's planes until no polygon is left inside a part, so that each part is entirely inside or outside. Deviations: crossings are
 //! counted, because the winding in files is unreliable; and parts with a convex union are merged.
 
-use crate::geom::{Aabb, Plane, area, clip};
-use crate::polygon::Polygon;
+use crate::math::geom::{Aabb, Plane, area, clip};
+use crate::math::polygon::Polygon;
+use crate::math::polyhedron::{face, sides};
 use glam::DVec3;
 
 /// Most parts of one surface: real rooms take tens.
@@ -33,9 +34,7 @@ pub struct Convex {
 impl Convex {
     /// The intersection of all half-spaces with a box; `None` if it is thinner than `eps` metres.
     pub fn inside(bounds: Aabb, planes: &[Plane], eps: f64) -> Option<Self> {
-        let sides =
-            DVec3::AXES.iter().flat_map(|&n| [Plane { n, d: n.dot(bounds.max) }, Plane { n: -n, d: -n.dot(bounds.min) }]);
-        let all: Vec<Plane> = planes.iter().copied().chain(sides).collect();
+        let all: Vec<Plane> = planes.iter().copied().chain(sides(&bounds)).collect();
         Self::of_planes(&all, bounds.diagonal(), bounds.centre(), eps)
     }
 
@@ -50,17 +49,7 @@ impl Convex {
         }
         let mut faces = Vec::with_capacity(tight.len());
         for (i, plane) in tight.iter().enumerate() {
-            let (u, v) = plane.n.any_orthonormal_pair();
-            let (u, v) = if u.cross(v).dot(plane.n) > 0.0 { (u, v) } else { (v, u) };
-            let centre = near - plane.n * plane.distance(near);
-            let r = 2.0 * reach;
-            let mut winding =
-                vec![centre - u * r - v * r, centre + u * r - v * r, centre + u * r + v * r, centre - u * r + v * r];
-            for (j, other) in tight.iter().enumerate() {
-                if j != i && !winding.is_empty() {
-                    winding = clip(&winding, other, 0.0);
-                }
-            }
+            let winding = face(&tight, i, near, 2.0 * reach, 0.0);
             if winding.len() >= 3 && area(&winding) > eps * eps {
                 faces.push((*plane, winding));
             }

@@ -1,11 +1,12 @@
 //! Cells and portals in the single precision of a file. A bake works on rounded values, so its proofs hold for the written file, and cells
 //! read from a file have the same bits.
 
-use super::{CellGraph, Piece, Portal, polyhedron};
+use super::{CellGraph, Piece, Portal};
 use crate::cells::complex::polygon::convex_hull;
-use crate::geom::{Aabb, Plane, newell, width};
+use crate::math::geom::{Aabb, Plane, newell, width};
+use crate::math::polyhedron;
+use crate::math::tolerance::single_precision;
 use crate::scene::Scene;
-use crate::tolerance::single_precision;
 use glam::{DVec2, DVec3};
 
 /// Largest error of the length of a unit vector rounded to `f32`. Larger: other vectors count as unit normals, and lengths are wrong.

@@ -2,7 +2,7 @@
 
 use super::bsp::planes::opaque_structure;
 use super::{Cell, CellGraph, Piece, Portal};
-use crate::geom::{Aabb, Plane, newell};
+use crate::math::geom::{Aabb, Plane, newell};
 use crate::scene::{Hints, Object, RoomHint, Scene};
 use crate::types::note::Note;
 use glam::{DMat3, DQuat, DVec3};

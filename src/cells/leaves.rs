@@ -2,13 +2,13 @@
 
 use super::complex::coverage::open_pieces;
 use super::opaque::Opaque;
-use super::polyhedron::faces;
 use super::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use crate::CellId;
-use crate::geom::{Aabb, Plane, area, newell};
-use crate::parallel;
+use crate::math::geom::{Aabb, Plane, area, newell};
+use crate::math::parallel;
+use crate::math::polyhedron::faces;
+use crate::math::tolerance::Tolerance;
 use crate::scene::{Leaves, Scene};
-use crate::tolerance::Tolerance;
 use crate::types::level::LevelPortal;
 use crate::types::note::Note;
 use glam::{DVec2, DVec3};

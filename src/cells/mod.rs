@@ -19,7 +19,6 @@ pub(crate) mod merge;
 mod opaque;
 mod placement;
 mod plan;
-mod polyhedron;
 mod scale;
 pub(crate) mod small_holes;
 mod split;
@@ -39,7 +38,8 @@ pub use split::{SplitError, SplitOptions, split, undivided};
 pub use user_cells::cells_file::{GivenError, read_cells};
 pub use user_cells::view_cells::{ViewCell, ViewCellName, read_view_cells};
 
-use crate::geom::{Aabb, Plane};
+use crate::math::geom::{Aabb, Plane};
+use crate::math::polyhedron;
 use crate::types::note::Note;
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
@@ -116,7 +116,7 @@ impl Portal {
 
 /// Cells and portals.
 ///
-/// Sound means: any segment that keeps [`crate::tolerance::Tolerance::clearance`] from opaque triangles and starts inside a
+/// Sound means: any segment that keeps [`crate::math::tolerance::Tolerance::clearance`] from opaque triangles and starts inside a
 /// cell's piece stays in cells, and goes from cell to cell only through the windings of portals between those two. A line may
 /// cross one cell several times (cells need not be convex), and one portal at most once.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]

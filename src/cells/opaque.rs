@@ -1,7 +1,7 @@
 //! Spatial index of a scene's opaque triangles. Tubes are left out, because their triangles are only bounding prisms.
 
-use super::locate::BoxTree;
-use crate::geom::Aabb;
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::Aabb;
 use crate::scene::Scene;
 use glam::DVec3;
 
@@ -16,7 +16,7 @@ impl Opaque {
         let objects = scene.objects.iter().filter(|o| o.opaque && !o.is_tube());
         let triangles: Vec<_> = objects.flat_map(|o| o.triangles.clone()).map(|t| scene.corners(t as usize)).collect();
         let boxes: Vec<Aabb> = triangles.iter().map(|corners| Aabb::of(*corners)).collect();
-        Self { tree: BoxTree::new(&boxes, (0..boxes.len() as u32).collect()), triangles }
+        Self { tree: BoxTree::over(&boxes), triangles }
     }
 
     /// Triangles whose box intersects another, in no order.

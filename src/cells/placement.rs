@@ -5,8 +5,8 @@
 
 use super::{CellGraph, Locator, Piece};
 use crate::BitMatrix;
-use crate::geom::Aabb;
-use crate::parallel;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use crate::scene::Scene;
 use crate::types::placed::PlacedBox;
 use glam::DVec3;

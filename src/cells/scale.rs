@@ -5,8 +5,8 @@
 //! rays from back to back cross slabs, or the reverse if the model is inside out: the set with more and higher space counts. A large ground
 //! counts only near walls.
 
-use crate::geom::{Aabb, newell};
-use crate::random::Prng;
+use crate::math::geom::{Aabb, newell};
+use crate::math::random::Prng;
 use crate::scene::bulk::bulk;
 use crate::scene::floors::within;
 use crate::scene::rays::RayScene;

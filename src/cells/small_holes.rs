@@ -7,8 +7,8 @@
 
 use super::opaque::Opaque;
 use super::{CellGraph, Portal, PortalKind};
-use crate::geom::{Aabb, Plane, clip};
-use crate::parallel;
+use crate::math::geom::{Aabb, Plane, clip};
+use crate::math::parallel;
 use crate::scene::Scene;
 use crate::types::note::Note;
 use glam::{DVec2, DVec3};

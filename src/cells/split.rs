@@ -22,8 +22,8 @@ use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::rooms::label;
 use crate::cells::plan::space::{Input, Labels};
 use crate::cells::scale::HumanScale;
-use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::math::geom::Aabb;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use crate::types::note::Note;
@@ -317,7 +317,7 @@ fn levels(scene: &Scene, found: &Facets, human: HumanScale) -> Vec<f64> {
         let mut floors: Vec<(f64, f64)> = Vec::new();
         let mut areas = vec![0.0; found.sheets.len()];
         for f in found.sheet_facets.iter().filter(|f| f.front && f.matter == Matter::Opaque) {
-            areas[f.owner as usize] += crate::geom::area(&f.corners);
+            areas[f.owner as usize] += crate::math::geom::area(&f.corners);
         }
         for (plane, area) in found.sheets.iter().map(|s| s.plane).zip(areas) {
             if plane.n.y > LEVEL_NORMAL && area > 0.0 {

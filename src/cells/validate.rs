@@ -1,11 +1,12 @@
 //! Validation of a cell graph: ids, windings, pieces, and soundness.
 
-use super::{CellGraph, Locator, Piece, Portal, Stretch, polyhedron};
+use super::{CellGraph, Locator, Piece, Portal, Stretch};
 use crate::cells::complex::polygon::convex_hull;
-use crate::cells::locate::BoxTree;
-use crate::geom::{Aabb, Plane, area, clip, middle, newell};
-use crate::parallel;
-use crate::random::SplitMix;
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, Plane, area, clip, middle, newell};
+use crate::math::parallel;
+use crate::math::polyhedron;
+use crate::math::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::rays::RayScene;
 use crate::{CellId, PortalId};
@@ -131,7 +132,7 @@ impl<'g> Pieces<'g> {
         let region = Aabb::of(corners.chain(windings)).inflated(1.0);
         let cut = |b: Aabb| Aabb { min: b.min.max(region.min), max: b.max.min(region.max) };
         let boxes: Vec<Aabb> = of.iter().map(|(_, p)| cut(p.bounds)).collect();
-        let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+        let tree = BoxTree::over(&boxes);
         Self { of, region, boxes, tree }
     }
 

@@ -2,8 +2,8 @@
 
 use super::{FileCell, FilePortal, PvsFile};
 use crate::cells::{Cell, CellGraph, Piece, Portal};
-use crate::geom::{Aabb, Plane};
-use crate::tolerance::Tolerance;
+use crate::math::geom::{Aabb, Plane};
+use crate::math::tolerance::Tolerance;
 use crate::types::note::Note;
 use glam::Vec4;
 

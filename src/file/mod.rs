@@ -22,6 +22,7 @@ pub use crate::types::bounds::{CONFIDENCE, Unseen};
 pub use error::FileError;
 #[cfg(feature = "bake")]
 pub use format::{Container, MAGIC, Section, SectionId, VERSION};
+#[cfg(feature = "bake")]
 pub use load::load_bytes;
 #[cfg(feature = "bake")]
 pub use rows::{decode_rows, entropy_bits_per_pair};
@@ -30,19 +31,19 @@ pub use summary::{FileSummary, GapSummary, PortalsSummary, PvsSummary, SectionSu
 #[cfg(feature = "bake")]
 pub use write::{encode_rows, replace_file, replace_file_by};
 
-use crate::bits::ones;
-use crate::geom::Aabb;
-use crate::tolerance::Tolerance;
+use crate::math::bits::ones;
+use crate::math::geom::Aabb;
+use crate::math::tolerance::Tolerance;
 pub use crate::types::gap::Gap;
-use crate::types::guarantee::Guarantee;
+pub use crate::types::guarantee::Guarantee;
 #[cfg(feature = "bake")]
 use crate::types::import::ImportOptions;
-use crate::types::placed::PlacedBox;
-use crate::types::portal::{PortalKind, PortalState};
-use crate::types::proof::{Repair, Witness};
-use crate::types::stats::PvsStats;
-use crate::types::strategy::Strategy;
-use crate::types::view_cell_name::ViewCellName;
+pub use crate::types::placed::PlacedBox;
+pub use crate::types::portal::{PortalKind, PortalState};
+pub use crate::types::proof::{Repair, Witness};
+pub use crate::types::stats::PvsStats;
+pub use crate::types::strategy::Strategy;
+pub use crate::types::view_cell_name::ViewCellName;
 use crate::{BitMatrix, CellId, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 
@@ -103,7 +104,7 @@ pub struct PvsFile {
 }
 
 impl PvsFile {
-    /// The clearance in [`Guarantee::STATEMENT`], metres: [`crate::tolerance::Tolerance::clearance`] of the objects' extent.
+    /// The clearance in [`Guarantee::STATEMENT`], metres: [`crate::math::tolerance::Tolerance::clearance`] of the objects' extent.
     pub fn clearance(&self) -> f64 {
         let corners = self.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
         Tolerance::for_extent(Aabb::of(corners).diagonal()).clearance

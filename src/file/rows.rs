@@ -18,7 +18,7 @@ use super::bytes::Cursor;
 use super::error::FileError;
 use super::format::SectionId;
 use crate::BitMatrix;
-use crate::bits::ones;
+use crate::math::bits::ones;
 use coder::Decoder;
 use guide::{Known, Models, Walker};
 

@@ -20,7 +20,7 @@ pub use folder::{Folder, FolderError};
 pub use journal::{Journal, JournalError};
 pub use order::Order;
 
-use crate::parallel::{self, Scratch};
+use crate::math::parallel::{self, Scratch};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use shared::SharedMap;

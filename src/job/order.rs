@@ -1,6 +1,6 @@
 //! The order of a map's items for each of several workers, without waits.
 
-use crate::random::Prng;
+use crate::math::random::Prng;
 
 /// The order of items for one worker.
 ///

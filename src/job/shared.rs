@@ -2,7 +2,7 @@
 
 use super::folder::{Arrival, Folder};
 use super::order::Order;
-use crate::parallel;
+use crate::math::parallel;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::{Mutex, PoisonError};

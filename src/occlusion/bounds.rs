@@ -1,6 +1,6 @@
 //! Oriented bounding boxes.
 
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use glam::{DMat3, DVec3};
 
 /// Growth of a box on every side, relative to its coordinates. Larger: boxes of flat objects show. Smaller: rounding of a rotation, some
@@ -87,8 +87,8 @@ impl From<Aabb> for Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::random::Prng;
     use crate::occlusion::scenes::turned;
-    use crate::random::Prng;
     use glam::DQuat;
     use proptest::prelude::*;
 

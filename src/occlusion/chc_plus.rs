@@ -21,7 +21,7 @@ use super::stats::OnlineStats;
 use super::view::Frustum;
 use super::walk::{Open, Walk};
 use crate::ObjectId;
-use crate::random::Prng;
+use crate::math::random::Prng;
 use std::collections::VecDeque;
 
 /// Most boxes of one node's query: three levels of a binary tree, as in the paper. More: the boxes cost more than they gain. Fewer: boxes

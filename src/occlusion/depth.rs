@@ -32,8 +32,8 @@ use super::pixels::Rays;
 use super::slabs::Place;
 use super::view::View;
 use crate::ObjectId;
-use crate::parallel;
-use crate::simd::vectorized;
+use crate::math::parallel;
+use crate::math::simd::vectorized;
 use closed::Outside;
 use glam::DVec3;
 use lanes::{COUNT, F32x8, Lanes, SIDE};
@@ -296,7 +296,7 @@ impl OcclusionOracle for DepthBuffer<'_> {
 mod tests {
     use super::super::scenes::{Picture, add, crowd, own_bounds, random_view, row, turned};
     use super::*;
-    use crate::random::Prng;
+    use crate::math::random::Prng;
     use crate::types::scene::Scene;
     use glam::DQuat;
 

@@ -59,7 +59,7 @@ mod tests {
     use super::super::scenes::{crowd, random_view, turned_tree};
     use super::super::view::View;
     use super::*;
-    use crate::random::Prng;
+    use crate::math::random::Prng;
 
     /// Brute force: every leaf and its ancestors against every plane; also the number of tests.
     fn brute(tree: &Hierarchy, frustum: &Frustum) -> (Vec<ObjectId>, u64) {

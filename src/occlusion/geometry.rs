@@ -1,6 +1,6 @@
 //! The triangles that oracles draw, by object.
 
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 #[cfg(feature = "bake")]
 use crate::types::scene::Scene;
 use glam::DVec3;

@@ -10,12 +10,16 @@ mod parts;
 use super::bounds::Bounds;
 use super::geometry::{Geometry, GeometryObject};
 use crate::ObjectId;
-use crate::geom::Aabb;
-use crate::parallel;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use parts::Parts;
 use std::ops::Range;
 
-pub use given::{Divide, Tree, TreeFault};
+#[cfg(feature = "bake")]
+pub use given::Divide;
+#[cfg(not(feature = "bake"))]
+use given::Divide;
+pub use given::{Tree, TreeFault};
 
 /// Options of a tree.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -84,7 +88,7 @@ impl Hierarchy {
     }
 
     fn binary(shapes: &Shapes, options: &HierarchyOptions) -> Self {
-        let most = most_levels(shapes.boxes.len());
+        let most = levels(shapes.boxes.len());
         Self::grow(shapes, &mut Halves { shapes, most, least_triangles: options.least_triangles })
     }
 
@@ -136,7 +140,12 @@ impl Hierarchy {
 }
 
 /// The largest depth of a tree over this many objects.
+#[cfg(feature = "bake")]
 pub fn most_levels(objects: usize) -> u32 {
+    levels(objects)
+}
+
+fn levels(objects: usize) -> u32 {
     (1.2 * (objects.max(1) as f64).log2() + 2.0) as u32
 }
 

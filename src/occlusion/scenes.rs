@@ -1,11 +1,11 @@
 //! Small scenes and reference pictures, for tests.
 
 use crate::ObjectId;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
+use crate::math::random::Prng;
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::hierarchy::{Divide, Hierarchy, Node};
 use crate::occlusion::view::View;
-use crate::random::Prng;
 use crate::types::scene::{Object, Role, Scene};
 use glam::{DQuat, DVec3};
 

@@ -11,8 +11,8 @@ use super::scenes::{Picture, crowd, random_view, turned_tree};
 use super::stats::OnlineStats;
 use super::view::{Frustum, View};
 use crate::ObjectId;
-use crate::geom::Aabb;
-use crate::random::Prng;
+use crate::math::geom::Aabb;
+use crate::math::random::Prng;
 use crate::types::scene::Scene;
 use glam::DVec3;
 

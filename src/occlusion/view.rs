@@ -122,7 +122,7 @@ impl Frustum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Aabb;
+    use crate::math::geom::Aabb;
 
     fn boxed(min: [f64; 3], max: [f64; 3]) -> Bounds {
         Bounds::from(Aabb { min: min.into(), max: max.into() })

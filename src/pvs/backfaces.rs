@@ -9,10 +9,11 @@
 
 use super::sampling::witness::PLACEMENT_MARGIN;
 use crate::cells::{CellGraph, Locator, Piece};
-use crate::geom::{Aabb, Plane, clip, width};
+use crate::math::geom::{Aabb, Plane, clip, width};
+use crate::math::tolerance::Tolerance;
+use crate::math::{bits, parallel};
 use crate::scene::Scene;
-use crate::tolerance::Tolerance;
-use crate::{BitMatrix, CellId, ObjectId, bits, parallel};
+use crate::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 
 /// Most planes of an object; with more, it counts as visible from everywhere. Larger: time for round objects. Smaller: objects with many

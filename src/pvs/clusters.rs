@@ -11,7 +11,7 @@ use super::triangles::Triangles;
 use crate::cells::Placement;
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::merge::merge;
-use crate::parallel;
+use crate::math::parallel;
 use crate::scene::Scene;
 use crate::types::bounds::Unseen;
 use crate::types::guarantee::Guarantee;

@@ -1,21 +1,19 @@
 //! Facets and corners of convex pieces, within a box.
 
 use crate::cells::Piece;
-use crate::geom::{self, Aabb, Plane};
+use crate::math::geom::{Aabb, Plane};
+use crate::math::polyhedron;
 use glam::DVec3;
 
-/// Relative tolerance of equal plane distances.
+/// Relative rounding of distances.
 const ROUNDING: f64 = 1e-12;
 
 /// The facet of a piece in its plane number `plane`, clipped to `within`: counter-clockwise seen from outside, empty if there is none.
 pub(in crate::pvs) fn facet(piece: &Piece, plane: usize, within: Aabb) -> Vec<DVec3> {
-    let face = piece.planes[plane];
-    let middle = within.centre() - face.n * face.distance(within.centre());
-    let half = within.diagonal() + middle.distance(within.centre());
-    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
-    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
-    let others = piece.planes.iter().enumerate().filter(|&(i, _)| i != plane).map(|(_, &p)| p);
-    others.chain(walls).fold(square(middle, face.n, half), |winding, p| geom::clip(&winding, &p, 1e-12 * half))
+    let planes: Vec<Plane> = piece.planes.iter().copied().chain(polyhedron::sides(&within)).collect();
+    let near = within.centre();
+    let reach = within.diagonal() + planes[plane].distance(near).abs();
+    polyhedron::face(&planes, plane, near, reach, ROUNDING * reach)
 }
 
 /// The corners of a piece clipped to `within`, once per adjacent facet; none if that is empty.
@@ -25,25 +23,17 @@ pub(in crate::pvs) fn corners(piece: &Piece, within: Aabb) -> Vec<DVec3> {
 
 /// All facets of a piece clipped to `within`: its own, and those of `within`; each once, some empty.
 pub(in crate::pvs) fn facets(piece: &Piece, within: Aabb) -> Vec<Vec<DVec3>> {
-    let walls = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();
-    let walls = walls.flat_map(|n| [Plane::through(within.max, n), Plane::through(within.min, -n)]);
     let own =
         |wall: &Plane| piece.planes.iter().any(|p| p.n == wall.n && (p.d - wall.d).abs() <= ROUNDING * (1.0 + p.d.abs()));
-    let walls = walls.filter(|wall| !own(wall));
+    let walls = polyhedron::sides(&within).filter(|wall| !own(wall));
     let cut = Piece { planes: piece.planes.iter().copied().chain(walls).collect(), bounds: piece.bounds };
     (0..cut.planes.len()).map(|i| facet(&cut, i, within)).collect()
-}
-
-/// A square of the given half edge, counter-clockwise seen from the tip of `n`.
-pub(in crate::pvs) fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
-    let u = n.any_orthonormal_vector() * half;
-    let v = n.cross(u);
-    vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::geom;
 
     fn cube() -> Piece {
         let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter();

@@ -59,8 +59,8 @@ pub(crate) mod window;
 use super::backfaces::Fronts;
 use crate::BitMatrix;
 use crate::cells::CellGraph;
-use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::math::geom::Aabb;
 use crate::types::placed::PlacedBox;
 use cells::Cells;
 use goals::NoProof;
@@ -88,7 +88,7 @@ pub struct FlowInput<'a> {
     /// portal tried, 2 to 4 microseconds. If most searches are expensive, they get less: about 125 times this for a whole stage, or a
     /// thousand for each portal if that is more. 200,000 ends in two minutes on two cores; 0 gives the answer of might-see.
     pub max_steps: u64,
-    /// Tolerance of corners from their plane, metres: [`crate::tolerance::Tolerance::coplanar`].
+    /// Tolerance of corners from their plane, metres: [`crate::math::tolerance::Tolerance::coplanar`].
     pub coplanar: f64,
     /// Fronts of objects, for back-face culling: a cell behind all visible parts of an object does not search for it. Not used if `None`,
     /// or in a graph that is searched in parts.

@@ -9,11 +9,11 @@
 use super::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
 use super::triangles::Triangles;
 use super::{Guarantee, Pvs};
-use crate::bits;
 use crate::cells::{Locator, Piece, ViewCell, ViewCellName};
-use crate::geom::{Aabb, Plane};
 use crate::job::{Job, Stopped};
-use crate::random::SplitMix;
+use crate::math::bits;
+use crate::math::geom::{Aabb, Plane};
+use crate::math::random::SplitMix;
 use crate::scene::Scene;
 use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;

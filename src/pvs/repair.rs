@@ -5,12 +5,13 @@
 //! the two pieces, or, across a gap, the facet where the segment left. The portal is the whole facet, because the extent of the hole is
 //! unknown and the upper bound may only grow.
 
-use super::facets::{facet, square};
+use super::facets::facet;
 use super::sampling::lines::{self, PortalTree, Span, Start};
 use super::sampling::witness::Witnessed;
 use crate::cells::{CellGraph, Locator, Portal, PortalKind, PortalState, Stretch};
-use crate::geom::{self, Aabb, Plane};
-use crate::parallel;
+use crate::math::geom::{self, Aabb, Plane};
+use crate::math::parallel;
+use crate::math::polyhedron::square;
 use crate::scene::Scene;
 use crate::types::proof::Repair;
 use crate::{CellId, PortalId};

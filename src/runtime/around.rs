@@ -8,7 +8,7 @@
 use super::culler::{Culler, directed_plane, target};
 use super::portals;
 use super::scratch::Scratch;
-use crate::bits::ones;
+use crate::math::bits::ones;
 use crate::{CellId, ObjectId, PortalId};
 use glam::Vec3;
 

@@ -7,8 +7,8 @@ use super::locate::Homes;
 use super::mode::Mode;
 use super::portals::{self, Eye};
 use super::scratch::{Scratch, VisibleSet};
-use crate::bits::{BitMatrix, ones};
-use crate::simd::{Vectorize, vectorized};
+use crate::math::bits::{BitMatrix, ones};
+use crate::math::simd::{Vectorize, vectorized};
 use crate::{CellId, ObjectId};
 use glam::Vec3;
 

@@ -3,10 +3,10 @@
 use super::boxes::Boxes;
 use super::locate::{Locator, piece_bounds};
 use super::small::MinPixels;
-use crate::bits::BitMatrix;
 use crate::file::{FileCell, PvsFile};
-use crate::geom::Aabb;
-use crate::tolerance::single_precision;
+use crate::math::bits::BitMatrix;
+use crate::math::geom::Aabb;
+use crate::math::tolerance::single_precision;
 use crate::types::guarantee::Guarantee;
 use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};

@@ -11,8 +11,8 @@
 //! lacks the view through the slot.
 
 use super::Culler;
-use crate::geom::Aabb;
-use crate::tolerance::DOORWAY;
+use crate::math::geom::Aabb;
+use crate::math::tolerance::DOORWAY;
 use crate::{DirectedPortal, PortalId};
 
 impl Culler {

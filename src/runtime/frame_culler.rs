@@ -26,7 +26,7 @@ impl FrameCuller {
         self.online.get_or_insert_with(|| OnlineCuller::new(culler));
     }
 
-    /// Allocates for occlusion queries, with a client's tree ([`Hierarchy::of_tree`], [`Hierarchy::divided`]) over the culler's objects,
+    /// Allocates for occlusion queries, with a client's tree ([`Hierarchy::of_tree`]) over the culler's objects,
     /// relative to the file's origin. Panics if the number of objects differs.
     pub fn prepare_queries_with(&mut self, culler: &Culler, tree: Hierarchy) {
         self.online = Some(OnlineCuller::with_tree(culler, tree));

@@ -3,13 +3,13 @@
 //! A point within the tolerance of several cells is in all of them. So the rows do not depend on rounding or on previous frames.
 
 use crate::CellId;
-use crate::geom::{Aabb, Plane, clip};
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, Plane};
+use crate::math::polyhedron::face;
 use glam::{DVec3, Vec3, Vec4};
 
 /// Most cells at one point; with more, the caller takes everything in the frustum.
 pub(super) const MOST_HOMES: usize = 8;
-/// Pieces in a leaf of the tree.
-const LEAF: usize = 4;
 
 /// The cells (or view cells) that contain the eye, to within the tolerance.
 #[derive(Clone, Copy, Debug)]
@@ -40,17 +40,6 @@ impl<Id: Copy + Default + PartialEq> Homes<Id> {
     }
 }
 
-/// A node of the tree over pieces, in depth-first order: an inner node's first child follows it.
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    min: Vec3,
-    max: Vec3,
-    /// Leaf: first of its pieces in `order`. Inner: the second child.
-    at: u32,
-    /// Leaf: number of its pieces. Inner: 0.
-    count: u32,
-}
-
 /// Every piece of every cell, or of every view cell.
 #[derive(Clone, Debug)]
 pub(super) struct Locator<Id = CellId> {
@@ -59,8 +48,7 @@ pub(super) struct Locator<Id = CellId> {
     /// Start of each piece's planes, and the end of the last.
     starts: Vec<u32>,
     cells: Vec<Id>,
-    nodes: Vec<Node>,
-    order: Vec<u32>,
+    tree: BoxTree,
     unbounded: Vec<u32>,
 }
 
@@ -68,65 +56,20 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
     /// A locator for cells, each with its pieces as lists of planes; `extent`: largest distance of a bounded piece from the origin along
     /// any axis, metres.
     pub fn new<'c>(cells: impl IntoIterator<Item = (Id, &'c [Vec<Vec4>])>, extent: f64, tolerance: f64) -> Self {
-        let mut locator = Self {
-            planes: Vec::new(),
-            starts: vec![0],
-            cells: Vec::new(),
-            nodes: Vec::new(),
-            order: Vec::new(),
-            unbounded: Vec::new(),
-        };
-        let (mut boxes, mut bounded) = (Vec::new(), Vec::new());
+        let (mut planes_of, mut starts, mut cells_of) = (Vec::new(), vec![0], Vec::new());
+        let (mut boxes, mut bounded, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
         for (cell, pieces) in cells {
             for planes in pieces {
-                let piece = locator.cells.len() as u32;
-                locator.cells.push(cell);
-                locator.planes.extend(planes);
-                locator.starts.push(locator.planes.len() as u32);
-                match piece_bounds(planes, extent) {
-                    Some(b) => {
-                        let b = b.inflated(tolerance);
-                        boxes.push((b.min.as_vec3().map(f32::next_down), b.max.as_vec3().map(f32::next_up)));
-                        bounded.push(piece);
-                    }
-                    None => {
-                        boxes.push((Vec3::NEG_INFINITY, Vec3::INFINITY));
-                        locator.unbounded.push(piece);
-                    }
-                }
+                let piece = cells_of.len() as u32;
+                cells_of.push(cell);
+                planes_of.extend(planes);
+                starts.push(planes_of.len() as u32);
+                let bounds = piece_bounds(planes, extent);
+                if bounds.is_some() { &mut bounded } else { &mut unbounded }.push(piece);
+                boxes.push(bounds.unwrap_or(Aabb::EMPTY).inflated(tolerance));
             }
         }
-        if !bounded.is_empty() {
-            locator.split(&mut bounded, &boxes);
-        }
-        locator
-    }
-
-    /// Builds the tree by halving along the longest axis of the boxes' centres.
-    fn split(&mut self, pieces: &mut [u32], boxes: &[(Vec3, Vec3)]) {
-        let around = |f: &dyn Fn((Vec3, Vec3)) -> (Vec3, Vec3)| {
-            pieces.iter().fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(lo, hi), &p| {
-                let (a, b) = f(boxes[p as usize]);
-                (lo.min(a), hi.max(b))
-            })
-        };
-        let (min, max) = around(&|b| b);
-        let at = self.nodes.len();
-        if pieces.len() <= LEAF {
-            self.nodes.push(Node { min, max, at: self.order.len() as u32, count: pieces.len() as u32 });
-            self.order.extend_from_slice(pieces);
-            return;
-        }
-        let (low, high) = around(&|(a, b)| (a + b, a + b));
-        let size = high - low;
-        let axis = size.max_position();
-        let key = |p: u32| boxes[p as usize].0[axis] + boxes[p as usize].1[axis];
-        pieces.sort_unstable_by(|&a, &b| key(a).total_cmp(&key(b)).then(a.cmp(&b)));
-        let (left, right) = pieces.split_at_mut(pieces.len() / 2);
-        self.nodes.push(Node { min, max, at: 0, count: 0 });
-        self.split(left, boxes);
-        self.nodes[at].at = self.nodes.len() as u32;
-        self.split(right, boxes);
+        Self { planes: planes_of, starts, cells: cells_of, tree: BoxTree::new(&boxes, bounded), unbounded }
     }
 
     /// The largest distance of `p` outside the piece's planes, metres; negative inside.
@@ -164,23 +107,7 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
                 }
             }
         };
-        // The balanced tree is less than 32 deep: the stack has one waiting child per level.
-        let (mut stack, mut waiting) = ([0u32; 64], usize::from(!self.nodes.is_empty()));
-        while waiting > 0 {
-            waiting -= 1;
-            let i = stack[waiting] as usize;
-            let node = self.nodes[i];
-            if !(node.min.cmple(p).all() && p.cmple(node.max).all()) {
-                continue;
-            }
-            if node.count > 0 {
-                self.order[node.at as usize..(node.at + node.count) as usize].iter().copied().for_each(&mut visit);
-            } else {
-                stack[waiting] = node.at;
-                stack[waiting + 1] = i as u32 + 1;
-                waiting += 2;
-            }
-        }
+        self.tree.in_box(&Aabb { min: point, max: point }, &mut visit);
         self.unbounded.iter().copied().for_each(visit);
         homes
     }
@@ -194,16 +121,9 @@ pub(super) fn piece_bounds(planes: &[Vec4], extent: f64) -> Option<Aabb> {
     // Far enough that an unbounded face leaves the cube in any direction.
     let far = 16.0 * extent;
     let mut bounds = Aabb::EMPTY;
-    for (i, plane) in planes.iter().enumerate() {
-        let (u, v) = plane.n.try_normalize()?.any_orthonormal_pair();
-        let middle = plane.n * plane.d;
-        let mut face = vec![middle - (u + v) * far, middle + (u - v) * far, middle + (u + v) * far, middle + (v - u) * far];
-        for (j, other) in planes.iter().enumerate() {
-            if j != i && !face.is_empty() {
-                face = clip(&face, other, extent * 1e-9);
-            }
-        }
-        bounds = face.into_iter().fold(bounds, Aabb::with);
+    for i in 0..planes.len() {
+        planes[i].n.try_normalize()?;
+        bounds = face(&planes, i, DVec3::ZERO, far, extent * 1e-9).into_iter().fold(bounds, Aabb::with);
     }
     let inside = !bounds.is_empty() && bounds.min.abs().max(bounds.max.abs()).max_element() <= 2.0 * extent;
     inside.then_some(bounds)

@@ -13,7 +13,7 @@ use super::culler::{directed_plane, target};
 use super::frustum::{Camera, Rect};
 use super::portals::{self, Eye, is_beyond};
 use super::scratch::{FrameStats, Scratch};
-use crate::geom::newell;
+use crate::math::geom::newell;
 use crate::{CellId, ObjectId};
 use glam::{DVec3, Vec3};
 use std::ops::Range;

@@ -5,8 +5,8 @@ use super::culler::{Culler, bit, directed_plane, target};
 use super::frustum::{Camera, Rect};
 use super::scratch::{PortalState, Scratch};
 use crate::CellId;
-use crate::bits::ones;
-use crate::simd::Vectorize;
+use crate::math::bits::ones;
+use crate::math::simd::Vectorize;
 use glam::Vec3;
 
 /// Adds objects to the scratch: first those of the eye's own cells, then those of other cells through portals.

@@ -7,7 +7,7 @@
 
 use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
 use crate::ObjectId;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use crate::occlusion::chc::Chc;
 use crate::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use crate::occlusion::hierarchy::{Hierarchy, HierarchyOptions};

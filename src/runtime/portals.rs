@@ -26,7 +26,7 @@ use super::culler::{Culler, directed_plane, target};
 use super::frustum::{Camera, Rect};
 use super::objects::{CollectObjects, group};
 use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
-use crate::simd::vectorized;
+use crate::math::simd::vectorized;
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::{DVec2, DVec3, Vec3};
 use std::ops::Range;

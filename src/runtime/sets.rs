@@ -2,7 +2,7 @@
 
 use super::Culler;
 use super::scratch::Scratch;
-use crate::bits;
+use crate::math::bits;
 use crate::{CellId, ObjectId};
 use glam::{Vec3, Vec4};
 

@@ -9,8 +9,8 @@ use super::frustum::Camera;
 use super::mode::Mode;
 use super::scratch::Scratch;
 use crate::ObjectId;
-use crate::bits::ones;
-use crate::simd::{Vectorize, vectorized};
+use crate::math::bits::ones;
+use crate::math::simd::{Vectorize, vectorized};
 
 /// Rounding error of a position on the screen, relative to the screen's size: a quotient and two sums, each with an error of 2^-24 of at
 /// most 2. Larger: objects whose rectangle ends just beside a pixel centre are kept. Smaller: objects with one pixel more are left out.
@@ -145,7 +145,7 @@ impl Screen {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Prng;
+    use crate::math::random::Prng;
     use glam::{DVec2, DVec3, Vec3};
 
     fn left_out(camera: &Camera, boxes: &[[Vec3; 2]], pixels: u32, picture: [u32; 2]) -> Vec<bool> {

@@ -5,7 +5,7 @@ use super::pipes::{self, Prisms};
 use super::sky::{self, Backdrop, Shape};
 use super::{Hints, ImportError, ImportOptions, Look, Material, Object, Place, Role, Scene, Source, Trace};
 use crate::ObjectId;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use crate::types::hints::Leaves;
 use crate::types::note::Note;
 use enfilade_tubes::{MOST_SECTIONS, Tubes};

@@ -1,7 +1,7 @@
 //! The bulk of a model: the box around nearly all walls, without a much larger ground and without the sky.
 
 use super::{Object, Role, Scene};
-use crate::geom::{Aabb, newell};
+use crate::math::geom::{Aabb, newell};
 use glam::DVec3;
 
 /// Largest vertical component of a wall's unit normal, up or down; a floor's is larger.

@@ -7,8 +7,8 @@
 //! are tried besides splits in space; each side gets at least a sixteenth, which bounds the depth and avoids tiny clusters. A mesh below
 //! the limit that is scattered over the scene (levels are often exported with one group per texture) is split, too.
 
-use crate::geom::Aabb;
-use crate::parallel;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use glam::DVec3;
 
 /// Bins along each axis for the triangles' centres.

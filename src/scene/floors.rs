@@ -3,8 +3,8 @@
 use super::Scene;
 use super::bulk::{FLOOR_NORMAL, bulk};
 use super::rays::RayScene;
-use crate::geom::{Aabb, Plane, clip, newell};
-use crate::random::SplitMix;
+use crate::math::geom::{Aabb, Plane, clip, newell};
+use crate::math::random::SplitMix;
 use glam::DVec3;
 
 /// Nearly horizontal triangles, sampled by area.

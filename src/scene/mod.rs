@@ -25,7 +25,7 @@ pub use error::{ImportError, Place};
 pub use objects::split_objects;
 pub use tube_count::TubeCount;
 
-use crate::geom;
+use crate::math::geom;
 use glam::DVec3;
 
 /// Area of a triangle, square metres.

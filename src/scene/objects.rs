@@ -3,7 +3,7 @@
 use super::cluster::{Soup, clusters};
 use super::{Object, Scene};
 use crate::ObjectId;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use std::collections::HashMap;
 use std::ops::Range;
 

@@ -12,9 +12,10 @@
 mod distance;
 
 use super::Scene;
-use crate::geom::Aabb;
-use crate::tolerance::Tolerance;
-use crate::{ObjectId, bvh};
+use crate::ObjectId;
+use crate::math::bvh;
+use crate::math::geom::Aabb;
+use crate::math::tolerance::Tolerance;
 pub use distance::closest_on_triangle;
 use distance::comes_within;
 use glam::{DVec3, Vec3A};

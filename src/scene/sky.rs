@@ -2,7 +2,7 @@
 //! no room, and their size does not matter.
 
 use super::naming::words;
-use crate::geom::{self, Aabb};
+use crate::math::geom::{self, Aabb};
 use glam::DVec3;
 
 /// Words of shells, and of distant backdrops.

@@ -3,7 +3,7 @@
 //! A missing note is better than a wrong one: evidence against weighs more than evidence for it.
 
 use super::{Scene, triangle_area};
-use crate::geom::newell;
+use crate::math::geom::newell;
 use crate::types::note::Note;
 use glam::DVec3;
 use std::collections::HashMap;

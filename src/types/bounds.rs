@@ -12,9 +12,9 @@ pub struct Unseen {
 }
 
 /// The reason for the end of sampling.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[cfg_attr(feature = "bake", derive(serde::Serialize))]
-#[cfg_attr(feature = "bake", serde(rename_all = "snake_case"))]
+#[cfg(feature = "bake")]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SamplingEnd {
     /// All rays were cast, or no strategy found anything more.
     #[default]

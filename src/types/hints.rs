@@ -1,7 +1,7 @@
 //! The author's hints about rooms, doors and storeys. Hints give names and lines; no guarantee depends on them.
 
 use super::level::LevelPortal;
-use crate::geom::Plane;
+use crate::math::geom::Plane;
 use glam::DVec3;
 use std::fmt;
 

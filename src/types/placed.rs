@@ -1,6 +1,6 @@
 //! The part of an object's box in a cell, in six bytes.
 
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use glam::DVec3;
 
 /// The box of an object's part in one of its cells, in 255ths of the object's own box: least x, y, z, then greatest.

@@ -1,5 +1,6 @@
 //! Kind, state and cost of a portal.
 
+#[cfg(feature = "bake")]
 use crate::PortalId;
 
 /// The kind of a portal.
@@ -16,8 +17,8 @@ pub enum PortalKind {
 }
 
 /// The drawing cost of the view through a portal.
-#[derive(Clone, Copy, PartialEq, Debug)]
-#[cfg_attr(feature = "bake", derive(serde::Serialize))]
+#[cfg(feature = "bake")]
+#[derive(Clone, Copy, PartialEq, Debug, serde::Serialize)]
 pub struct PortalCost {
     /// The portal.
     pub portal: PortalId,

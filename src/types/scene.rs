@@ -3,8 +3,8 @@
 use super::hints::Hints;
 use super::note::Note;
 use crate::ObjectId;
-use crate::geom::Aabb;
-use crate::tolerance::Tolerance;
+use crate::math::geom::Aabb;
+use crate::math::tolerance::Tolerance;
 #[cfg(feature = "bake")]
 use enfilade_tubes::Tubes;
 use glam::DVec3;

@@ -12,7 +12,7 @@ mod walls;
 use crate::cells::convex::Convex;
 use crate::cells::scale::HumanScale;
 use crate::cells::{CellGraph, Locator};
-use crate::parallel;
+use crate::math::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningKind, RoomHint, Scene};
 use finding::called;

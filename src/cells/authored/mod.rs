@@ -11,8 +11,8 @@
 
 pub(in crate::cells) mod audit;
 
-use crate::geom::{Aabb, middle, newell};
-use crate::parallel;
+use crate::math::geom::{Aabb, middle, newell};
+use crate::math::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Hints, OpeningHint, OpeningKind, RoomHint, Scene};
 use glam::DVec3;

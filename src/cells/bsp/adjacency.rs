@@ -6,11 +6,11 @@
 use super::tree::{Bsp, Child, Face, RIM, cut, reach};
 use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{area, convex_hull, points as corners, shape_area, width};
-use crate::cells::locate::BoxTree;
-use crate::geom::{Aabb, Plane, clip};
 use crate::job::{Job, Stopped};
-use crate::parallel;
-use crate::tolerance::Tolerance;
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, Plane, clip};
+use crate::math::parallel;
+use crate::math::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use std::borrow::Cow;
 
@@ -90,7 +90,7 @@ impl<'b> Covers<'b> {
     fn new(bsp: &'b Bsp) -> Self {
         let tree = |covers: &[Vec<DVec3>]| {
             let boxes: Vec<Aabb> = covers.iter().map(|c| Aabb::of(c.iter().copied())).collect();
-            BoxTree::new(&boxes, (0..boxes.len() as u32).collect())
+            BoxTree::over(&boxes)
         };
         let trees = parallel::map(&bsp.nodes, |n| (n.covers.len() > FEW).then(|| tree(&n.covers)));
         Self { bsp, trees }

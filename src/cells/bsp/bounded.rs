@@ -7,8 +7,8 @@
 use super::planes::Shell;
 use super::tree::{self, Bsp, Limits, Tiling};
 use crate::cells::BOUND;
-use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::math::geom::Aabb;
 use crate::types::note::Note;
 use glam::DVec3;
 

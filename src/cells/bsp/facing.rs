@@ -1,6 +1,6 @@
 //! Front and back faces as seen by rays: from behind the walls of a level, only backs are visible.
 
-use crate::random::SplitMix;
+use crate::math::random::SplitMix;
 use crate::scene::rays::RayScene;
 use glam::DVec3;
 

@@ -7,9 +7,9 @@ use crate::cells::complex::assemble::{around, hulls};
 use crate::cells::complex::coverage::Open;
 use crate::cells::complex::polygon::{Shape, area, convex_hull, width};
 use crate::cells::{Cell, Piece, Portal, PortalKind, PortalState};
-use crate::geom::{Aabb, Plane, newell};
 use crate::job::{Job, Stopped};
-use crate::parallel;
+use crate::math::geom::{Aabb, Plane, newell};
+use crate::math::parallel;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 

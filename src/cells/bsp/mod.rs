@@ -23,8 +23,8 @@ mod void;
 
 use super::scale::HumanScale;
 use super::{Cell, CellGraph, SplitOptions, Strategy};
-use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
+use crate::math::geom::Aabb;
 use crate::scene::bulk::bulk;
 use crate::scene::rays::RayScene;
 use crate::types::note::Note;

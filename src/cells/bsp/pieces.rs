@@ -8,8 +8,8 @@ use super::adjacency::Contact;
 use super::tree::{Bsp, Poly};
 use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::{Piece, polyhedron};
-use crate::geom::{Aabb, Plane};
 use crate::job::{Job, Stopped};
+use crate::math::geom::{Aabb, Plane};
 use glam::DVec3;
 
 /// A piece while it grows.

@@ -1,7 +1,7 @@
 //! The triangles that split space, and their planes.
 
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::geom::{Aabb, Plane, area, newell};
+use crate::math::geom::{Aabb, Plane, area, newell};
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, HashMap};

@@ -7,7 +7,7 @@ use super::adjacency::Contact;
 use super::facing::Facing;
 use super::tree::Bsp;
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use std::collections::BTreeMap;
 
 /// A sealed part larger than this share of the model's box is kept if the model shows its backs outside, too: it is a room of a level, or

@@ -7,7 +7,7 @@
 use super::adjacency::Contact;
 use super::tree::{Bsp, Cut, Face, Fragment, Poly, reach};
 use crate::cells::disjoint_sets::DisjointSets;
-use crate::geom::{Aabb, Plane, area};
+use crate::math::geom::{Aabb, Plane, area};
 use glam::DVec3;
 use std::collections::BTreeMap;
 

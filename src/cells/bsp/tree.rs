@@ -6,9 +6,9 @@
 //! others; while there are many triangles, also three planes along the main axes, so that the work stays n log n.
 
 use super::planes::{Shell, TOUCH};
-use crate::geom::{Aabb, Plane, clip};
 use crate::job::Job;
-use crate::parallel;
+use crate::math::geom::{Aabb, Plane, clip};
+use crate::math::parallel;
 use glam::DVec3;
 use std::sync::atomic::AtomicUsize;
 use std::sync::atomic::Ordering::Relaxed;
@@ -300,7 +300,7 @@ impl Builder<'_> {
         if fragments.is_empty() {
             return None;
         }
-        let mut areas: Vec<(u32, f64)> = fragments.iter().map(|f| (f.plane, crate::geom::area(&f.points))).collect();
+        let mut areas: Vec<(u32, f64)> = fragments.iter().map(|f| (f.plane, crate::math::geom::area(&f.points))).collect();
         areas.sort_by_key(|a| a.0);
         areas.dedup_by(|b, a| {
             let same = a.0 == b.0;
@@ -398,7 +398,7 @@ impl Poly {
     pub fn volume(&self) -> f64 {
         let apex = self.middle();
         let height = |f: &Face| if f.front { -f.plane.distance(apex) } else { f.plane.distance(apex) };
-        self.faces.iter().map(|f| -height(f) * crate::geom::area(&f.points) / 3.0).sum()
+        self.faces.iter().map(|f| -height(f) * crate::math::geom::area(&f.points) / 3.0).sum()
     }
 
     /// Box around it.

@@ -6,8 +6,8 @@
 use super::bands::Band;
 use super::limits::{Count, Limits};
 use super::snap::{Corner, snap_round};
-use crate::geom::Aabb;
-use crate::parallel;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 use std::collections::{BTreeSet, HashMap};

@@ -13,9 +13,9 @@ use super::lift;
 use super::polygon::{Shape, area, convex_hull, points, shape_area};
 use crate::CellId;
 use crate::cells::{Piece, Portal, PortalKind, PortalState};
-use crate::geom::{Aabb, Plane};
 use crate::job::{Job, Stopped};
-use crate::parallel;
+use crate::math::geom::{Aabb, Plane};
+use crate::math::parallel;
 use glam::{DVec2, DVec3};
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
@@ -129,7 +129,7 @@ pub fn portals(complex: &Complex<'_>, labels: &[Option<u32>], seal: f64, work: &
         hulls
             .filter_map(|hull| {
                 let mut winding: Vec<DVec3> = hull.iter().map(|&p| to_world(p)).collect();
-                let n = crate::geom::newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>());
+                let n = crate::math::geom::newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>());
                 if n.dot(plane.n) < 0.0 {
                     winding.reverse();
                 }

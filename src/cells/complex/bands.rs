@@ -7,9 +7,9 @@
 use super::facets::Facets;
 use super::to_plan;
 use crate::cells::scale::HumanScale;
-use crate::geom::{Plane, area, clip};
-use crate::parallel;
-use crate::tolerance::Tolerance;
+use crate::math::geom::{Plane, area, clip};
+use crate::math::parallel;
+use crate::math::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 
 /// Fewer storeys share one plan, unless it has more than `MANY_LINES` lines. Fewer lines: unnecessary pieces from cuts at levels. More:

@@ -6,7 +6,7 @@ use super::facets::{Facets, Matter};
 use super::limits::{Count, Limits};
 use super::polygon::{counter_clockwise, shared_area};
 use super::to_plan;
-use crate::parallel;
+use crate::math::parallel;
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::RangeInclusive;

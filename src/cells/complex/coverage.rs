@@ -2,7 +2,7 @@
 //!
 //! Soundness: triangles grow by a square of half-width `seal` before subtraction, so a point that counts as closed is within `sqrt(2) *
 //! seal` of a triangle's projection (and half a `seal` more in a sliver), and that triangle is within the coplanar tolerance of the face.
-//! No segment with more clearance than the sum passes a closed point ([`crate::tolerance`]). Polygon booleans use integers (i_overlay), at
+//! No segment with more clearance than the sum passes a closed point ([`crate::math::tolerance`]). Polygon booleans use integers (i_overlay), at
 //! a resolution of 2^-30 of the face.
 
 use super::polygon::{Shape, area, convex_hull, counter_clockwise, points, width};

@@ -7,11 +7,11 @@ use super::coverage::{Open, open_part};
 use super::facets::{Facets, Matter, Wall};
 use super::polygon::{area, counter_clockwise, shape_area, shared, shared_area, width};
 use super::to_plan;
-use crate::cells::locate::BoxTree;
-use crate::geom::Aabb;
 use crate::job::{Job, Stopped};
-use crate::parallel;
-use crate::tolerance::Tolerance;
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
+use crate::math::tolerance::Tolerance;
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -113,7 +113,7 @@ struct Around<'a> {
     facets: &'a Facets,
     /// The walls of the band.
     grid: WallGrid,
-    /// Metres, as in [`crate::tolerance::Tolerance`].
+    /// Metres, as in [`crate::math::tolerance::Tolerance`].
     coplanar: f64,
     seal: f64,
     work: &'a Job<'a>,
@@ -160,7 +160,7 @@ impl Around<'_> {
         let flat = |p: DVec2| DVec3::new(p.x, p.y, 0.0);
         let boxes: Vec<Aabb> =
             plan.bands[high].clone().map(reach).map(|(a, b)| Aabb { min: flat(a), max: flat(b) }).collect();
-        let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+        let tree = BoxTree::over(&boxes);
         let of_column = |t: usize| {
             let (a, b) = reach(t);
             let mut above = Vec::new();

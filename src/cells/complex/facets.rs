@@ -2,7 +2,7 @@
 
 use super::to_plan;
 use crate::cells::scale::HumanScale;
-use crate::geom::{Aabb, Plane, newell};
+use crate::math::geom::{Aabb, Plane, newell};
 use crate::scene::bulk::bulk;
 use crate::scene::{OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};

@@ -1,6 +1,6 @@
 //! Polygons in a plane: areas, hulls, widths, and intersections of a triangle with a convex polygon.
 
-use crate::geom::{Plane, clip};
+use crate::math::geom::{Plane, clip};
 use glam::{DVec2, DVec3};
 
 /// A polygon: an outer contour, then holes.
@@ -78,7 +78,7 @@ pub fn shared(triangle: [DVec2; 3], polygon: &[DVec2]) -> Vec<DVec2> {
 
 /// The area of the intersection of a triangle and a convex polygon.
 pub fn shared_area(triangle: [DVec2; 3], polygon: &[DVec2]) -> f64 {
-    crate::geom::area(&shared_part(triangle, polygon))
+    crate::math::geom::area(&shared_part(triangle, polygon))
 }
 
 fn shared_part(triangle: [DVec2; 3], polygon: &[DVec2]) -> Vec<DVec3> {

@@ -120,7 +120,7 @@ fn passes(a: Corner, b: Corner, c: Corner) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Prng;
+    use crate::math::random::Prng;
 
     /// No corner lies within an edge, no two edges cross.
     fn is_planar(corners: &[Corner], edges: &[[usize; 2]]) -> bool {

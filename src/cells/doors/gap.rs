@@ -7,10 +7,10 @@
 
 use crate::cells::Portal;
 use crate::cells::complex::polygon::Shape;
-use crate::geom::middle;
-use crate::random::SplitMix;
+use crate::math::geom::middle;
+use crate::math::random::SplitMix;
+use crate::math::tolerance::DOORWAY;
 use crate::scene::rays::{Hit, RayScene};
-use crate::tolerance::DOORWAY;
 use glam::{DVec2, DVec3};
 
 /// Sampled lines. A gap of a centimetre beside a leaf of 0.9 x 2.1 x 0.04 m passes about one in thirty.

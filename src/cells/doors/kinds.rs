@@ -6,10 +6,10 @@
 use crate::cells::complex::polygon::convex_hull;
 use crate::cells::complex::{lift, to_plan};
 use crate::cells::doors::leaves::leaves;
-use crate::cells::locate::BoxTree;
 use crate::cells::scale::HumanScale;
 use crate::cells::{Portal, PortalKind};
-use crate::geom::{Aabb, middle, newell};
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, middle, newell};
 use crate::scene::{OpeningHint, OpeningKind, Role, Scene};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
@@ -66,7 +66,7 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
     }
     // 1. The nearest slab around each portal.
     let mut taken = vec![false; slabs.len()];
-    let tree = BoxTree::new(&slabs.iter().map(Slab::zone).collect::<Vec<_>>(), (0..slabs.len() as u32).collect());
+    let tree = BoxTree::over(&slabs.iter().map(Slab::zone).collect::<Vec<_>>());
     for portal in portals.iter_mut() {
         // Its bounding box in any rotation.
         let centre = middle(&portal.winding);
@@ -87,7 +87,7 @@ pub(in crate::cells) fn name_openings(scene: &Scene, portals: &mut [Portal], hum
     let shut = slabs.iter().zip(&taken).filter(|(s, taken)| s.kind == PortalKind::Door && !**taken);
     ajar.extend(shut.map(|(s, _)| (s.id, s.bounds())));
     let bounds: Vec<Aabb> = portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
-    let tree = BoxTree::new(&bounds, (0..portals.len() as u32).collect());
+    let tree = BoxTree::over(&bounds);
     for (id, leaf) in ajar {
         let away = (LEAF_AWAY + 0.2) * human.metre;
         let mut near: Vec<(f64, usize)> = Vec::new();

@@ -3,7 +3,7 @@
 //! Based on: Nagy, Seth, *Hierarchical representation of optically scanned documents*, 1984 (the recursive X-Y cut: cut at gaps, along
 //! alternating axes). Deviation: in three dimensions, with the boxes of triangles.
 
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 
 /// Largest gap within one leaf or one window, metres: bars between panes are up to 0.08 m wide, piers between two doors 0.1 m and more.
 const APART: f64 = 0.1;

@@ -10,10 +10,10 @@ use crate::cells::complex::coverage::{Open, open_part};
 use crate::cells::complex::polygon::{Shape, convex_hull, counter_clockwise, shape_area, shared_area};
 use crate::cells::doors::gap::{Face, lets_through};
 use crate::cells::doors::leaves::leaves;
-use crate::cells::locate::BoxTree;
 use crate::cells::{Portal, PortalKind, PortalState};
-use crate::geom::{Aabb, Plane, area, clip};
-use crate::parallel;
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, Plane, area, clip};
+use crate::math::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
@@ -38,7 +38,7 @@ pub(in crate::cells) fn find_states(rays: &RayScene<'_>, portals: &mut [Portal],
     let scene = rays.scene();
     let hung = Hung::all(scene, metre);
     let boxes: Vec<Aabb> = hung.iter().map(|h| h.bounds).collect();
-    let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+    let tree = BoxTree::over(&boxes);
     parallel::for_each_mut(portals, |i, portal| {
         portal.state = PortalState::of_kind(portal.kind);
         if portal.kind != PortalKind::Opening {

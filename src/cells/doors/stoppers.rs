@@ -2,7 +2,7 @@
 
 use crate::ObjectId;
 use crate::cells::scale::HumanScale;
-use crate::geom::{Aabb, newell};
+use crate::math::geom::{Aabb, newell};
 use crate::scene::rays::RayScene;
 use crate::scene::{Object, Role, Scene};
 use crate::types::note::Note;

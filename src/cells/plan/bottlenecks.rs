@@ -15,7 +15,7 @@ use crate::cells::disjoint_sets::DisjointSets;
 use crate::cells::plan::clearance::{Clearance, extent, without_ends};
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::Input;
-use crate::parallel;
+use crate::math::parallel;
 use glam::DVec2;
 use std::collections::{BTreeMap, HashMap};
 

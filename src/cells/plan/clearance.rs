@@ -2,11 +2,11 @@
 
 use crate::cells::complex::assemble::Complex;
 use crate::cells::complex::faces::{Face, Surface};
-use crate::cells::locate::BoxTree;
 use crate::cells::plan::options::PlanOptions;
 use crate::cells::plan::space::Input;
-use crate::geom::Aabb;
-use crate::parallel;
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use glam::DVec2;
 
 /// Distance queries to the nearest wall.
@@ -40,7 +40,7 @@ impl Clearance {
             max: a.max(b).extend(heights.1),
         };
         let boxes: Vec<Aabb> = walls.iter().map(around).collect();
-        let tree = BoxTree::new(&boxes, (0..boxes.len() as u32).collect());
+        let tree = BoxTree::over(&boxes);
         Self { walls, tree, reach: input.human.metres(options.clearance_reach) }
     }
 

@@ -1,7 +1,7 @@
 //! Every threshold of the plan strategy: its unit, its value, its range, and the effect of other values.
 //!
 //! Lengths, areas and volumes are in human metres; [`HumanScale`](crate::cells::scale::HumanScale) converts them to the model's unit.
-//! Shares have no unit; seals are those of [`crate::tolerance`]. Values avoid the round numbers of real buildings, where rounding would
+//! Shares have no unit; seals are those of [`crate::math::tolerance`]. Values avoid the round numbers of real buildings, where rounding would
 //! decide.
 //!
 //! No threshold affects soundness. A poor value gives cells that cull less.

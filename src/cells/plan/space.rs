@@ -20,7 +20,7 @@ pub(in crate::cells) struct Input<'i> {
     pub options: &'i PlanOptions,
     /// The human scale.
     pub human: HumanScale,
-    /// [`crate::tolerance::Tolerance::seal`].
+    /// [`crate::math::tolerance::Tolerance::seal`].
     pub seal: f64,
 }
 

@@ -8,10 +8,11 @@ mod planes;
 use crate::CellId;
 use crate::cells::f32_rounding::{DECIMAL, SINGLE_UNIT, held, moved_back, unit};
 use crate::cells::validate::lie_between;
-use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, polyhedron};
-use crate::geom::{Plane, area, middle, newell};
+use crate::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
+use crate::math::geom::{Plane, area, middle, newell};
+use crate::math::polyhedron;
+use crate::math::tolerance::{Tolerance, single_precision};
 use crate::scene::Scene;
-use crate::tolerance::{Tolerance, single_precision};
 use glam::DVec3;
 use serde::Deserialize;
 
@@ -346,8 +347,8 @@ fn around(winding: &[DVec3]) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Aabb;
-    use crate::random::SplitMix;
+    use crate::math::geom::Aabb;
+    use crate::math::random::SplitMix;
     use crate::scene::{Object, Role, Source};
 
     /// One triangle 10 m across around (1000, 0, 0).

@@ -5,7 +5,8 @@
 //! one. The walk is the same for writing and reading: it depends only on bits coded before.
 
 use super::coder::{Coder, Model};
-use crate::{BitMatrix, bits};
+use crate::BitMatrix;
+use crate::math::bits;
 
 /// Lists of ids, concatenated.
 #[derive(Clone, Debug, Default)]

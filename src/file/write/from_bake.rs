@@ -3,11 +3,11 @@
 use crate::BitMatrix;
 use crate::cells::{Cell, CellGraph, Piece, Portal, ViewCell};
 use crate::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Import, PairCounts, PvsFile, ViewBounds, Views};
-use crate::geom::{self, Aabb, Plane};
+use crate::math::geom::{self, Aabb, Plane};
+use crate::math::tolerance::single_precision;
 use crate::pvs::view_cells::ViewRows;
 use crate::pvs::{Guarantee, Pvs};
 use crate::scene::{ImportOptions, Scene};
-use crate::tolerance::single_precision;
 use crate::types::note::{Note, plain};
 use glam::{DVec3, Vec3, Vec4};
 

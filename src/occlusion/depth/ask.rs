@@ -5,10 +5,10 @@
 use super::lanes::{COUNT, F32x8, Lanes, SIDE};
 use super::squares::Squares;
 use super::{BLOCK, DepthBuffer};
+use crate::math::simd::Vectorize;
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::pixels::FORM_ERROR;
 use crate::occlusion::slabs::{Place, Slabs};
-use crate::simd::Vectorize;
 
 /// Most tiles of a box that are tested one by one.
 const FEW_TILES: usize = 9;

@@ -6,8 +6,8 @@
 use super::DepthBuffer;
 use super::closed::Outside;
 use super::lanes::SIDE;
+use crate::math::simd::Vectorize;
 use crate::occlusion::pixels::{Form, Rays};
-use crate::simd::Vectorize;
 use glam::DVec3;
 use std::ops::Range;
 

@@ -65,7 +65,7 @@ mod tests {
     use super::super::super::slabs::Place;
     use super::super::super::view::View;
     use super::*;
-    use crate::random::Prng;
+    use crate::math::random::Prng;
     use glam::{DQuat, DVec3};
 
     /// A view and a box in front of it: opening angles of 1e-5 to 179.9 degrees, near or 1e7 m from the origin; for some boxes the eye is

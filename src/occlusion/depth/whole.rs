@@ -171,7 +171,7 @@ mod tests {
     use super::super::UNTOUCHED;
     use super::*;
     use crate::ObjectId;
-    use crate::random::Prng;
+    use crate::math::random::Prng;
     use glam::{DQuat, DVec3};
 
     fn depth(buffer: &DepthBuffer<'_>, x: usize, y: usize) -> f32 {

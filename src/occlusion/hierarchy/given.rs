@@ -4,9 +4,12 @@
 
 mod boxes;
 
-use super::{Hierarchy, Node, Shapes};
+#[cfg(feature = "bake")]
+use super::Shapes;
+use super::{Hierarchy, Node};
 use crate::ObjectId;
-use crate::geom::Aabb;
+#[cfg(feature = "bake")]
+use crate::math::geom::Aabb;
 use crate::occlusion::bounds::Bounds;
 use boxes::{around, holding, is_box};
 use glam::DVec3;
@@ -92,6 +95,7 @@ pub trait Divide {
 impl Hierarchy {
     /// A tree divided by a client, for objects given by their boxes (metres) and numbers of triangles: object `i` is the `i`th of both.
     /// Panics if `divide` changes the set of objects, or if the lists have different lengths.
+    #[cfg(feature = "bake")]
     pub fn divided(boxes: &[Aabb], triangles: &[u32], divide: &mut impl Divide) -> Self {
         assert_eq!(boxes.len(), triangles.len(), "a box and a number of triangles for each object");
         let tree = Self::grow(&Shapes::new(boxes, triangles), divide);

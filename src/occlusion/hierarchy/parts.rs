@@ -4,10 +4,10 @@
 //! the tighter bounds of Mattausch, Bittner, Wimmer (2008), which end at objects, taken one step further.
 
 use super::Hierarchy;
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use crate::occlusion::bounds::Bounds;
 use crate::occlusion::geometry::{Geometry, GeometryObject};
-use crate::parallel;
 use glam::DVec3;
 
 /// Least triangles of a part: drawing so many takes an oracle many times as long as testing one more box. Higher: looser boxes. Lower:

@@ -8,7 +8,7 @@ use super::face::{Boxes, Drawn, Face, Rect, Triangles};
 use super::tiles::{Tile, Tiles};
 use super::tree::{Block, LANES, LEAF, Tree};
 use super::{Cube, CubeEngine, CubeScene, CubeView, SeeThrough};
-use crate::simd::dispatch;
+use crate::math::simd::dispatch;
 use pulp::Simd;
 
 /// Something to draw: a node or, marked by [`LEAF`], a leaf.

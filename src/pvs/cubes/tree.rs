@@ -6,8 +6,8 @@
 //!
 //! Boxes are `f32`, rounded outward; corners stay `f64` for exact differences to an eye.
 
-use crate::bvh;
-use crate::geom::Aabb;
+use crate::math::bvh;
+use crate::math::geom::Aabb;
 use crate::scene::Scene;
 use obvhs::bvh2::Bvh2;
 use std::ops::Range;

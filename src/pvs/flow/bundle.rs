@@ -5,7 +5,7 @@
 //! represent windows that may be flat.
 
 use super::window::{Slack, Window};
-use crate::geom::{Aabb, Plane};
+use crate::math::geom::{Aabb, Plane};
 use glam::DVec3;
 
 /// Planes in one group.

@@ -5,8 +5,9 @@ use super::might_see::{MightSee, from_rows, get, set, words_of};
 use super::net::Net;
 use super::schedule::{Round, Tally, Task, costs, rounds, run};
 use super::search::Search;
+use crate::BitMatrix;
 use crate::job::{Job, Stopped};
-use crate::{BitMatrix, bits};
+use crate::math::bits;
 use serde::{Deserialize, Serialize};
 
 /// Pairs of cells and their state. All matrices are cells x cells.

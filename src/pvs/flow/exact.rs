@@ -134,7 +134,7 @@ impl Chain {
         if !windings.iter().all(usable) {
             return None;
         }
-        let bounds = crate::geom::Aabb::of(windings.iter().flatten().copied());
+        let bounds = crate::math::geom::Aabb::of(windings.iter().flatten().copied());
         let (centre, scale) = (bounds.centre(), 0.5 * bounds.diagonal());
         let hulls: Vec<Vec<DVec3>> = windings.iter().map(|w| hull(w)).collect();
         if hulls.iter().any(|h| h.len() < 3) {

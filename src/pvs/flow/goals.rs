@@ -8,10 +8,11 @@
 use super::might_see::{get, set};
 use super::net::Net;
 use super::stab::Passage;
+use crate::BitMatrix;
 use crate::cells::CellGraph;
-use crate::geom::{Aabb, Plane};
+use crate::math::bits;
+use crate::math::geom::{Aabb, Plane};
 use crate::types::placed::PlacedBox;
-use crate::{BitMatrix, bits};
 use glam::DVec3;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

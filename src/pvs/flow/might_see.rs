@@ -9,8 +9,9 @@
 use super::net::Net;
 use super::planes::{Planes, WordsLeft};
 use super::reach::Reach;
-use crate::parallel;
-use crate::{BitMatrix, bits};
+use crate::BitMatrix;
+use crate::math::bits;
+use crate::math::parallel;
 use std::ops::Range;
 
 /// Bit q of row p is clear only if no line crosses directed portal p and later directed portal q.
@@ -254,7 +255,7 @@ mod tests {
     use super::*;
     use crate::CellId;
     use crate::cells::{Cell, CellGraph, Portal, PortalKind, PortalState};
-    use crate::geom::Plane;
+    use crate::math::geom::Plane;
     use glam::DVec3;
 
     /// Rooms in a row along x; the door into room k + 1 begins at height `low[k]` and is 1 m wide and high.

@@ -3,7 +3,7 @@
 use super::bundle::Bounds;
 use super::window::{Slack, Window};
 use crate::cells::{CellGraph, Portal};
-use crate::geom::{Aabb, Plane};
+use crate::math::geom::{Aabb, Plane};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -158,7 +158,7 @@ impl Net {
             corners.extend(winding.iter().map(|&p| p - self.origin));
         }
         let off = corners.iter().map(|&p| plane.distance(p).abs()).fold(0.0, f64::max);
-        let wide = crate::geom::area(&corners) > self.slack.strict * self.slack.strict;
+        let wide = crate::math::geom::area(&corners) > self.slack.strict * self.slack.strict;
         let flat = wide && (plane.n.length_squared() - 1.0).abs() < UNIT && off <= FLAT * self.slack.coplanar;
         if flat {
             // Corners are projected onto the plane.
@@ -170,7 +170,7 @@ impl Net {
         if back {
             corners.reverse();
         }
-        let middle = crate::geom::middle(&corners);
+        let middle = crate::math::geom::middle(&corners);
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         self.planes.push(flat.then_some(plane));
         let nowhere = Plane { n: DVec3::NAN, d: f64::NAN };

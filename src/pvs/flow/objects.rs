@@ -7,8 +7,9 @@ use super::might_see::{MightSee, set};
 use super::net::Net;
 use super::schedule::{Round, Tally, Task, rounds, run};
 use super::search::Search;
+use crate::BitMatrix;
 use crate::job::{Job, Stopped};
-use crate::{BitMatrix, bits};
+use crate::math::bits;
 use serde::{Deserialize, Serialize};
 
 /// The result of a task.

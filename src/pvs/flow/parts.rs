@@ -11,7 +11,7 @@ use super::reach::Reach;
 use super::{FlowInput, FlowResult, cells::set_both, decide};
 use crate::cells::{Cell, CellGraph, Strategy, flow_bytes};
 use crate::job::{Job, Stopped};
-use crate::parallel;
+use crate::math::parallel;
 use crate::{BitMatrix, CellId};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -279,7 +279,7 @@ fn part(net: &Net, reach: &[Vec<u32>], sources: &[u32], mut own: Vec<u32>) -> Pa
 mod tests {
     use super::super::reach::tests::{Numbers, rooms, walk};
     use super::*;
-    use crate::geom::Aabb;
+    use crate::math::geom::Aabb;
     use crate::pvs::flow::flow;
     use glam::DVec3;
 

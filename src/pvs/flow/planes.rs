@@ -5,7 +5,7 @@
 
 use super::might_see::{mask_of, set, words_of};
 use super::net::Net;
-use crate::bits;
+use crate::math::bits;
 
 /// Cost of a plane test of two portals, in word accesses.
 const LOOKS_A_QUESTION: u64 = 10;
@@ -119,8 +119,8 @@ impl<'n> WordsLeft<'n> {
 mod tests {
     use super::super::net::NetPortal;
     use super::*;
-    use crate::geom::Plane;
-    use crate::random::SplitMix;
+    use crate::math::geom::Plane;
+    use crate::math::random::SplitMix;
     use glam::DVec3;
 
     /// Random squares in a cube of 10 m, each between two random cells.

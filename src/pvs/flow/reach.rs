@@ -8,7 +8,7 @@ use super::bundle::Bundle;
 use super::net::Net;
 use super::separators::{Separators, Way};
 use super::window::Window;
-use crate::geom::Plane;
+use crate::math::geom::Plane;
 use std::collections::VecDeque;
 
 /// Most windows of a portal; with more, it counts as entirely open. Fewer: more is reached. More: portals are visited more often.
@@ -143,7 +143,7 @@ pub(super) mod tests {
     use super::*;
     use crate::CellId;
     use crate::cells::{Portal, PortalKind, PortalState};
-    use crate::geom::Plane;
+    use crate::math::geom::Plane;
     use crate::pvs::flow::net::NetPortal;
     use glam::DVec3;
 

@@ -16,7 +16,7 @@ use super::net::Net;
 use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
 use super::window::Window;
-use crate::geom::Plane;
+use crate::math::geom::Plane;
 use glam::DVec3;
 
 /// Frames whose planes clip a portal: the last one alone would pass windows that the previous one had cut. Larger: slower by a few per
@@ -226,7 +226,7 @@ impl<'a> Search<'a> {
         frame.live.extend_from_slice(self.might_see.row(first));
         self.goals.clear();
         for (i, (a, b)) in self.might_see.row(first).iter().zip(goals.portals()).enumerate() {
-            self.goals.extend(crate::bits::ones(&[a & b]).map(|bit| (i * 64 + bit) as u32));
+            self.goals.extend(crate::math::bits::ones(&[a & b]).map(|bit| (i * 64 + bit) as u32));
         }
         self.goals.retain(|&g| !goals.is_cut_off(net, net.target[g as usize] as usize, &inside));
         frame.goals = [0, self.goals.len()];

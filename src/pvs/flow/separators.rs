@@ -12,7 +12,7 @@
 //! it wrongly.
 
 use super::window::{Slack, Window};
-use crate::geom::Plane;
+use crate::math::geom::Plane;
 use glam::DVec3;
 
 /// Least extent of a window away from a plane that it touches, in rounding errors of the test. Rounding then loses lines only within that
@@ -264,7 +264,7 @@ mod tests {
     }
 
     fn between(a: &[DVec3], b: &[DVec3]) -> Vec<Plane> {
-        let window = |corners: &[DVec3]| Window::new(corners, crate::geom::newell(corners).normalize_or_zero(), true);
+        let window = |corners: &[DVec3]| Window::new(corners, crate::math::geom::newell(corners).normalize_or_zero(), true);
         let mut planes = Vec::new();
         for way in [Way::Along, Way::Against] {
             Separators::new(64.0 * f64::EPSILON).list(&window(a), &window(b), way, &mut planes);

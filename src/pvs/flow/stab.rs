@@ -8,7 +8,7 @@
 
 use super::separators::{Cut, Separators, Way};
 use super::window::{Slack, Window};
-use crate::geom::Plane;
+use crate::math::geom::Plane;
 use glam::DVec3;
 
 /// Most pieces of one chain; with more it counts as passable. Larger: rare wrong chains cost more.

@@ -7,7 +7,7 @@
 //! Corners are a structure of arrays, padded to groups of four with copies of the first, so that their distances to a plane are a loop
 //! without branches. Their number is not limited.
 
-use crate::geom::{Aabb, Plane};
+use crate::math::geom::{Aabb, Plane};
 use glam::DVec3;
 
 /// Tolerances of comparisons with planes, metres.
@@ -286,7 +286,7 @@ impl Flags {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::area;
+    use crate::math::geom::area;
 
     const SLACK: Slack = Slack { reach: 1e-12, strict: 1e-10, coplanar: 1e-6 };
 

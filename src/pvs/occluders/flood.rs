@@ -15,7 +15,7 @@
 
 use super::mesh::{Mesh, Seam, Tri};
 use super::shaft::{End, Shaft, reach};
-use crate::geom::{Aabb, Plane, middle};
+use crate::math::geom::{Aabb, Plane, middle};
 use glam::DVec3;
 
 /// Most triangles of one surface. Larger: more surfaces close shafts; failures cost more.

@@ -4,8 +4,8 @@
 //! neighbours of an edge are found by distance: every triangle within [`Mesh::gap`] along a stretch of it. A line between the two is within
 //! the clearance of them, and the guarantee does not cover it.
 
-use crate::cells::locate::BoxTree;
-use crate::geom::{Aabb, Plane};
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, Plane};
 use crate::scene::Scene;
 use glam::DVec3;
 use std::sync::OnceLock;
@@ -76,7 +76,7 @@ impl Mesh {
         };
         let tris: Vec<Tri> = opaque.filter_map(tri).collect();
         let boxes: Vec<Aabb> = tris.iter().map(|t| Aabb::of(t.corners)).collect();
-        let tree = BoxTree::new(&boxes, (0..tris.len() as u32).collect());
+        let tree = BoxTree::over(&boxes);
         let seams = tris.iter().map(|_| OnceLock::new()).collect();
         Self { tris, gap, clearance, tree, seams }
     }
@@ -128,7 +128,7 @@ impl Mesh {
             let lined = [grown, 0.0].into_iter().find(|&by| self.is_lined(a - away * by, b - away * by));
             if let Some(by) = lined {
                 let plane = Plane::through(a - away * (by + inset), away);
-                out = crate::geom::clip(&out, &plane, 0.0);
+                out = crate::math::geom::clip(&out, &plane, 0.0);
             }
         }
         out

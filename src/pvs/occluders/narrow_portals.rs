@@ -9,7 +9,8 @@
 
 use super::mesh::Mesh;
 use crate::cells::{CellGraph, Strategy};
-use crate::{BitMatrix, DirectedPortal, geom};
+use crate::math::geom;
+use crate::{BitMatrix, DirectedPortal};
 
 /// Given portals through which no line keeps the clearance.
 fn portals(graph: &CellGraph, clearance: f64) -> impl Iterator<Item = usize> + '_ {

@@ -4,7 +4,7 @@
 //! of one set and a corner of the other with both sets on one side, so the shaft is the convex hull without caps.
 
 use super::mesh::keep_inside;
-use crate::geom::{Aabb, Plane, clip};
+use crate::math::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 
 /// A convex set at one end of a shaft.

@@ -7,9 +7,9 @@
 use super::sampler::{Random, mix};
 use super::witness::{Found, Prover, Witnessed};
 use crate::cells::{CellGraph, Locator};
-use crate::geom::{self, Aabb};
 use crate::job::{Job, Stopped};
-use crate::parallel;
+use crate::math::geom::{self, Aabb};
+use crate::math::parallel;
 use crate::pvs::facets::corners;
 use crate::scene::Scene;
 use crate::scene::rays::{Hit, RayScene};
@@ -100,7 +100,7 @@ impl Left {
     fn new(c: usize, [cells_upper, objects_upper]: [&BitMatrix; 2], lower: &Witnessed) -> Self {
         let left = |upper: &BitMatrix, known: &BitMatrix| {
             let words: Vec<u64> = upper.row(c).iter().zip(known.row(c)).map(|(u, l)| u & !l).collect();
-            crate::bits::ones(&words).collect::<Vec<_>>()
+            crate::math::bits::ones(&words).collect::<Vec<_>>()
         };
         let cells: Vec<usize> = left(cells_upper, &lower.cells).into_iter().filter(|&other| other > c).collect();
         Self { cell: CellId(c as u32), objects: left(objects_upper, &lower.objects), cells }

@@ -4,8 +4,8 @@
 //! crosses. Here portals give the cells, because there are far fewer portals than pieces.
 
 use crate::cells::CellGraph;
-use crate::cells::locate::BoxTree;
-use crate::geom::{Aabb, Plane};
+use crate::math::box_tree::BoxTree;
+use crate::math::geom::{Aabb, Plane};
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::DVec3;
 
@@ -51,7 +51,7 @@ impl<'g> PortalTree<'g> {
         let boxes: Vec<Aabb> = graph.portals.iter().map(|p| Aabb::of(p.winding.iter().copied())).collect();
         let faces =
             graph.portals.iter().map(|p| Face { cells: p.cells, plane: p.plane, edges: edges(&p.winding, p.plane.n) });
-        Self { graph, tree: BoxTree::new(&boxes, (0..boxes.len() as u32).collect()), faces: faces.collect() }
+        Self { graph, tree: BoxTree::over(&boxes), faces: faces.collect() }
     }
 
     /// The portals that the line crosses for `0 < t < limit`, within `eps` metres of their windings, by ascending `t`.

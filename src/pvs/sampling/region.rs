@@ -2,7 +2,7 @@
 
 use super::sampler::Random;
 use crate::cells::Piece;
-use crate::geom::{self, Aabb};
+use crate::math::geom::{self, Aabb};
 use crate::pvs::facets::facets;
 use glam::DVec3;
 
@@ -66,7 +66,7 @@ impl Region {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Plane;
+    use crate::math::geom::Plane;
 
     #[test]
     fn points_are_as_dense_everywhere() {

@@ -10,8 +10,8 @@ use super::region::Region;
 use super::sampler::{Random, mix};
 use super::witness::Prover;
 use crate::cells::{Piece, ViewCell};
-use crate::geom::{Aabb, middle};
 use crate::job::{Job, Stopped};
+use crate::math::geom::{Aabb, middle};
 use crate::pvs::Pvs;
 use crate::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, settle};
 use crate::pvs::facets::{corners, facet};
@@ -190,7 +190,7 @@ impl<'a> RegionSampler<'a> {
     /// Objects of `upper` without a proof.
     fn undecided(&self, upper: &BitMatrix, v: usize) -> Vec<u32> {
         let words: Vec<u64> = upper.row(v).iter().zip(self.lower.row(v)).map(|(u, l)| u & !l).collect();
-        crate::bits::ones(&words).map(|object| object as u32).collect()
+        crate::math::bits::ones(&words).map(|object| object as u32).collect()
     }
 
     /// A random point of a view cell that is in a cell; `None` after `TRIES` attempts.

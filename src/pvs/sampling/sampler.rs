@@ -3,9 +3,9 @@
 use super::lines::{PortalTree, Start};
 use super::witness::{Line, Prover};
 use crate::cells::{CellGraph, Locator};
-use crate::geom::Aabb;
-pub(in crate::pvs) use crate::random::SplitMix as Random;
-use crate::random::mixed;
+use crate::math::geom::Aabb;
+pub(in crate::pvs) use crate::math::random::SplitMix as Random;
+use crate::math::random::mixed;
 use crate::scene::rays::{Hit, RayScene};
 use crate::{CellId, PortalId};
 use glam::DVec3;

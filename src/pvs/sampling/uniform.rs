@@ -7,7 +7,7 @@ use super::source::{Part, Source};
 use super::witness::{Found, Line, Witnessed};
 use crate::CellId;
 use crate::job::Stopped;
-use crate::parallel;
+use crate::math::parallel;
 
 /// Rays between two updates of the known pairs, and rays of one item; fixed, so that results do not depend on the number of threads.
 const RAYS: u64 = 16_384;

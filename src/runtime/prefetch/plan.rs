@@ -4,7 +4,7 @@ use super::super::culler::{Culler, bit};
 use super::super::motion::Motion;
 use super::reach::{Reach, Walker};
 use super::sight::Sight;
-use crate::bits::ones;
+use crate::math::bits::ones;
 use crate::{CellId, ObjectId};
 
 /// An object of a plan.

@@ -3,7 +3,7 @@
 use super::finding::{Finding, FindingKind, called};
 use crate::CellId;
 use crate::cells::{CellGraph, Locator, PortalKind};
-use crate::geom::{Aabb, area, middle, newell};
+use crate::math::geom::{Aabb, area, middle, newell};
 use crate::scene::{Hints, OpeningHint, OpeningKind, RoomHint};
 use glam::DVec3;
 use std::collections::BTreeSet;

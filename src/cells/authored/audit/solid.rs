@@ -2,8 +2,8 @@
 //!
 //! Lines instead of edges, because exported surfaces have T-junctions and inconsistent winding, and still enclose a volume.
 
-use crate::geom::Aabb;
-use crate::parallel;
+use crate::math::geom::Aabb;
+use crate::math::parallel;
 use crate::scene::RoomHint;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};

@@ -1,7 +1,7 @@
 //! Distances of rooms' sides from their walls, floors and ceilings.
 
 use super::finding::{Finding, FindingKind, called};
-use crate::parallel;
+use crate::math::parallel;
 use crate::scene::rays::RayScene;
 use crate::scene::{Role, RoomHint};
 use glam::DVec3;

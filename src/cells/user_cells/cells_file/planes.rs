@@ -1,7 +1,7 @@
 //! Planes of windings.
 
 use super::{GivenError, Reader, around};
-use crate::geom::{Aabb, Plane, area, middle, newell};
+use crate::math::geom::{Aabb, Plane, area, middle, newell};
 use glam::DVec3;
 
 impl Reader {

@@ -1,6 +1,6 @@
 //! Boxes of a client's tree: whether they are valid, and whether they contain others.
 
-use crate::geom::Aabb;
+use crate::math::geom::Aabb;
 use crate::occlusion::bounds::Bounds;
 use glam::DVec3;
 

@@ -28,5 +28,5 @@ pub fn around(winding: &[DVec3]) -> impl Iterator<Item = Edge> {
 }
 
 pub fn normal(winding: &[DVec3]) -> DVec3 {
-    crate::geom::newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>())
+    crate::math::geom::newell(&winding.iter().map(|&p| p - winding[0]).collect::<Vec<_>>())
 }

@@ -4,21 +4,27 @@
 //! the intersection of three planes inside all others; a ray is a direction along two planes that leaves no half-space. Cubic time in the
 //! number of planes, which is small for pieces ([`MAX_PLANES`]).
 
-use crate::geom::{Aabb, Plane, clip, middle};
+#[cfg(feature = "bake")]
+use super::geom::{Aabb, middle};
+use super::geom::{Plane, clip};
 use glam::DVec3;
 
+#[cfg(feature = "bake")]
 /// Most planes of a piece that a user may give.
-pub(super) const MAX_PLANES: usize = 128;
+pub const MAX_PLANES: usize = 128;
 
+#[cfg(feature = "bake")]
 /// Largest relative error of a corner after clipping.
 const ROUNDING: f64 = 1e-12;
 
+#[cfg(feature = "bake")]
 /// Directions whose angle has a smaller sine than this are parallel.
 const LEAST_SINE: f64 = 1e-9;
 
+#[cfg(feature = "bake")]
 /// The box of the intersection of all half-spaces, infinite where it is unbounded; `None` if it has no volume. Corners within `eps` metres
 /// of a plane count as inside.
-pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
+pub fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     // Directions unbounded on both sides get an extra plane, so that there are corners.
     let free = free_directions(planes);
     let cuts = free.iter().flat_map(|&n| [Plane { n, d: 0.0 }, Plane { n: -n, d: 0.0 }]);
@@ -72,6 +78,7 @@ pub(super) fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     Some(corners)
 }
 
+#[cfg(feature = "bake")]
 /// As [`bounds`] for planes with all corners within `most`, to within `eps`. In slivers, points within `eps` of every plane may be far from
 /// any true corner, so the faces decide.
 fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
@@ -87,20 +94,37 @@ fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
 
 /// The faces of the polyhedron within a box: a polygon for each plane, then for each side of the box; empty without a face. An empty
 /// intersection has no faces.
-pub(super) fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
-    let sides = DVec3::AXES.map(|n| [Plane { n, d: n.dot(within.max) }, Plane { n: -n, d: -n.dot(within.min) }]);
-    let all: Vec<Plane> = planes.iter().copied().chain(sides.into_iter().flatten()).collect();
+#[cfg(feature = "bake")]
+pub fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
+    let all: Vec<Plane> = planes.iter().copied().chain(sides(within)).collect();
     let size = within.diagonal();
-    let face = |(i, plane): (usize, &Plane)| {
-        let (u, v) = plane.n.any_orthonormal_pair();
-        let centre = within.centre() - plane.n * plane.distance(within.centre());
-        let square = [u + v, v - u, -u - v, u - v].map(|corner| centre + corner * size).to_vec();
-        let others = all.iter().enumerate().filter(|&(j, _)| j != i);
-        others.fold(square, |face, (_, other)| if face.is_empty() { face } else { clip(&face, other, ROUNDING * size) })
-    };
-    all.iter().enumerate().map(face).collect()
+    (0..all.len()).map(|i| face(&all, i, within.centre(), size, ROUNDING * size)).collect()
 }
 
+/// The half-spaces of a box.
+#[cfg(feature = "bake")]
+pub fn sides(b: &Aabb) -> impl Iterator<Item = Plane> {
+    let (min, max) = (b.min, b.max);
+    DVec3::AXES.into_iter().flat_map(move |n| [Plane { n, d: n.dot(max) }, Plane { n: -n, d: -n.dot(min) }])
+}
+
+/// The face of the polyhedron in plane number `i`, counter-clockwise seen from outside: a square of half edge `reach` around the projection
+/// of `near`, clipped by the other planes; empty without a face. Corners up to `eps` metres outside a plane are kept.
+pub fn face(planes: &[Plane], i: usize, near: DVec3, reach: f64, eps: f64) -> Vec<DVec3> {
+    let plane = &planes[i];
+    let others = planes.iter().enumerate().filter(|&(j, _)| j != i);
+    let square = square(near - plane.n * plane.distance(near), plane.n, reach);
+    others.fold(square, |face, (_, other)| if face.is_empty() { face } else { clip(&face, other, eps) })
+}
+
+/// A square of the given half edge, counter-clockwise seen from the tip of `n`.
+pub fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
+    let u = n.any_orthonormal_vector() * half;
+    let v = n.cross(u);
+    vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v]
+}
+
+#[cfg(feature = "bake")]
 /// A basis of the directions along every plane.
 fn free_directions(planes: &[Plane]) -> Vec<DVec3> {
     let Some(first) = planes.first() else {
@@ -173,11 +197,11 @@ mod tests {
     fn faces_of_a_half_of_a_box_and_of_nothing() {
         let within = Aabb { min: DVec3::ZERO, max: DVec3::splat(2.0) };
         let half = faces(&[plane(1., 1., 0., 2.)], &within);
-        let areas: Vec<f64> = half.iter().map(|f| crate::geom::area(f)).collect();
+        let areas: Vec<f64> = half.iter().map(|f| crate::math::geom::area(f)).collect();
         let expected = [2.0 * 8f64.sqrt(), 0.0, 4.0, 0.0, 4.0, 2.0, 2.0];
         assert!(areas.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9), "{areas:?}");
         let nothing = faces(&[plane(1., 0., 0., 0.5), plane(-1., 0., 0., -1.)], &within);
-        assert!(nothing.iter().all(|f| crate::geom::area(f) == 0.0));
+        assert!(nothing.iter().all(|f| crate::math::geom::area(f) == 0.0));
     }
 
     #[test]

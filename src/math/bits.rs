@@ -1,8 +1,10 @@
 //! A dense matrix of bits: rows of whole `u64` words, so that set algebra is a loop over words.
 
 #[cfg(feature = "bake")]
-use crate::parallel;
-use bitvec::prelude::{BitSlice, BitVec, Lsb0};
+use crate::math::parallel;
+#[cfg(feature = "bake")]
+use bitvec::prelude::BitSlice;
+use bitvec::prelude::{BitVec, Lsb0};
 #[cfg(feature = "bake")]
 use std::ops::Range;
 
@@ -85,6 +87,7 @@ impl BitMatrix {
         was_clear
     }
 
+    #[cfg(feature = "bake")]
     /// Clears the bit at (`row`, `column`).
     #[inline]
     pub fn clear(&mut self, row: usize, column: usize) {
@@ -121,6 +124,7 @@ impl BitMatrix {
         self.words_mut().chunks_exact_mut(stride).collect()
     }
 
+    #[cfg(feature = "bake")]
     /// A row as a `bitvec` slice of `columns` bits, for other crates.
     pub fn row_bits(&self, row: usize) -> &BitSlice<u64, Lsb0> {
         &self.bits[row * self.stride * 64..][..self.columns]
@@ -141,6 +145,7 @@ impl BitMatrix {
         self.row(row).iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
+    #[cfg(feature = "bake")]
     /// `self |= other`; both must have the same shape.
     pub fn union_with(&mut self, other: &Self) {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");

@@ -1,6 +1,6 @@
 //! Planar polygons with holes.
 
-use crate::geom::{Plane, middle, newell};
+use crate::math::geom::{Plane, middle, newell};
 use glam::DVec3;
 
 /// A planar polygon; rings after the first are holes, and all may have any winding.

@@ -1,0 +1,18 @@
+//! Mathematics that every room shares.
+//!
+//! In: nothing. Out: planes, boxes and polygons ([`geom`], [`polygon`]), convex polyhedra of half-spaces
+//! ([`polyhedron`]), hierarchies of boxes ([`box_tree`], [`bvh`]), bit
+//! sets ([`bits`]), [tolerances](tolerance), random numbers, threads and registers.
+
+pub mod bits;
+pub mod box_tree;
+#[cfg(feature = "bake")]
+pub mod bvh;
+pub mod geom;
+pub mod parallel;
+#[cfg(feature = "bake")]
+pub mod polygon;
+pub mod polyhedron;
+pub mod random;
+pub(crate) mod simd;
+pub mod tolerance;
