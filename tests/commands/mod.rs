@@ -3,6 +3,7 @@
 mod errors;
 mod files;
 mod ground;
+mod keys;
 mod notes;
 mod report;
 mod vis;

@@ -77,7 +77,7 @@ struct Visit<'b> {
 
 impl<'b> Visit<'b> {
     fn new(building: &'b Building, oracle: Oracle, size: [u32; 2], seed: u64) -> Self {
-        let (canvas, session) = common::visit(building, oracle, size);
+        let (canvas, session) = crate::common::visit(building, oracle, size);
         Self { session, canvas, random: Random(seed) }
     }
 

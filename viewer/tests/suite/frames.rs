@@ -25,7 +25,7 @@ fn villa() -> &'static Building {
 
 /// Somebody in a building whose frames are culled by both, and what they are drawn on.
 fn visit(building: &Building) -> (Canvas, Session<'_>) {
-    let (canvas, mut session) = common::visit(building, Oracle::Software, SIZE);
+    let (canvas, mut session) = crate::common::visit(building, Oracle::Software, SIZE);
     session.view.mode = Mode::PortalsAndPvs.into();
     (canvas, session)
 }
@@ -115,7 +115,7 @@ fn golden_pictures() {
         }
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         let picture = canvas.read(&session.renderer.gpu).unwrap();
-        common::compare(name, &picture);
+        crate::common::compare(name, &picture);
     }
 }
 

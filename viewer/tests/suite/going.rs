@@ -198,7 +198,7 @@ fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
 #[test]
 fn doors_swing_by_a_quarter_about_a_jamb() {
     needs_device!();
-    let (_, session) = common::visit(villa(), Oracle::Software, [64, 64]);
+    let (_, session) = crate::common::visit(villa(), Oracle::Software, [64, 64]);
     let swings = swings(&session.renderer.doors);
     assert!(swings.len() >= 4, "{}", swings.len());
     for swing in &swings {
@@ -222,7 +222,7 @@ fn doors_swing_by_a_quarter_about_a_jamb() {
 fn a_click_a_wheel_and_a_key_reach_the_plan() {
     needs_device!();
     let (house, size) = (house(), [640, 480]);
-    let (canvas, mut session) = common::visit(&house, Oracle::Software, size);
+    let (canvas, mut session) = crate::common::visit(&house, Oracle::Software, size);
     session.begin(None);
     session.view.layers.plan = true;
     let mut draw = |session: &mut Session<'_>, events: Vec<egui::Event>| {

@@ -68,7 +68,7 @@ fn hills_around(name: &str) -> Land {
 
 /// Somebody in the villa on a ground, in flat colours without panels.
 fn visit(land: Option<Land>) -> (Canvas, Session<'static>) {
-    let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
+    let (canvas, mut session) = crate::common::visit(villa(), Oracle::Software, SIZE);
     land.into_iter().for_each(|land| session.renderer.set_ground(land).unwrap());
     (session.view.mode, session.view.hud) = (Mode::PortalsAndPvs.into(), false);
     (canvas, session)
@@ -452,7 +452,7 @@ fn the_golden_picture_of_ground() {
     session.motion.walker = Walker::new(DVec3::new(45.0, 18.0, 60.0), DVec3::new(-0.6, -0.2, -0.9), true);
     drawn(&canvas, &mut session);
     let picture = canvas.read(&session.renderer.gpu).unwrap();
-    common::compare("ground", &picture);
+    crate::common::compare("ground", &picture);
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn visit(test: &str) -> Option<(Canvas, Session<'static>, PathBuf)> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("habits").join(test);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
-    let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
+    let (canvas, mut session) = crate::common::visit(villa(), Oracle::Software, SIZE);
     session.view.mode = Mode::PortalsAndPvs.into();
     session.document.output = OutputFiles::beside(&folder.join("villa.glb"));
     session.begin(None);
@@ -61,7 +61,7 @@ fn a_screenshot_is_what_is_drawn_without_the_panels() {
     session.act(Action::Screenshot);
     session.act(Action::Screenshot);
     for name in ["villa-1.png", "villa-2.png"] {
-        let different = common::read(&folder.join(name)).iter().zip(&bare).filter(|(a, b)| a != b).count();
+        let different = crate::common::read(&folder.join(name)).iter().zip(&bare).filter(|(a, b)| a != b).count();
         assert_eq!(different, 0, "{name} of {} pixels", bare.len());
     }
     // And it is told, once the line has its size.

@@ -33,7 +33,7 @@ fn villa() -> &'static Building {
 }
 
 fn visit(building: &Building, oracle: Oracle) -> (Canvas, Session<'_>) {
-    let (canvas, mut session) = common::visit(building, oracle, SIZE);
+    let (canvas, mut session) = crate::common::visit(building, oracle, SIZE);
     session.view.hud = false;
     session.view.mode = Mode::PortalsAndPvs.into();
     (canvas, session)

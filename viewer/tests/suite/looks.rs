@@ -321,7 +321,7 @@ fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
     let picture = unlit(json!({"baseColorTexture": {"index": 0}}));
     let white = unlit(json!({"baseColorFactor": [1.0, 1.0, 1.0, 1.0]}));
     let (_, hall) = walls("looks_mirror", &[(0.0, white), (6.0, picture)]);
-    let (canvas, mut session) = common::visit(&hall, Oracle::Software, [192, 108]);
+    let (canvas, mut session) = crate::common::visit(&hall, Oracle::Software, [192, 108]);
     (session.view.hud, session.view.mode) = (false, Mode::None.into());
     session.motion.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
     // Half a metre to either side on a wall that seems to be 9 m away.

@@ -43,7 +43,7 @@ struct Visit<'b> {
 
 impl<'b> Visit<'b> {
     fn new(building: &'b Building, oracle: Oracle) -> Self {
-        let (canvas, mut session) = common::visit(building, oracle, SIZE);
+        let (canvas, mut session) = crate::common::visit(building, oracle, SIZE);
         (session.view.hud, session.view.layers.alarm) = (false, true);
         Self { canvas, session }
     }

@@ -369,7 +369,7 @@ fn sections_take_far_fewer_bytes_than_meshes() {
 fn sides_are_shown_where_there_are_tubes() {
     needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let (canvas, mut session) = common::visit(villa, Oracle::Software, SIZE);
+    let (canvas, mut session) = crate::common::visit(villa, Oracle::Software, SIZE);
     session.stand(&path, path.frames.len() / 2);
     assert!(!session.is_on(Action::Tubes));
     session.act(Action::Tubes);
@@ -378,8 +378,8 @@ fn sides_are_shown_where_there_are_tubes() {
     session.act(Action::Tubes);
     assert!(!session.is_on(Action::Tubes));
     // A building without any.
-    let plain = common::building("villa_rotonda");
-    let (_, mut session) = common::visit(&plain, Oracle::Software, SIZE);
+    let plain = crate::common::building("villa_rotonda");
+    let (_, mut session) = crate::common::visit(&plain, Oracle::Software, SIZE);
     assert!(session.renderer.tubes.is_none());
     session.act(Action::Tubes);
     assert!(!session.is_on(Action::Tubes));

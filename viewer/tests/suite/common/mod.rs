@@ -1,8 +1,5 @@
 //! What the viewer's tests share: buildings that are baked quickly, and devices that may not be there.
 
-#[cfg(target_os = "linux")]
-pub mod display;
-
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;

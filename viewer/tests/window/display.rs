@@ -1,6 +1,6 @@
 //! A display of its own for a test's window: Xvfb, xdotool's hands, xwd's eyes.
 
-use super::has_device;
+use crate::common::has_device;
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};

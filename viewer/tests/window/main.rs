@@ -3,11 +3,12 @@
 #![cfg(target_os = "linux")]
 
 #[allow(dead_code, reason = "other tests use the rest")]
-#[path = "suite/common/mod.rs"]
+#[path = "../suite/common/mod.rs"]
 mod common;
+mod display;
 
-use common::display::{Display, Ends, Pixels, can_run, until};
 use common::{building, shipped};
+use display::{Display, Ends, Pixels, can_run, until};
 use enfilade_measure::walkthrough::path::CameraPath;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
