@@ -155,7 +155,6 @@ fn from_columns(
     plan_options: &PlanOptions,
     work: &Job<'_>,
 ) -> Result<CellGraph, Stopped> {
-    debug_assert_eq!(plan_options.validate(), Ok(()));
     let tolerance = scene.tolerance();
     let with_rooms = strategy == Strategy::Authored;
 

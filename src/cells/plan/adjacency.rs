@@ -204,7 +204,7 @@ impl Adjacency<'_> {
     fn is_shaft(&self, boundaries: &Boundaries, below: u32, above: u32, open: f64) -> bool {
         let options = self.input.options;
         let least = boundaries.ends[below as usize][1].max(boundaries.ends[above as usize][0]);
-        let share = if self.input.storeys_part { options.open_share_of_shafts } else { options.open_share_of_galleries };
+        let share = if self.input.storeys_part { options.nearly_all } else { options.open_share_of_galleries };
         open > 0.0 && open >= share * least
     }
 

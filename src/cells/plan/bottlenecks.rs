@@ -33,7 +33,7 @@ impl Runs {
     /// Runs end at closed cuts and at storeys' levels.
     pub(in crate::cells) fn new(input: &Input<'_>) -> Self {
         let Complex { columns, faces, .. } = input.complex;
-        let open = |f: &Face| f.open_area > input.options.open_face * f.area;
+        let open = |f: &Face| f.open_area > input.options.most * f.area;
         let mut runs = DisjointSets::new(columns.pieces());
         for f in faces.iter().filter(|f| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && open(f)) {
             runs.join(f.a, f.b);
@@ -75,7 +75,7 @@ pub(in crate::cells) fn least_width(width: f64, narrower: f64, input: &Input<'_>
 
 /// True if a door leaf or a pane fills the open part of a face.
 pub(in crate::cells) fn is_filled(f: &Face, options: &PlanOptions) -> bool {
-    f.leaves > options.filled_face * f.open_area
+    f.leaves > options.most * f.open_area
 }
 
 /// Ends of a vertical face in plan.
@@ -122,7 +122,7 @@ pub(in crate::cells) fn bottlenecks(input: &Input<'_>, clearance: &Clearance, ru
 /// The opening of one face by itself.
 fn of_face(f: &Face, (lo, hi): (DVec2, DVec2), input: &Input<'_>, runs: &Runs) -> Bottleneck {
     let (options, human) = (input.options, input.human);
-    let (framed, leaf) = (f.open_area < options.frameless * f.area, is_filled(f, options));
+    let (framed, leaf) = (f.open_area < options.all * f.area, is_filled(f, options));
     if let Surface::Cut(cut) = f.surface {
         let open = matches!(cut, Cut::Sheet(_)) && f.open_area > options.open_floor * f.area;
         let width = if open { f.open_area.sqrt() } else { 0.0 };
@@ -177,7 +177,7 @@ fn join_along_walls(input: &Input<'_>, extents: &[(DVec2, DVec2)], found: &mut [
             for &j in &active {
                 let (l, h) = extents[list[j]];
                 let shared = h.y.min(hi.y) - l.y.max(lo.y);
-                let alike = shared > input.options.same_height * (h.y - l.y).max(hi.y - lo.y);
+                let alike = shared > input.options.most * (h.y - l.y).max(hi.y - lo.y);
                 if alike && found[list[j]].leaf == found[list[k]].leaf {
                     groups.join(j as u32, k as u32);
                 }

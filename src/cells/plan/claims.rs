@@ -45,7 +45,7 @@ fn fill_up(input: &Input<'_>, pieces: &Pieces, free: &[bool], mut more: BTreeMap
     let over: Vec<bool> = (0..claims.len()).map(|p| claims[p].is_none() && (reached[p].is_some() || narrow(p))).collect();
     let mut parts = DisjointSets::new(claims.len());
     let on_level = |f: &Face| matches!(f.surface, Surface::Cut(Cut::Level(_)));
-    for f in faces.iter().filter(|f| f.open_area > options.open_face * f.area && !on_level(f)) {
+    for f in faces.iter().filter(|f| f.open_area > options.most * f.area && !on_level(f)) {
         if over[f.a as usize] && over[f.b as usize] {
             parts.join(f.a, f.b);
         }
@@ -78,7 +78,7 @@ fn fill_up(input: &Input<'_>, pieces: &Pieces, free: &[bool], mut more: BTreeMap
 
 /// The claims, extended through open sheets: each unclaimed piece gets the first room that reaches it.
 fn reach(input: &Input<'_>, claims: &[Option<Claim>]) -> Vec<Option<Claim>> {
-    let open = |f: &Face| f.open_area > input.options.open_ceiling * f.area;
+    let open = |f: &Face| f.open_area > input.options.nearly_all * f.area;
     let through = |f: &&Face| matches!(f.surface, Surface::Cut(Cut::Sheet(_))) && open(f);
     let mut reached = claims.to_vec();
     loop {

@@ -31,7 +31,7 @@ impl Clearance {
         let standing = |f: &Face| {
             let Surface::Wall(w) = f.surface else { return None };
             let (wall, (lo, hi)) = (&facets.walls[w as usize], extent(&f.polygon));
-            let is_closed = f.open_area <= options.open_face * f.area;
+            let is_closed = f.open_area <= options.most * f.area;
             is_closed.then(|| Standing { ends: (wall.at(lo.x), wall.at(hi.x)), heights: (lo.y, hi.y) })
         };
         let walls: Vec<Standing> = faces.iter().filter_map(standing).collect();

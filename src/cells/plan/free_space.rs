@@ -71,7 +71,7 @@ impl Part {
 
     /// Solid all around, even with other surfaces against it, as for a pier between two slabs.
     fn is_solid(&self, options: &PlanOptions) -> bool {
-        self.covered[1] >= options.backs * self.boundary && self.covered[0] < options.fronts * self.boundary
+        self.covered[1] >= options.all * self.boundary && self.covered[0] < options.nearly_all * self.boundary
     }
 
     fn is_free(&self, input: &Input<'_>) -> bool {

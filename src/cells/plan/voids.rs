@@ -41,10 +41,10 @@ impl Voids<'_> {
             let free = |r: u32| self.free[r as usize] && !space.is_claimed(r);
             let indoors = boundary.iter().filter(|(r, _)| self.free[**r as usize] && !outside[**r as usize]);
             let [ceilings, pierced] = indoors.fold([0.0; 2], |sum, (_, b)| [sum[0] + b.ceiling[0], sum[1] + b.pierced]);
-            let roofed = ceilings - pierced >= options.roofed * ceilings;
+            let roofed = ceilings - pierced >= options.most * ceilings;
             let airy = |b: &Boundary| {
-                let yard = roofed && b.ceiling[1] >= options.open_sky * b.ceiling[0];
-                let under_sky = b.ceiling[1] >= options.half_sky * b.ceiling[0];
+                let yard = roofed && b.ceiling[1] >= options.nearly_all * b.ceiling[0];
+                let under_sky = b.ceiling[1] >= options.most * b.ceiling[0];
                 yard || under_sky && b.sides[1] >= options.open_sides * b.sides[0]
             };
             let found: Vec<u32> = boundary.iter().filter(|(r, b)| free(**r) && airy(b)).map(|(&r, _)| r).collect();
