@@ -31,9 +31,6 @@ impl<'g> Locator<'g> {
     /// A point this far outside a piece, in parts of [`CellGraph::smallest_hole`], may still count as inside: planes of one wall may differ
     /// by a twelfth.
     pub const SLACK: f64 = 0.125;
-    /// Most neighbours, and most pieces of each, that are searched before the tree.
-    const WALK: usize = 16;
-
     /// Builds the tree.
     pub fn new(graph: &'g CellGraph) -> Self {
         let pieces: Vec<(CellId, u32)> = (0u32..)
@@ -78,28 +75,6 @@ impl<'g> Locator<'g> {
         self.unbounded.iter().for_each(|&i| try_piece(i));
         self.tree.in_box(&Aabb { min: p, max: p }.inflated(slack), &mut try_piece);
         best
-    }
-
-    /// As [`Locator::locate`], but searches first the hint's piece, then its cell, then its neighbours: fast along a path. On a boundary
-    /// the hint wins, so the result may differ from `locate`.
-    pub fn locate_from(&self, hint: Option<(CellId, usize)>, p: DVec3) -> Option<(CellId, usize)> {
-        let Some((cell, piece)) = hint else { return self.locate(p) };
-        let Some(home) = self.graph.cells.get(cell.index()) else { return self.locate(p) };
-        if !p.is_finite() {
-            return None;
-        }
-        let eps = boundary(p);
-        if home.pieces.get(piece).is_some_and(|piece| piece.contains(p, eps)) {
-            return hint;
-        }
-        let neighbours = home.portals.iter().map(|&portal| self.graph.target(portal));
-        // Cells with many pieces, such as the outside, are left to the tree.
-        let near = [cell].into_iter().chain(neighbours).filter(|c| self.graph.cells[c.index()].pieces.len() <= Self::WALK);
-        let within = |c: CellId| {
-            let mut pieces = self.graph.cells[c.index()].pieces.iter();
-            pieces.position(|piece| piece.bounds.contains(p) && piece.contains(p, 0.0)).map(|i| (c, i))
-        };
-        near.take(Self::WALK).find_map(within).or_else(|| self.locate(p))
     }
 
     /// True if `p` is in the cell, boundary included, to within a few roundings.
@@ -188,10 +163,8 @@ mod tests {
         assert_eq!(at(7.5, 1.5), None);
         assert_eq!(at(1e9, -4.0), Some(50));
         let p = DVec3::new(9.0, 0.5, 0.5);
-        assert_eq!(locator.locate_from(Some((CellId(9), 0)), p), Some((CellId(9), 0)), "on a boundary: the hint");
-        assert_eq!(locator.locate_from(Some((CellId(20), 0)), p), Some((CellId(8), 0)));
         for nowhere in [DVec3::NAN, DVec3::new(f64::INFINITY, 0.5, 0.5), DVec3::splat(f64::NEG_INFINITY)] {
-            assert_eq!((locator.locate(nowhere), locator.locate_from(Some((CellId(50), 0)), nowhere)), (None, None));
+            assert_eq!(locator.locate(nowhere), None);
         }
         assert!(locator.holds(CellId(8), p) && locator.holds(CellId(9), p) && !locator.holds(CellId(10), p));
     }

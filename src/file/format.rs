@@ -287,14 +287,14 @@ impl<'a> Container<'a> {
         Ok(Self { bytes, sections, model_hash, guarantee })
     }
 
-    #[cfg(feature = "bake")]
     /// Length of the file.
+    #[cfg(feature = "bake")]
     pub fn file_bytes(&self) -> usize {
         self.bytes.len()
     }
 
-    #[cfg(feature = "bake")]
     /// The section table.
+    #[cfg(feature = "bake")]
     pub fn sections(&self) -> &[Section] {
         &self.sections
     }

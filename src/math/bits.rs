@@ -2,8 +2,6 @@
 
 #[cfg(feature = "bake")]
 use crate::math::parallel;
-#[cfg(feature = "bake")]
-use bitvec::prelude::BitSlice;
 use bitvec::prelude::{BitVec, Lsb0};
 #[cfg(feature = "bake")]
 use std::ops::Range;
@@ -87,8 +85,8 @@ impl BitMatrix {
         was_clear
     }
 
-    #[cfg(feature = "bake")]
     /// Clears the bit at (`row`, `column`).
+    #[cfg(feature = "bake")]
     #[inline]
     pub fn clear(&mut self, row: usize, column: usize) {
         debug_assert!(column < self.columns);
@@ -124,12 +122,6 @@ impl BitMatrix {
         self.words_mut().chunks_exact_mut(stride).collect()
     }
 
-    #[cfg(feature = "bake")]
-    /// A row as a `bitvec` slice of `columns` bits, for other crates.
-    pub fn row_bits(&self, row: usize) -> &BitSlice<u64, Lsb0> {
-        &self.bits[row * self.stride * 64..][..self.columns]
-    }
-
     /// Ascending columns whose bit is set in `row`.
     pub fn ones(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
         ones(self.row(row))
@@ -145,8 +137,8 @@ impl BitMatrix {
         self.row(row).iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
-    #[cfg(feature = "bake")]
     /// `self |= other`; both must have the same shape.
+    #[cfg(feature = "bake")]
     pub fn union_with(&mut self, other: &Self) {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
         for (a, b) in self.words_mut().chunks_mut(BLOCK).zip(other.words().chunks(BLOCK)) {
@@ -238,7 +230,7 @@ mod tests {
         }
         assert_eq!(m.ones(1).collect::<Vec<_>>(), [0, 63, 64, 129]);
         assert_eq!(m.ones(0).count(), 0);
-        assert_eq!((m.count_ones(), m.count_row(0), m.row_bits(1).count_ones()), (4, 0, 4));
+        assert_eq!((m.count_ones(), m.count_row(0), m.count_row(1)), (4, 0, 4));
         m.clear(1, 64);
         assert!(!m.get(1, 64));
     }

@@ -28,8 +28,8 @@ struct Node {
 const LEAF: usize = 4;
 
 impl BoxTree {
-    #[cfg(feature = "bake")]
     /// A tree over all boxes, which must be finite.
+    #[cfg(feature = "bake")]
     pub fn over(boxes: &[Aabb]) -> Self {
         Self::new(boxes, (0..boxes.len() as u32).collect())
     }
@@ -73,8 +73,8 @@ impl BoxTree {
         self.visit(&|b: &Aabb| b.touches(bounds), visit);
     }
 
-    #[cfg(feature = "bake")]
     /// Visits the items whose box, grown by `eps` metres, intersects the ray for `0 <= t <= limit`.
+    #[cfg(feature = "bake")]
     pub fn on_ray(&self, origin: DVec3, direction: DVec3, limit: f64, eps: f64, visit: &mut impl FnMut(u32)) {
         // A zero component becomes tiny: the ray is then inside its slab everywhere or nowhere.
         let inverse =
@@ -88,8 +88,8 @@ impl BoxTree {
         self.visit(&meets, visit);
     }
 
-    #[cfg(feature = "bake")]
     /// The minimum of `of_item`, at most `limit`; `of_box` is a lower bound for the items in a box.
+    #[cfg(feature = "bake")]
     pub fn least(&self, limit: f64, of_box: &impl Fn(&Aabb) -> f64, of_item: &impl Fn(u32) -> f64) -> f64 {
         let mut best = limit;
         // As in `visit`; the nearer child comes first.

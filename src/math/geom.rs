@@ -13,8 +13,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    #[cfg(feature = "bake")]
     /// The plane through `p` with unit normal `n`.
+    #[cfg(feature = "bake")]
     pub fn through(p: DVec3, n: DVec3) -> Self {
         Self { n, d: n.dot(p) }
     }
@@ -25,8 +25,8 @@ impl Plane {
         self.n.dot(p) - self.d
     }
 
-    #[cfg(feature = "bake")]
     /// The plane with reversed sides.
+    #[cfg(feature = "bake")]
     pub fn flipped(&self) -> Self {
         Self { n: -self.n, d: -self.d }
     }
@@ -71,8 +71,8 @@ impl Aabb {
         !self.min.cmple(self.max).all()
     }
 
-    #[cfg(feature = "bake")]
     /// Distance between two boxes, metres; 0 if they touch.
+    #[cfg(feature = "bake")]
     pub fn gap(&self, other: &Self) -> f64 {
         (self.min - other.max).max(other.min - self.max).max(DVec3::ZERO).length()
     }
@@ -82,8 +82,8 @@ impl Aabb {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    #[cfg(feature = "bake")]
     /// True if `p` is inside or on the boundary.
+    #[cfg(feature = "bake")]
     pub fn contains(&self, p: DVec3) -> bool {
         self.min.cmple(p).all() && p.cmple(self.max).all()
     }
@@ -109,8 +109,8 @@ pub fn newell(winding: &[DVec3]) -> DVec3 {
     winding.iter().zip(winding.iter().cycle().skip(1)).map(|(&a, &b)| a.cross(b)).sum::<DVec3>()
 }
 
-#[cfg(feature = "bake")]
 /// Area of a planar polygon, square metres.
+#[cfg(feature = "bake")]
 pub fn area(winding: &[DVec3]) -> f64 {
     match winding.first() {
         Some(&o) => newell(&winding.iter().map(|&p| p - o).collect::<Vec<_>>()).length() * 0.5,
@@ -118,8 +118,8 @@ pub fn area(winding: &[DVec3]) -> f64 {
     }
 }
 
-#[cfg(feature = "bake")]
 /// Width of a convex winding, metres: the least extent perpendicular to an edge.
+#[cfg(feature = "bake")]
 pub fn width(winding: &[DVec3]) -> f64 {
     let edges = (0..winding.len()).map(|i| (winding[i], winding[(i + 1) % winding.len()] - winding[i]));
     let reach = |(from, along): (DVec3, DVec3)| {
@@ -129,8 +129,8 @@ pub fn width(winding: &[DVec3]) -> f64 {
     edges.filter(|(_, along)| *along != DVec3::ZERO).map(reach).reduce(f64::min).unwrap_or(0.0)
 }
 
-#[cfg(feature = "bake")]
 /// The mean of the corners: a point of a convex winding. Zero without corners.
+#[cfg(feature = "bake")]
 pub fn middle(winding: &[DVec3]) -> DVec3 {
     winding.iter().sum::<DVec3>() / (winding.len().max(1)) as f64
 }

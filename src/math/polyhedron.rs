@@ -9,21 +9,21 @@ use super::geom::{Aabb, middle};
 use super::geom::{Plane, clip};
 use glam::DVec3;
 
-#[cfg(feature = "bake")]
 /// Most planes of a piece that a user may give.
+#[cfg(feature = "bake")]
 pub const MAX_PLANES: usize = 128;
 
-#[cfg(feature = "bake")]
 /// Largest relative error of a corner after clipping.
+#[cfg(feature = "bake")]
 const ROUNDING: f64 = 1e-12;
 
-#[cfg(feature = "bake")]
 /// Directions whose angle has a smaller sine than this are parallel.
+#[cfg(feature = "bake")]
 const LEAST_SINE: f64 = 1e-9;
 
-#[cfg(feature = "bake")]
 /// The box of the intersection of all half-spaces, infinite where it is unbounded; `None` if it has no volume. Corners within `eps` metres
 /// of a plane count as inside.
+#[cfg(feature = "bake")]
 pub fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     // Directions unbounded on both sides get an extra plane, so that there are corners.
     let free = free_directions(planes);
@@ -78,9 +78,9 @@ pub fn bounds(planes: &[Plane], eps: f64) -> Option<Aabb> {
     Some(corners)
 }
 
-#[cfg(feature = "bake")]
 /// As [`bounds`] for planes with all corners within `most`, to within `eps`. In slivers, points within `eps` of every plane may be far from
 /// any true corner, so the faces decide.
+#[cfg(feature = "bake")]
 fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
     let around = most.inflated(eps);
     let corners: Vec<DVec3> = faces(planes, &around).into_iter().flatten().collect();
@@ -124,8 +124,8 @@ pub fn square(middle: DVec3, n: DVec3, half: f64) -> Vec<DVec3> {
     vec![middle - u - v, middle + u - v, middle + u + v, middle - u + v]
 }
 
-#[cfg(feature = "bake")]
 /// A basis of the directions along every plane.
+#[cfg(feature = "bake")]
 fn free_directions(planes: &[Plane]) -> Vec<DVec3> {
     let Some(first) = planes.first() else {
         return DVec3::AXES.to_vec();

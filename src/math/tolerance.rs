@@ -25,8 +25,8 @@ impl Tolerance {
         Self { coplanar: diagonal * 2e-6, seal: diagonal * 5e-6, clearance: diagonal * 1.2e-5 }
     }
 
-    #[cfg(feature = "bake")]
     /// The narrowest opening that is certain to stay open: narrower ones may be sealed on purpose.
+    #[cfg(feature = "bake")]
     pub fn smallest_hole(&self) -> f64 {
         2.0 * self.clearance
     }
