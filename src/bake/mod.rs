@@ -1,5 +1,6 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
+mod choose;
 mod portal_benefit;
 mod prose;
 mod report;
@@ -7,16 +8,15 @@ mod sizes;
 mod why_open;
 mod without_rows;
 
+pub use choose::find_cells;
 pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
 pub use without_rows::without_rows;
 
-use crate::cells::auto::may_be_house;
-use crate::cells::lean::Lean;
-use crate::cells::validate::{stage, structure};
+use crate::cells::small_holes;
+use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::cells::{BOUND, small_holes, split_beside, undivided, undivided_in_metres};
 use crate::file::PvsFile;
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::budget::Budget;
@@ -25,8 +25,9 @@ use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, Pvs, PvsOptions, SamplingEnd};
 use crate::scene::rays::RayScene;
-use crate::scene::{ImportOptions, Object, Role, Scene};
-use crate::types::note::{Note, NoteKind, details};
+use crate::scene::{ImportOptions, Scene};
+use crate::types::note::{Note, details};
+use choose::choose;
 use serde::Serialize;
 use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;
@@ -151,129 +152,6 @@ const LEAVES_GROW: f64 = 0.05;
 /// Least proven saving of view cells, as a share of the triangles; below it they cost more, in bytes and bake time, than they save.
 const VIEW_CELLS_PAY: f64 = 0.05;
 
-/// If portals draw more than this share of the frustum, a graph is useless and all is one open cell. The bsp graph is also rejected if it
-/// draws more than this share of the plan's triangles.
-const WORTH: f64 = 0.95;
-
-/// Finds the cells for [`bake`] if none are given. With the default strategy, a scene whose walls hide nothing becomes one open cell; the
-/// bsp graph, which is fast to build, decides that before a plan is searched for rooms. The bsp graph is also used if the model names no
-/// opening and no storey, and the plan finds at most one room and draws more: in a hall, screens hide much. A model that may be a house
-/// still gets the plan if that draws less, or hardly more through few portals. Tilted models are split upright.
-///
-/// # Errors
-///
-/// If the scene cannot be split, or the work was stopped.
-pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
-    find_cells_by(&RayScene::new(scene), options, work)
-}
-
-fn find_cells_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
-    let scene = rays.scene();
-    let tolerance = scene.tolerance();
-    let may_lean = scene.hints.leaves.is_none() && scene.hints.storeys.is_empty();
-    let graph = match Lean::of(scene, tolerance.coplanar).filter(|_| may_lean) {
-        Some(lean) => {
-            let upright = lean.levelled(scene);
-            lean.back(split_by(&RayScene::new(&upright), options, work)?, 0.1 * tolerance.coplanar)
-        }
-        None => split_by(rays, options, work)?,
-    };
-    Ok(if_affordable(scene, graph))
-}
-
-fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
-    let scene = rays.scene();
-    if options.strategy.is_some() || !scene.hints.rooms.is_empty() || scene.hints.leaves.is_some() {
-        return split_beside(rays, options, None, work);
-    }
-    let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
-    let undivided = || if options.in_metres { undivided_in_metres(scene) } else { undivided(scene) };
-    if !scene.objects.iter().any(may_part) {
-        let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
-        return Ok(CellGraph { reason, ..undivided() });
-    }
-    let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
-    let share = portal_benefit::drawn_share(rays, &walls, work)?;
-    let names_none = scene.hints.openings.is_empty() && scene.hints.storeys.is_empty();
-    if share > WORTH {
-        if let Some(plan) = better_plan(rays, options, (&walls, share), work)? {
-            return Ok(plan);
-        }
-        let reason = format!(
-            "walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell",
-            100.0 * share
-        );
-        let mut graph = CellGraph { reason, ..undivided() };
-        graph.notes.extend(walls.notes.into_iter().filter(|note| note.kind == NoteKind::Cost));
-        return Ok(graph);
-    }
-    let found = split_beside(rays, options, Some(walls.clone()), work)?;
-    if found.strategy == Strategy::Bsp && names_none {
-        return Ok(better_plan(rays, options, (&walls, share), work)?.unwrap_or(found));
-    }
-    let is_one_room = found.strategy == Strategy::Plan && closed_cells(&found) <= 1;
-    if is_one_room && names_none && structure(&walls, scene.tolerance().coplanar).is_empty() {
-        let of_plan = portal_benefit::drawn_share(rays, &found, work)?;
-        if share <= WORTH * of_plan {
-            let reason = format!("cells along walls {}", compared(share, of_plan, "a plan"));
-            return Ok(CellGraph { reason, ..walls });
-        }
-    }
-    Ok(found)
-}
-
-fn closed_cells(graph: &CellGraph) -> usize {
-    graph.cells.iter().filter(|cell| !cell.open).count()
-}
-
-/// A plan that draws less than `walls`, which draw `share` of the frustum, or little more through few portals; searched if the model may be
-/// a house.
-fn better_plan(
-    rays: &RayScene<'_>,
-    options: &SplitOptions,
-    (walls, share): (&CellGraph, f64),
-    work: &Job<'_>,
-) -> Result<Option<CellGraph>, SplitError> {
-    if !may_be_house(rays.scene()) {
-        return Ok(None);
-    }
-    let plan = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Plan), ..*options }, None, work)?;
-    if closed_cells(&plan) <= 1 {
-        return Ok(None);
-    }
-    let of_plan = portal_benefit::drawn_share(rays, &plan, work)?;
-    let has_few = FEW_PORTALS * plan.portals.len() <= walls.portals.len();
-    let most = share * if has_few { MAY_DRAW_MORE } else { WORTH };
-    let reason = format!("the {} rooms of a plan {}", closed_cells(&plan), compared(of_plan, share, "cells along walls"));
-    Ok((of_plan <= most.min(WORTH)).then_some(CellGraph { reason, ..plan }))
-}
-
-/// If the bsp graph has this many times the plan's portals, the plan may draw more by `MAY_DRAW_MORE`, because each visited portal costs
-/// time.
-const FEW_PORTALS: usize = 10;
-const MAY_DRAW_MORE: f64 = 1.25;
-
-fn compared(share: f64, others: f64, other: &str) -> String {
-    format!("leave {:.0} % of the frustum to draw; {other} would leave {:.0} %", 100.0 * share, 100.0 * others)
-}
-
-/// Replaces a graph that would take flow hours by one open cell; only rough walls make so many portals between few cells.
-fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
-    if !pvs::flow::is_over_budget(&graph, scene.tolerance().coplanar) {
-        return graph;
-    }
-    let (cells, portals) = (graph.cells.len(), graph.portals.len());
-    let bound = format!(
-        "{BOUND}{cells} cells would have {portals} portals, as where rough walls leave cracks; to search them would take hours; all is one open cell"
-    );
-    CellGraph {
-        strategy: graph.strategy,
-        reason: graph.reason,
-        notes: graph.notes.into_iter().chain([Note::cost(bound)]).collect(),
-        ..undivided(scene)
-    }
-}
-
 /// Runs all stages: cells, visibility, file.
 ///
 /// The result is the same on every run, for any number of threads, and whether it was interrupted or not.
@@ -348,7 +226,7 @@ fn cells_and_portals(
 ) -> Result<CellGraph, BakeError> {
     let mut graph = match given {
         Some(graph) => graph,
-        None => work.once(|| find_cells_by(rays, split, work))?,
+        None => work.once(|| choose(rays, split, work))?,
     };
     if graph.cells.is_empty() {
         return Err(BakeError::NoCells);
@@ -378,40 +256,4 @@ fn view_cells_of(scene: &Scene, pvs: &Pvs, bytes: u64, options: &PvsOptions, wor
         }
     }
     Ok(found)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::CellId;
-    use crate::cells::{Cell, Portal, PortalKind, PortalState};
-    use crate::math::geom::Plane;
-    use crate::scene::{Mesh, SceneBuilder, Source};
-    use glam::DVec3;
-
-    #[test]
-    fn too_many_cracks_are_not_searched() {
-        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-        let corners = [DVec3::ZERO, DVec3::Y, DVec3::Y + DVec3::Z, DVec3::Z];
-        let (positions, triangles) = (corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
-        builder.add(Mesh { node: "wall".into(), role: Role::Unknown, opaque: true, positions, triangles }).unwrap();
-        let scene = builder.finish("wall").unwrap();
-        let crack = |i: u32| Portal {
-            cells: [CellId(0), CellId(1)],
-            plane: Plane { n: DVec3::X, d: 0.0 },
-            winding: corners.map(|p| (p + f64::from(i)) * (DVec3::Y + DVec3::Z)).to_vec(),
-            kind: PortalKind::Opening,
-            state: PortalState::of_kind(PortalKind::Opening),
-            source: None,
-        };
-        let between = |cracks: u32| CellGraph {
-            strategy: Strategy::Bsp,
-            ..CellGraph::given(vec![Cell::default(); 2], (0..cracks).map(crack).collect())
-        };
-        let few = between(100);
-        assert_eq!(if_affordable(&scene, few.clone()), few);
-        let one = if_affordable(&scene, between(40_000));
-        assert_eq!((one.strategy, one.cells.len(), one.portals.len()), (Strategy::Bsp, 1, 0));
-        assert!(one.notes.iter().any(|note| note.starts_with("bound: 2 cells would have 40000 portals")), "{:?}", one.notes);
-    }
 }

@@ -34,9 +34,9 @@ pub(super) fn cameras(rays: &RayScene<'_>) -> Vec<Camera> {
     eyes.into_iter().flat_map(around).collect()
 }
 
-/// Ratio of the triangles drawn with portals to those in the frustum, in the mean of cameras over floors; 1 without cameras.
-pub(super) fn drawn_share(rays: &RayScene<'_>, graph: &CellGraph, work: &Job<'_>) -> Result<f64, Stopped> {
-    let [[frustum, _], [portals, _]] = drawn(rays.scene(), graph, &cameras(rays), [Mode::Frustum, Mode::Portals], work)?;
+/// Ratio of the triangles drawn with portals to those in the frustum, in the mean of cameras; 1 without cameras.
+pub(super) fn drawn_share(scene: &Scene, graph: &CellGraph, cameras: &[Camera], work: &Job<'_>) -> Result<f64, Stopped> {
+    let [[frustum, _], [portals, _]] = drawn(scene, graph, cameras, [Mode::Frustum, Mode::Portals], work)?;
     Ok(if frustum > 0.0 { portals / frustum } else { 1.0 })
 }
 

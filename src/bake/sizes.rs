@@ -2,7 +2,8 @@
 //!
 //! The cost of a size is measured like the benefit of portals ([`portal_benefit`]): by the triangles drawn from eyes over floors.
 
-use super::{BakeError, BakeOptions, find_cells_by, portal_benefit};
+use super::choose::choose;
+use super::{BakeError, BakeOptions, portal_benefit};
 use crate::cells::CellGraph;
 use crate::job::{Job, Stopped};
 use crate::runtime::Mode;
@@ -80,7 +81,7 @@ pub fn size_objects(
         let first = first(&scene);
         let usual = split_objects(scene.clone(), first);
         let rays = RayScene::new(&usual);
-        let graph = given.map_or_else(|| find_cells_by(&rays, &options.split, work), Ok)?;
+        let graph = given.map_or_else(|| choose(&rays, &options.split, work), Ok)?;
         let sizes = tried(&scene, (&rays, first), &graph, work)?;
         Ok::<_, BakeError>((graph, sizes))
     })?;

@@ -4,7 +4,6 @@
 //! it.
 
 mod authored;
-pub(crate) mod auto;
 mod bsp;
 mod coarsen;
 mod complex;
@@ -22,6 +21,7 @@ mod plan;
 mod scale;
 pub(crate) mod small_holes;
 mod split;
+mod upright;
 mod user_cells;
 pub mod validate;
 
@@ -32,9 +32,9 @@ pub use coarsen::{coarsen, flow_bytes, matrix_bytes};
 pub use complex::polygon::convex_hull;
 pub use locate::{Locator, Stretch};
 pub use placement::{Placement, place_objects};
-pub(crate) use split::split_beside;
-pub(crate) use split::undivided_in_metres;
 pub use split::{SplitError, SplitOptions, split, undivided};
+pub(crate) use split::{by_author, split_by, undivided_in_metres};
+pub(crate) use upright::upright_share;
 pub use user_cells::cells_file::{GivenError, read_cells};
 pub use user_cells::view_cells::{ViewCell, ViewCellName, read_view_cells};
 

@@ -1,8 +1,8 @@
 //! Splits a scene into cells: column complex, labelling, graph.
 
 use super::{BOUND, Cell, CellGraph, Strategy, authored};
+use crate::cells::authored::audit::audit_rooms;
 use crate::cells::authored::audit::unsound;
-use crate::cells::auto::{better, choose, is_poor};
 use crate::cells::bsp::bsp;
 use crate::cells::bsp::graph::cells as cells_of_parts;
 use crate::cells::complex::arrange::{Plan, arrange};
@@ -69,48 +69,53 @@ pub enum SplitError {
     Stopped(#[from] Stopped),
 }
 
-/// Splits a scene into cells and portals.
-pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
-    split_beside(&RayScene::new(scene), options, None, &Job::quiet())
+/// The author's rooms are used if at least this share is sound.
+const SOUND_SHARE: f64 = 0.5;
+
+/// The strategy that uses the author's cells, if they are usable, and why.
+pub(crate) fn by_author(scene: &Scene) -> (Option<Strategy>, String) {
+    let rooms = scene.hints.rooms.len();
+    if scene.hints.leaves.is_some() {
+        let of_map = scene.source.format == "map";
+        let why = if of_map { "a tree over the map's brushes" } else { "the level's own" };
+        return (Some(Strategy::Leaves), why.to_owned());
+    }
+    if rooms == 0 {
+        return (None, "the model names no rooms".to_owned());
+    }
+    let audit = audit_rooms(scene);
+    if audit.sound_share() >= SOUND_SHARE {
+        let why = format!("{} of the {rooms} rooms that the model names can be used", audit.sound_rooms);
+        return (Some(Strategy::Authored), why);
+    }
+    (None, format!("only {} of the {rooms} rooms that the model names can be used", audit.sound_rooms))
 }
 
-/// As [`split`]; `walls` is the graph of [`Strategy::Bsp`], if it exists already.
-pub(crate) fn split_beside(
-    rays: &RayScene<'_>,
-    options: &SplitOptions,
-    walls: Option<CellGraph>,
-    work: &Job<'_>,
-) -> Result<CellGraph, SplitError> {
+/// Splits a scene into cells and portals. Without a strategy: the author's cells if they are usable, otherwise the rooms of the floor plan;
+/// [`find_cells`](crate::bake::find_cells) chooses between more.
+pub fn split(scene: &Scene, options: &SplitOptions) -> Result<CellGraph, SplitError> {
+    split_by(&RayScene::new(scene), options, &Job::quiet())
+}
+
+/// As [`split`], with the scene's rays.
+pub(crate) fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
     let scene = rays.scene();
     let human = if options.in_metres { HumanScale::METRES } else { HumanScale::of(rays) };
-    let has_rooms = !scene.hints.rooms.is_empty();
     let (strategy, reason) = match options.strategy {
-        Some(Strategy::Authored) if !has_rooms => return Err(SplitError::NoRooms),
-        Some(Strategy::Leaves) if scene.hints.leaves.is_none() => return Err(SplitError::NoLeaves),
+        Some(Strategy::Authored) if scene.hints.rooms.is_empty() => return Err(SplitError::NoRooms),
         Some(Strategy::Given) => return Err(SplitError::Given),
-        Some(s) => (s, "asked for".to_owned()),
-        None if scene.hints.leaves.is_some() => {
-            let of_map = scene.source.format == "map";
-            (Strategy::Leaves, if of_map { "a tree over the map's brushes" } else { "the level's own" }.to_owned())
-        }
-        None => choose(rays),
+        Some(strategy) => (strategy, "requested".to_owned()),
+        None => match by_author(scene) {
+            (Some(strategy), why) => (strategy, why),
+            (None, why) => (Strategy::Plan, why),
+        },
     };
-    if let (Strategy::Leaves, Some(found)) = (strategy, &scene.hints.leaves) {
-        return Ok(finished(rays, HumanScale::METRES, leaves(scene, found, reason)));
-    }
-    let walls = |reason: String| match walls {
-        Some(walls) => Ok(CellGraph { reason, ..walls }),
-        None => bsp(rays, human, options, reason, work),
-    };
-    let mut graph = match strategy {
-        Strategy::Bsp => return Ok(finished(rays, human, walls(reason)?)),
+    let graph = match (strategy, &scene.hints.leaves) {
+        (Strategy::Leaves, None) => return Err(SplitError::NoLeaves),
+        (Strategy::Leaves, Some(found)) => return Ok(finished(rays, HumanScale::METRES, leaves(scene, found, reason))),
+        (Strategy::Bsp, _) => bsp(rays, human, options, reason, work)?,
         _ => from_columns(scene, human, (strategy, reason), options, &PlanOptions::default(), work)?,
     };
-    let may_try = strategy == Strategy::Plan && options.strategy.is_none();
-    if may_try && is_poor(&graph) {
-        let walls = walls(graph.reason.clone())?;
-        graph = better(graph, scene.tolerance().coplanar, walls);
-    }
     Ok(finished(rays, human, graph))
 }
 

@@ -17,8 +17,6 @@ pub(crate) struct Floors {
     size: f64,
 }
 
-/// Vertical rays for the covered share.
-const LINES: usize = 1024;
 /// Largest height of an eye over an uncovered floor, as a share of the model's diagonal without its ground.
 const UNDER_THE_SKY: f64 = 0.02;
 
@@ -58,14 +56,6 @@ impl Floors {
         let (u, v) = (random.unit(), random.unit());
         let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
         Some(c[0] + (c[1] - c[0]) * u + (c[2] - c[0]) * v + DVec3::Y * self.off)
-    }
-
-    /// The covered share of floors; `None` without floors.
-    pub fn covered(&self, rays: &RayScene<'_>) -> Option<f64> {
-        let mut random = SplitMix::new(0);
-        let points: Vec<DVec3> = (0..LINES).map_while(|_| self.draw(&mut random)).collect();
-        let under = points.iter().filter(|&&p| rays.first_opaque(p, DVec3::Y, f64::INFINITY).is_some()).count();
-        (!points.is_empty()).then(|| under as f64 / points.len() as f64)
     }
 
     /// Eyes between floors and the surfaces above, more often at low heights.

@@ -1,0 +1,220 @@
+//! The choice of cells if no strategy is requested: candidates are built, each is scored by the share of the frustum that portals draw, and
+//! the best is kept.
+//!
+//! The author's leaves are used as they are, and so are the author's rooms if half of them are sound. Otherwise the candidates are the
+//! split along walls (`bsp`), the rooms of the floor plan, and one open cell. The walls are fast to split along, so they come first; a plan
+//! is searched only if enough of the walls are vertical. Tilted models are split upright.
+
+use super::portal_benefit::{cameras, drawn_share};
+use crate::cells::lean::Lean;
+use crate::cells::validate::structure;
+use crate::cells::{BOUND, CellGraph, Locator, SplitError, SplitOptions, Strategy};
+use crate::cells::{by_author, split_by, undivided, undivided_in_metres, upright_share};
+use crate::job::Job;
+use crate::pvs;
+use crate::runtime::Camera;
+use crate::scene::rays::RayScene;
+use crate::scene::{Object, Role, Scene};
+use crate::types::note::{Note, NoteKind};
+
+/// A graph is useless if it saves less than this share of the frustum: all is one open cell. A split along walls replaces a plan only if it
+/// saves as much more, because it has many times the portals. Larger: screens in halls hide nothing. Smaller: walls replace plans for a gain
+/// that their portals cost.
+const WORTH: f64 = 0.05;
+/// A plan is searched if at least this share of the non-horizontal area is vertical (houses with roofs: 0.75 and more). The first value is
+/// for models without any hint of a building, where a search for rooms takes minutes and finds few.
+const UPRIGHT_SHARE: [f64; 2] = [0.75, 0.5];
+
+/// The score of a graph.
+struct Score {
+    closed_cells: usize,
+    portals: usize,
+    /// Triangles drawn with its portals, over those in the frustum, in the mean of cameras over all floors, and of those indoors.
+    drawn: f64,
+    indoors: f64,
+}
+
+/// Finds the cells for [`bake`](super::bake()) if none are given.
+///
+/// # Errors
+///
+/// If the scene cannot be split, or the work was stopped.
+pub fn find_cells(scene: &Scene, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
+    choose(&RayScene::new(scene), options, work)
+}
+
+/// As [`find_cells`], with the scene's rays.
+pub(super) fn choose(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
+    let scene = rays.scene();
+    let tolerance = scene.tolerance();
+    let may_lean = scene.hints.leaves.is_none() && scene.hints.storeys.is_empty();
+    let graph = match Lean::of(scene, tolerance.coplanar).filter(|_| may_lean) {
+        Some(lean) => {
+            let upright = lean.levelled(scene);
+            lean.back(choose_upright(&RayScene::new(&upright), options, work)?, 0.1 * tolerance.coplanar)
+        }
+        None => choose_upright(rays, options, work)?,
+    };
+    Ok(if_affordable(scene, graph))
+}
+
+fn choose_upright(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
+    let scene = rays.scene();
+    if options.strategy.is_some() {
+        return split_by(rays, options, work);
+    }
+    let (authors, why) = by_author(scene);
+    let with = |strategy: Strategy| split_by(rays, &SplitOptions { strategy: Some(strategy), ..*options }, work);
+    if let Some(strategy) = authors {
+        return Ok(CellGraph { reason: why, ..with(strategy)? });
+    }
+    let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
+    if !scene.objects.iter().any(may_part) {
+        let reason = format!("{why}; no walls or floors (only pipes, furniture): one open cell");
+        return Ok(CellGraph { reason, ..one_cell(scene, options) });
+    }
+    let walls = with(Strategy::Bsp)?;
+    let upright = upright_share(scene);
+    let plan = (upright >= UPRIGHT_SHARE[usize::from(names_any(scene))]).then(|| with(Strategy::Plan)).transpose()?;
+    best(rays, options, (walls, plan), &why, work)
+}
+
+/// The best of a split along walls, the rooms of a plan if there is one, and one open cell.
+fn best(
+    rays: &RayScene<'_>,
+    options: &SplitOptions,
+    (walls, plan): (CellGraph, Option<CellGraph>),
+    why: &str,
+    work: &Job<'_>,
+) -> Result<CellGraph, SplitError> {
+    let scene = rays.scene();
+    let all = cameras(rays);
+    let inside = indoors(&all, [Some(&walls), plan.as_ref()]);
+    let score = |graph: &CellGraph| -> Result<Score, SplitError> {
+        Ok(Score {
+            closed_cells: graph.cells.iter().filter(|cell| !cell.open).count(),
+            portals: graph.portals.len(),
+            drawn: drawn_share(scene, graph, &all, work)?,
+            indoors: drawn_share(scene, graph, &inside, work)?,
+        })
+    };
+    let of_walls = score(&walls)?;
+    let of_plan = plan.as_ref().map(score).transpose()?;
+    let has_gaps = plan.is_some() && !structure(&walls, scene.tolerance().coplanar).is_empty();
+    let keeps_plan = of_plan.as_ref().is_some_and(|of_plan| has_gaps || is_better(of_plan, &of_walls));
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let mut table = vec![("the split along walls", &of_walls)];
+    table.extend(of_plan.as_ref().map(|score| ("the floor plan", score)));
+    if keeps_plan {
+        table.reverse();
+    }
+    let details: Vec<Note> = table
+        .iter()
+        .map(|(name, s)| {
+            let counts = format!("{} closed cells, {} portals", s.closed_cells, s.portals);
+            let [drawn, indoors] = [s.drawn, s.indoors].map(percent);
+            Note::detail(format!("candidate: {name}: {counts}, {drawn} of the frustum drawn, {indoors} indoors"))
+        })
+        .collect();
+    let (name, score) = table[0];
+    if score.drawn > 1.0 - WORTH || score.closed_cells == 0 {
+        let drawn = percent(score.drawn);
+        let reason =
+            format!("{why}; walls hide too little ({drawn} of the frustum's triangles would be drawn): one open cell");
+        let mut graph = CellGraph { reason, ..one_cell(scene, options) };
+        let of_kept = if keeps_plan { plan } else { Some(walls) };
+        let costs = of_kept.into_iter().flat_map(|graph| graph.notes).filter(|note| note.kind == NoteKind::Cost);
+        graph.notes.extend(costs.chain(details));
+        return Ok(graph);
+    }
+    let mut reason = format!("{why}; with {name}, {} of the frustum's triangles are drawn indoors", percent(score.indoors));
+    reason += &match table.get(1) {
+        Some((other, _)) if has_gaps => format!("; {other} has gaps"),
+        Some((other, score)) => format!(", {} with {other}", percent(score.indoors)),
+        None => ", and the walls are not vertical, so no floor plan was made".to_owned(),
+    };
+    let mut graph = if keeps_plan { plan.unwrap_or(walls) } else { walls };
+    graph.notes.extend(details);
+    Ok(CellGraph { reason, ..graph })
+}
+
+fn one_cell(scene: &Scene, options: &SplitOptions) -> CellGraph {
+    if options.in_metres { undivided_in_metres(scene) } else { undivided(scene) }
+}
+
+/// Whether the model names rooms, openings or storeys.
+fn names_any(scene: &Scene) -> bool {
+    !(scene.hints.rooms.is_empty() && scene.hints.openings.is_empty() && scene.hints.storeys.is_empty())
+}
+
+/// Cameras in closed cells of either graph; all if there are few of these.
+fn indoors(all: &[Camera], graphs: [Option<&CellGraph>; 2]) -> Vec<Camera> {
+    let locators: Vec<(&CellGraph, Locator<'_>)> =
+        graphs.into_iter().flatten().map(|graph| (graph, Locator::new(graph))).collect();
+    let is_inside = |camera: &&Camera| {
+        let closed = |(graph, locator): &(&CellGraph, Locator<'_>)| {
+            locator.locate(camera.eye.as_dvec3()).is_some_and(|(cell, _)| !graph.cells[cell.index()].open)
+        };
+        locators.iter().any(closed)
+    };
+    let inside: Vec<Camera> = all.iter().filter(is_inside).copied().collect();
+    if 8 * inside.len() < all.len() { all.to_vec() } else { inside }
+}
+
+/// Whether a plan is kept beside a split along walls.
+fn is_better(plan: &Score, walls: &Score) -> bool {
+    plan.closed_cells > 0 && plan.indoors <= walls.indoors + WORTH
+}
+
+/// Replaces a graph that would take flow hours by one open cell; only rough walls make so many portals between few cells.
+fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
+    if !pvs::flow::is_over_budget(&graph, scene.tolerance().coplanar) {
+        return graph;
+    }
+    let (cells, portals) = (graph.cells.len(), graph.portals.len());
+    let bound = format!(
+        "{BOUND}{cells} cells would have {portals} portals, typical of cracks in rough walls; portal flow would take hours; the model is one open cell"
+    );
+    CellGraph {
+        strategy: graph.strategy,
+        reason: graph.reason,
+        notes: graph.notes.into_iter().chain([Note::cost(bound)]).collect(),
+        ..undivided(scene)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CellId;
+    use crate::cells::{Cell, Portal, PortalKind, PortalState};
+    use crate::math::geom::Plane;
+    use crate::scene::{ImportOptions, Mesh, SceneBuilder, Source};
+    use glam::DVec3;
+
+    #[test]
+    fn too_many_cracks_are_not_searched() {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        let corners = [DVec3::ZERO, DVec3::Y, DVec3::Y + DVec3::Z, DVec3::Z];
+        let (positions, triangles) = (corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+        builder.add(Mesh { node: "wall".into(), role: Role::Unknown, opaque: true, positions, triangles }).unwrap();
+        let scene = builder.finish("wall").unwrap();
+        let crack = |i: u32| Portal {
+            cells: [CellId(0), CellId(1)],
+            plane: Plane { n: DVec3::X, d: 0.0 },
+            winding: corners.map(|p| (p + f64::from(i)) * (DVec3::Y + DVec3::Z)).to_vec(),
+            kind: PortalKind::Opening,
+            state: PortalState::of_kind(PortalKind::Opening),
+            source: None,
+        };
+        let between = |cracks: u32| CellGraph {
+            strategy: Strategy::Bsp,
+            ..CellGraph::given(vec![Cell::default(); 2], (0..cracks).map(crack).collect())
+        };
+        let few = between(100);
+        assert_eq!(if_affordable(&scene, few.clone()), few);
+        let one = if_affordable(&scene, between(40_000));
+        assert_eq!((one.strategy, one.cells.len(), one.portals.len()), (Strategy::Bsp, 1, 0));
+        assert!(one.notes.iter().any(|note| note.starts_with("bound: 2 cells would have 40000 portals")), "{:?}", one.notes);
+    }
+}
