@@ -100,5 +100,5 @@ fn check_and_vis_print_little() {
     std::fs::write(&level, crate::cli::LEVEL).unwrap();
     // Four rooms of which the first and the last don't see each other: 14 of 16 pairs.
     let brief = said(&["vis", text(&level)]);
-    assert!(brief.iter().any(|line| line == "88 % of the pairs of clusters are kept: 3.5 are visible from one on average"));
+    assert!(brief.iter().any(|line| line == "88 % of the pairs of clusters are kept: 3.5 clusters per row on average"));
 }

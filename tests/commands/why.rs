@@ -111,7 +111,7 @@ fn what_is_hidden_says_by_what() {
         assert!(s["planes"].as_array().unwrap().iter().any(cuts), "{s}");
     }
     let text = String::from_utf8(why(&path, &["0", &corner.to_string()]).stdout).unwrap();
-    assert!(text.contains("doesn't see") && text.contains("  portals 0 1: all beyond is inside\n    ["), "{text}");
+    assert!(text.contains("doesn't see") && text.contains("  portals 0 1: lines beyond stay inside\n    ["), "{text}");
 
     // By the cupboard: portals leave it open, triangles don't.
     let answer = told(&path, "0", &behind.to_string());

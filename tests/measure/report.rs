@@ -395,7 +395,7 @@ fn bad_input_is_one_line_and_exit_2() {
     let flag = |name: &'static str| Path::new(name);
     refused(&report(&[&folder.join("none.glb")]), &["none.glb: "]);
     refused(&report(&[&folder.join("none.xyz")]), &["none.xyz: no importer"]);
-    refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes anew, from a model"]);
+    refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes a model itself"]);
     refused(&report(&[&villa, flag("--steps"), flag("7")]), &["villa_rotonda.glb: is no level; --steps is for levels"]);
     refused(&report(&[&villa, flag("--against"), &level]), &["villa_rotonda.glb: is no level; --against is for levels"]);
     refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// The .pvs file
     file: PathBuf,
-    /// The model that the file was baked for
+    /// The file's model
     #[arg(long)]
     model: PathBuf,
     #[command(flatten)]
@@ -37,7 +37,7 @@ pub struct Args {
         value_name = "MODE",
         default_value = "both",
         help = format!(
-            "How to cull: {}, or all of these; or exact: only what is visible, in milliseconds per frame. May be repeated",
+            "Culling mode: {}, or all of these; or exact: visible triangles only, in milliseconds per frame. May be repeated",
             Mode::ALL.map(Mode::name).join(", ")
         )
     )]
@@ -72,7 +72,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Where the cameras are.
+/// Positions of the cameras.
 #[derive(Clone)]
 pub enum Views {
     Path(PathBuf),
@@ -177,7 +177,7 @@ fn read(args: &Args) -> Result<(PvsFile, Scene), CliError> {
     let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
         let what =
-            format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
+            format!("is not the model of {}; bake the file again, or give its model", args.file.display());
         return Err(at(&args.model, what));
     }
     Ok((file, scene))
@@ -220,8 +220,8 @@ fn prose(s: &Summary, all_triangles: u64) -> String {
         line += &format!(", {lost} visible objects left out");
     }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
-        let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind holes that count as opaque"));
-        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} triangles really visible");
+        let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind closed holes"));
+        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} triangles visible exactly");
     }
     line
 }

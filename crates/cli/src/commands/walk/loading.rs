@@ -108,8 +108,8 @@ fn prose(s: &LoadingSummary, budget: u64, all: u64) -> String {
     let percent = |part: u64, of: u64| part as f64 * 1e2 / of.max(1) as f64;
     let megabytes = |bytes: u64| bytes as f64 / 1e6;
     format!(
-        "{:9} {} frames, {} with something missing ({:.3} %), {} objects; {} more after {} jumps; {:.1} MB loaded; at most {:.1} MB in memory, \
-         budget {:.1} of {:.1} MB; {} frames see more than that; {:.1} us (p99 {:.1})",
+        "{:9} {} frames, {} with missing objects ({:.3} %), {} objects; {} more after {} jumps; {:.1} MB loaded; at most {:.1} MB in memory, \
+         budget {:.1} of {:.1} MB; {} frames need more than that; {:.1} us (p99 {:.1})",
         s.method,
         s.frames,
         s.frames_missing,
