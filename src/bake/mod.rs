@@ -118,7 +118,7 @@ pub enum BakeError {
     #[error(transparent)]
     Split(SplitError),
     /// No cell was found.
-    #[error("no closed space: no cell was found in it; close its walls, or take --cells bsp, which needs none")]
+    #[error("no closed space, so no cells; close its walls, or use --cells bsp, which needs none")]
     NoCells,
     /// The caller stopped the job.
     #[error(transparent)]
@@ -189,7 +189,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
     let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
     let undivided = || if options.in_metres { undivided_in_metres(scene) } else { undivided(scene) };
     if !scene.objects.iter().any(may_part) {
-        let reason = "nothing in it bounds rooms (pipes, furniture): one open cell".to_owned();
+        let reason = "it has no walls or floors, only pipes or furniture: one open cell".to_owned();
         return Ok(CellGraph { reason, ..undivided() });
     }
     let walls = split_beside(rays, &SplitOptions { strategy: Some(Strategy::Bsp), ..*options }, None, work)?;
@@ -200,7 +200,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
             return Ok(plan);
         }
         let reason = format!(
-            "walls hide too little ({:.0} % of what is in the frustum would be drawn): one open cell",
+            "walls hide too little ({:.0} % of the frustum would be drawn): one open cell",
             100.0 * share
         );
         let mut graph = CellGraph { reason, ..undivided() };
@@ -264,7 +264,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     }
     let (cells, portals) = (graph.cells.len(), graph.portals.len());
     let bound = format!(
-        "{BOUND}{cells} cells would have {portals} portals, as where rough walls leave cracks; to search them would take hours; all is one open cell"
+        "{BOUND}{cells} cells would have {portals} portals, probably in cracks of rough walls; a search would take hours, so everything is one open cell"
     );
     CellGraph {
         strategy: graph.strategy,

@@ -44,10 +44,10 @@ pub(super) fn choose(rays: &RayScene<'_>) -> (Strategy, String) {
     }
     let audit = audit_rooms(scene);
     if audit.sound_share() >= SOUND_SHARE {
-        let reason = format!("{} of the {rooms} rooms that the model names can be used", audit.sound_rooms);
+        let reason = format!("{} of the model's {rooms} rooms are usable", audit.sound_rooms);
         return (Strategy::Authored, reason);
     }
-    (strategy, format!("only {} of the {rooms} rooms that the model names can be used; {why}", audit.sound_rooms))
+    (strategy, format!("only {} of the model's {rooms} rooms are usable; {why}", audit.sound_rooms))
 }
 
 /// The vertical share of the non-horizontal area; 1 if all is horizontal.
@@ -80,11 +80,11 @@ fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
         return by_walls(format!("{:.0} % of the walls lean", 100.0 * (1.0 - share)));
     }
     if nothing && Facing::new(rays).shows_backs {
-        return by_walls("from outside its walls show their backs, as those of levels do".to_owned());
+        return by_walls("its outer walls face inwards, as in levels".to_owned());
     }
     match Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(rays) {
         Some(covered) if covered < COVERED_SHARE => {
-            by_walls(format!("{:.0} % of the floors have something above them", 100.0 * covered))
+            by_walls(format!("{:.0} % of the floors are covered", 100.0 * covered))
         }
         _ => (Strategy::Plan, "walls are vertical, so rooms come from the floor plan".to_owned()),
     }

@@ -51,7 +51,7 @@ pub fn close(scene: &Scene, graph: &mut CellGraph, smallest_hole: f64) {
         0 => format!("no portal is narrower than {smallest_hole} m (--smallest-hole)"),
         closed => format!(
             "{closed} of {before} portals are narrower than {smallest_hole} m (--smallest-hole) and are closed, {doors} doors among them: \
-             what shows only through them is culled"
+             objects visible only through them are culled"
         ),
     }));
     graph.closed_holes.append(&mut closed);

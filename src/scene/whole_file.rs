@@ -14,7 +14,7 @@ const STAND_INS: [(&[u8], &str); 3] = [
     (b"<html", WEB_PAGE),
 ];
 const WEB_PAGE: &str =
-    "a web page (HTML), not the file itself; fetch that from the address that the page gives for the raw file";
+    "a web page (HTML), not the file itself; download the raw file instead";
 
 /// Bytes sufficient to recognize these, after a few blanks.
 const START: u64 = 256;
@@ -100,7 +100,7 @@ pub fn nature(bytes: &[u8]) -> String {
             let more = if told.len() < line.len() { "..." } else { "" };
             format!("it begins with the text `{told}{more}`")
         }
-        None if start.is_empty() => "there is nothing in it but blanks".to_owned(),
+        None if start.is_empty() => "it has only white space".to_owned(),
         None => {
             let told: Vec<String> = bytes.iter().take(TOLD_BYTES).map(|b| format!("{b:02x}")).collect();
             format!("it begins with the bytes {}", told.join(" "))
@@ -122,7 +122,7 @@ mod tests {
             nature(long.as_bytes()),
             format!("it begins with the text `{}...`", long.chars().take(40).collect::<String>())
         );
-        assert_eq!(nature(b" \n\t"), "there is nothing in it but blanks");
+        assert_eq!(nature(b" \n\t"), "it has only white space");
         assert_eq!(nature(b"\0\x01\xFF"), "it begins with the bytes 00 01 ff");
     }
 }

@@ -20,9 +20,9 @@ impl Guarantee {
     pub const fn in_words(self) -> &'static str {
         match self {
             Self::Conservative => {
-                "conservative: nothing is missing from the rows that shows along a line with the stated clearance"
+                "conservative: the rows hold everything visible along a line with the stated clearance"
             }
-            Self::Sampled => "sampled: what is in the rows is visible, something visible may be missing",
+            Self::Sampled => "sampled: everything in the rows is visible, but visible objects may be missing",
         }
     }
 }

@@ -109,7 +109,7 @@ fn a_bake_becomes_a_file() {
         file.left_out,
         [
             "cell rows: every cell sees every cell",
-            "boxes of objects in cells: hardly smaller than what cells leave of the objects' own",
+            "boxes of objects in cells: hardly smaller than the objects' boxes cut to the cells",
             "online hierarchy: the building is closed",
             "repairs: none were needed"
         ]

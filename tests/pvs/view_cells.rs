@@ -168,7 +168,7 @@ fn view_cells_by_cost_part_three_yards_under_one_sky() {
     // With fewer bytes there are fewer, and the note says why.
     let few = bake(&scene, options(200), &Job::quiet()).unwrap();
     assert!(few.partition.as_ref().is_some_and(|few| few.full && few.views.len() < found.views.len()));
-    assert!(few.file.notes.iter().any(|note| note.ends_with("their bytes were spent")), "{:?}", few.file.notes);
+    assert!(few.file.notes.iter().any(|note| note.ends_with("the bytes are used up")), "{:?}", few.file.notes);
 }
 
 /// A box of 6 x 3 x 4 m with a wall at x = 3 that has no door, its outside 0.2 m off, as an OBJ file.

@@ -110,7 +110,7 @@ impl KeyMap {
         if more > 0 {
             told += &format!(", and {more} more");
         }
-        (!told.is_empty()).then(|| format!("keys in the settings that are ignored: {told}"))
+        (!told.is_empty()).then(|| format!("ignored keys of the settings: {told}"))
     }
 
     /// The action or movement of a key, and its label.

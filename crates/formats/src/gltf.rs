@@ -389,7 +389,7 @@ impl<'a> Importer<'a> {
         if out.iter().flatten().all(|p| p.is_finite()) {
             Ok(out)
         } else {
-            Err(broken("a room's bound or a portal has a vertex that is not a finite number"))
+            Err(broken("a room's bound or a portal has a vertex that isn't finite"))
         }
     }
 

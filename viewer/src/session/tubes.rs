@@ -10,7 +10,7 @@ impl Session<'_> {
         match &mut self.renderer.tubes {
             Some(tubes) => tubes.look.shows_sides ^= true,
             None => self.tell(
-                "no tubes: they come with pipes of IFC, and with lines of GeoJSON, OBJ or glTF that have a radius"
+                "no tubes: pipes of IFC become tubes, and lines with a radius of GeoJSON, OBJ or glTF"
                     .to_owned(),
             ),
         }

@@ -27,7 +27,7 @@ pub fn show(ui: &mut egui::Ui, tubes: &TubeRenderer, sections: usize) -> Option<
         ui.label(tubes.say_drawn());
         let over = tubes.drawn.chosen().over;
         if over > 0 {
-            ui.label(format!("{over} chords are farther off: they can be no finer"));
+            ui.label(format!("{over} chords exceed this at the finest level"));
         }
         let [bytes, of_mesh] = [tubes.bytes, tubes.bytes_of_mesh].map(|bytes| bytes as f64 / MEGA);
         ui.label(format!("{} sections, {bytes:.2} MB; as a mesh {of_mesh:.2} MB", number(sections as f64)));

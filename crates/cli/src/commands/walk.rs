@@ -221,7 +221,7 @@ fn prose(s: &Summary, all_triangles: u64) -> String {
     }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
         let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind closed holes"));
-        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} triangles visible exactly");
+        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} exactly visible triangles");
     }
     line
 }

@@ -95,7 +95,7 @@ impl Default for CheckOptions {
 pub enum CheckError {
     /// A different model, or one imported with other options.
     #[error(
-        "is not the model that the file was baked for (hash {model:032x}, expected {file:032x}); bake again or give that model"
+        "is not the file's model (hash {model:032x}, expected {file:032x}); give the file's model, or bake again"
     )]
     OtherModel {
         /// The model's hash.

@@ -68,7 +68,7 @@ impl BuildingReport<'_> {
         out.push_str(&cards(&self.sure_tiles()));
         out.push_str(
             "<p>A pair of a cell and an object is <em>witnessed</em> if an unobstructed segment between them is kept as proof. \
-             It is <em>hidden</em> if portals or triangles prove that there is none. All other pairs are undecided: they are the \
+             It is <em>hidden</em> if portals or triangles block every segment. All other pairs are undecided: they are the \
              certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
              <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
         );
@@ -115,14 +115,14 @@ impl BuildingReport<'_> {
         let stats = &self.file.stats;
         for (count, what) in [
             (stats.flow_over_budget, "searches ran out of steps; their undecided objects stay in the rows"),
-            (stats.kept_unproven, "pairs were met only by rays within the clearance of a surface, and count as visible"),
+            (stats.kept_unproven, "pairs were hit only by rays within the clearance of a surface, and count as visible"),
             (
                 stats.left_out_unproven,
-                "pairs were met only by rays within the clearance of a surface; the rows leave them out, since they would cost 1 % or more",
+                "pairs were hit only by rays within the clearance of a surface; the rows omit them, since they would cost 1 % or more",
             ),
             (
                 stats.contradictions,
-                "pairs that portal flow found hidden were proven visible, and are kept: please report this fault",
+                "pairs hidden by portal flow were proven visible, and are kept: please report this fault",
             ),
         ] {
             if count > 0 {
