@@ -267,7 +267,7 @@ fn a_signal_stops_a_split_and_leaves_nothing() {
             std::thread::sleep(Duration::from_millis(5));
         }
         let (said, code) = signalled(child, signal, Duration::ZERO);
-        assert!(code == Some(1) && said.contains("nothing was worked out yet"), "{signal}: {said}");
+        assert!(code == Some(1) && said.contains("no results to keep yet"), "{signal}: {said}");
         assert!(!state.exists() && !out.exists(), "{signal}");
     }
 }

@@ -144,8 +144,8 @@ fn what_others_have_is_not_worked_out_again_and_what_is_damaged_is() {
     let mut flipped = state.clone();
     flipped[half] ^= 0x10;
     let cases: [(&[u8], &str, bool); 4] = [
-        (&state[..half], "is not whole", true),
-        (&flipped, "is not whole", true),
+        (&state[..half], "is incomplete", true),
+        (&flipped, "is incomplete", true),
         (&state[..20], "", false),
         (b"Somebody's own text, of more than a head's length, and no journal.", "is not a worker's file", false),
     ];
@@ -163,7 +163,7 @@ fn what_others_have_is_not_worked_out_again_and_what_is_damaged_is() {
     // Its own file: what is sound of it counts; one that is no journal makes room.
     std::fs::write(&file, cases[1].0).unwrap();
     let (end, said) = work(&dir, [0, 2], &[]);
-    assert!(end == End::Baked && said.len() == 1 && said[0].contains("worker-0: is not whole"), "{said:?}");
+    assert!(end == End::Baked && said.len() == 1 && said[0].contains("worker-0: is incomplete"), "{said:?}");
     std::fs::write(&file, cases[3].0).unwrap();
     let (end, said) = work(&dir, [0, 2], &[]);
     assert!(end == End::Baked && said.len() == 1 && said[0].contains("is not a worker's file"), "{said:?}");

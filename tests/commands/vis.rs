@@ -369,7 +369,7 @@ fn an_interrupted_run_leaves_a_state() {
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();
     std::fs::copy(&state, folder.join("other.vis-state")).unwrap();
-    let belongs = |what| [what, "--fresh drops it and starts again"];
+    let belongs = |what| [what, "--fresh deletes it and starts again"];
     refused(&enfilade!("vis", &level, "--seed", "1"), &belongs("state: belongs to other options"));
     refused(&enfilade!("vis", &other), &belongs("state: belongs to another input"));
     // The same rows as in one go; the state is gone then.

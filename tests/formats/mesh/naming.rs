@@ -74,7 +74,7 @@ fn a_file_of_roles_beside_the_model_gives_roles() {
         let scene = import(&model, &ImportOptions::default()).unwrap();
         (
             scene.objects[0].opaque,
-            scene.source.notes.iter().any(|note| note.starts_with("67 % of the triangles are see-through")),
+            scene.source.notes.iter().any(|note| note.starts_with("67 % of the triangles have see-through materials")),
         )
     };
     assert_eq!((opaque("structure"), opaque("opaque")), ((false, true), (true, false)));

@@ -18,21 +18,25 @@ pub struct SceneFlags {
     /// Up axis of OBJ, glTF, PLY and STL [default: y]; other formats define their own
     #[arg(long, value_enum, help_heading = "Model")]
     pub up: Option<UpFlag>,
-    /// auto: pipes are tubes if there are many; never: pipes are meshes; METRES: auto, and the radius of lines without one (OBJ, glTF, GeoJSON)
+    /// auto: pipes are tubes if there are many; never: pipes are meshes; METRES: auto, and the radius of lines without one (OBJ, glTF,
+    /// GeoJSON)
     #[arg(long, value_name = "auto|never|METRES", value_parser = tubes, default_value = "auto", help_heading = "Model")]
     pub tubes: Tubes,
     #[command(flatten)]
     pub files: super::FilesFlag,
-    /// How to find cells; or your own cells and portals, as JSON (like `dump --json`) or IndoorGML. bsp:METRES sets the smallest surface that splits space
+    /// How to find cells; or your own cells and portals, as JSON (like `dump --json`) or IndoorGML. bsp:METRES sets the smallest surface
+    /// that splits space
     #[arg(long, value_name = "auto|authored|plan|bsp[:METRES]|leaves|C.json|C.gml", value_parser = cells, default_value = "auto", hide_possible_values = true, help_heading = "Cells")]
     pub cells: Cells,
     /// Close holes narrower than this (cracks, grilles, gaps); objects visible only through them are culled [default: closes none]
     #[arg(long, value_name = "METRES", value_parser = metres, help_heading = "Cells")]
     pub smallest_hole: Option<f64>,
-    /// Split meshes into objects of at most N triangles; whole: keep the author's objects [default: the cheapest size, at 16 triangles per draw call]
+    /// Split meshes into objects of at most N triangles; whole: keep the author's objects [default: the cheapest size, at 16 triangles per
+    /// draw call]
     #[arg(long, value_name = "N|whole", value_parser = object_triangles, help_heading = "Cells")]
     pub object_triangles: Option<ObjectTriangles>,
-    /// Rays and segments of the whole bake, as 500k or 20M; shafts against triangles come on top, one for five rays [default: 20M; 1G with --unseen]
+    /// Rays and segments of the whole bake, as 500k or 20M; shafts against triangles come on top, one for five rays [default: 20M; 1G with
+    /// --unseen]
     #[arg(long, value_name = "COUNT", value_parser = count::parse, help_heading = "Rows")]
     pub rays: Option<u64>,
 }
