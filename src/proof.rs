@@ -109,9 +109,7 @@ pub enum WhyError {
         guarantee: Guarantee,
     },
     /// The model is different, or was imported differently.
-    #[error(
-        "is not the file's model (hash {model:032x}, expected {file:032x}); give the file's model, or bake again"
-    )]
+    #[error("is not the file's model (hash {model:032x}, expected {file:032x}); give the file's model, or bake again")]
     OtherModel {
         /// The model's hash.
         model: u128,

@@ -199,10 +199,7 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
         if let Some(plan) = better_plan(rays, options, (&walls, share), work)? {
             return Ok(plan);
         }
-        let reason = format!(
-            "walls hide too little ({:.0} % of the frustum would be drawn): one open cell",
-            100.0 * share
-        );
+        let reason = format!("walls hide too little ({:.0} % of the frustum would be drawn): one open cell", 100.0 * share);
         let mut graph = CellGraph { reason, ..undivided() };
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.kind == NoteKind::Cost));
         return Ok(graph);

@@ -84,6 +84,9 @@ mod tests {
         assert!(why_open(&room([false, false, true, true, false, true], false)).ends_with("walls are missing"));
         assert_eq!(why_open(&room([true, true, false, false, true, true], false)), "it has no floors");
         let way = why_open(&room(closed, true));
-        assert!(way.starts_with("it has walls and roofs, but also holes: a ray from (") && way.contains("towards (-"), "{way}");
+        assert!(
+            way.starts_with("it has walls and roofs, but also holes: a ray from (") && way.contains("towards (-"),
+            "{way}"
+        );
     }
 }

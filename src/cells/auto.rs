@@ -83,9 +83,7 @@ fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
         return by_walls("its outer walls face inwards, as in levels".to_owned());
     }
     match Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(rays) {
-        Some(covered) if covered < COVERED_SHARE => {
-            by_walls(format!("{:.0} % of the floors are covered", 100.0 * covered))
-        }
+        Some(covered) if covered < COVERED_SHARE => by_walls(format!("{:.0} % of the floors are covered", 100.0 * covered)),
         _ => (Strategy::Plan, "walls are vertical, so rooms come from the floor plan".to_owned()),
     }
 }

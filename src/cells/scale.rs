@@ -129,12 +129,10 @@ impl HumanScale {
             // City blocks and game halls are higher than rooms in any unit.
             let is_odd = !IN_METRES.contains(&height);
             return match (fits, self.ceiling) {
-                (true, Some(_)) => Some(format!(
-                    "the model seems to be in {name}: its rooms are {height:.0} units high (--unit {unit})"
-                )),
-                (true, None) => {
-                    Some(format!("the model seems to be in {name}, by its size (--unit {unit})"))
+                (true, Some(_)) => {
+                    Some(format!("the model seems to be in {name}: its rooms are {height:.0} units high (--unit {unit})"))
                 }
+                (true, None) => Some(format!("the model seems to be in {name}, by its size (--unit {unit})")),
                 (false, Some(_)) if is_odd => Some(format!(
                     "the model seems not to be in metres: its rooms are {height} units high; give its unit with --unit"
                 )),

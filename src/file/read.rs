@@ -113,8 +113,7 @@ impl<'a> SectionReader<'_, 'a> {
             if smallest_hole < 0.0 {
                 return Err(c.error("a negative length"));
             }
-            let strategy =
-                STRATEGIES[c.code(STRATEGIES.len(), "strategy")?].ok_or_else(|| c.error("a strategy that is gone"))?;
+            let strategy = STRATEGIES[c.code(STRATEGIES.len(), "strategy")?].ok_or_else(|| c.error("a removed strategy"))?;
             let object_triangles = c.u32()?;
             if object_triangles == 0 {
                 return Err(c.error("objects of 0 triangles"));
@@ -270,7 +269,7 @@ impl<'a> SectionReader<'_, 'a> {
         let clusters = self.section(SectionId::Clusters, budget, |c, b| {
             b.take(SectionId::Clusters, 4 * cells as u64)?;
             let count = |c: &mut Cursor<'_>| match c.u32()? {
-                0 => Err(c.error("a cell that was joined from none")),
+                0 => Err(c.error("a cell joined from none")),
                 n => Ok(n),
             };
             (0..cells).map(|_| count(c)).collect()

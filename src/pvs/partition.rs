@@ -74,7 +74,11 @@ impl fmt::Display for Partition {
             );
         }
         let end = if self.full { "the bytes are used up" } else { "the next one would save too little" };
-        write!(f, "{} view cells by cost: a row shrinks from {first:.0} to {last:.0} triangles, expected; {end}", self.views.len())
+        write!(
+            f,
+            "{} view cells by cost: a row shrinks from {first:.0} to {last:.0} triangles, expected; {end}",
+            self.views.len()
+        )
     }
 }
 

@@ -13,8 +13,7 @@ const STAND_INS: [(&[u8], &str); 3] = [
     (b"<!doctype html", WEB_PAGE),
     (b"<html", WEB_PAGE),
 ];
-const WEB_PAGE: &str =
-    "a web page (HTML), not the file itself; download the raw file instead";
+const WEB_PAGE: &str = "a web page (HTML), not the file itself; download the raw file instead";
 
 /// Bytes sufficient to recognize these, after a few blanks.
 const START: u64 = 256;

@@ -19,9 +19,7 @@ impl Guarantee {
     /// The guarantee in one line.
     pub const fn in_words(self) -> &'static str {
         match self {
-            Self::Conservative => {
-                "conservative: the rows hold everything visible along a line with the stated clearance"
-            }
+            Self::Conservative => "conservative: the rows hold everything visible along a line with the stated clearance",
             Self::Sampled => "sampled: everything in the rows is visible, but visible objects may be missing",
         }
     }

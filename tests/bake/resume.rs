@@ -210,7 +210,7 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command resumes from") && state.exists(), "{said}");
     let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
-    refused(&run(&other), &["o.bake-state: belongs to other options; an interrupted run left it. --fresh drops it"]);
+    refused(&run(&other), &["o.bake-state: belongs to other options; an interrupted run left it. --fresh deletes it"]);
     assert!(state.exists(), "it isn't lost");
     // A copy of it, for what drops it.
     let (kept, fresh) = (folder.join("kept.bake-state"), folder.join("kept.pvs"));

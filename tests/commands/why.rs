@@ -153,10 +153,7 @@ fn one_side_alone_tells_what_it_can() {
     refused(&why(&path, &["0", &beside]), &["upper.pvs: keeps only one bound", "is in its rows", "--rows both"]);
     let path = folder.join("lower.pvs");
     lower.save(&path).unwrap();
-    refused(
-        &why(&path, &["0", &corner]),
-        &["lower.pvs: keeps only one bound", "isn't in its rows", "--rows both"],
-    );
+    refused(&why(&path, &["0", &corner]), &["lower.pvs: keeps only one bound", "isn't in its rows", "--rows both"]);
 }
 
 /// Names in the place of numbers; those that are nobody's, or several things', are refused.

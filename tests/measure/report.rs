@@ -316,7 +316,7 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     assert_eq!((told["cells"].as_u64(), told["portals"].as_u64()), (Some(2), Some(0)));
     let html = text(&page);
     check_page(&html);
-    assert!(html.contains("rows: one closed cell without portals has nothing to hide from itself"));
+    assert!(html.contains("rows: one closed cell without portals sees everything"));
     assert!(!html.contains("<h2>Tubes</h2>") && told.get("tube_errors").is_none());
     // No rays at all, no views at all.
     json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json"]);

@@ -246,9 +246,7 @@ pub static TABLE: [Entry; 45] = [
         "colours from the profile: frames seen; triangles drawn in vain; off",
         |s| matches!(s.view.tints, Tints::Seen | Tints::InVain),
     ),
-    entry((KeyCode::KeyL, "L"), Action::Detail, "Detail", "materials, or flat colours", |s| {
-        s.view.detail != Detail::Plain
-    }),
+    entry((KeyCode::KeyL, "L"), Action::Detail, "Detail", "materials, or flat colours", |s| s.view.detail != Detail::Plain),
     entry((KeyCode::KeyP, "P"), Action::Layer(Shown::Portals), "Outlines", "outlines of portals", |s| s.view.layers.portals),
     entry((KeyCode::KeyR, "R"), Action::Layer(Shown::Rectangles), "Rectangles", "portals' rectangles on the screen", |s| {
         s.view.layers.rectangles

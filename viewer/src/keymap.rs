@@ -122,7 +122,7 @@ impl KeyMap {
     fn read(kept: &Value) -> Self {
         let mut map = Self::default();
         let Value::Object(kept) = kept else {
-            map.ignored.push("what is no list of keys".to_owned());
+            map.ignored.push("an invalid list of keys".to_owned());
             return map;
         };
         for (label, value) in kept {

@@ -417,4 +417,4 @@ impl<'a> Importer<'a> {
 
 /// Notes about skinned meshes and about bodies.
 const SKINNED: &str = "skinned meshes hide nothing, and rows contain them in all poses of the file; draw them always if you play other animations";
-const BODIES: &str = "meshes are physics bodies: they hide nothing; rows contain them in their first place only, so draw them always once they move";
+const BODIES: &str = "meshes are physics bodies: they hide nothing; rows contain them only at their first position; draw them always once they move";

@@ -322,8 +322,7 @@ impl Reader {
                 *portal = portal.clone().turned();
             } else {
                 let [a, b] = portal.cells;
-                let what =
-                    if turned { "the plane's normal must lead from" } else { "the winding is not where it could lead from" };
+                let what = if turned { "the plane's normal must lead from" } else { "the winding can't lead from" };
                 return Err(GivenError::at(format!("portals[{i}]"), format!("{what} cell {a} into cell {b}")));
             }
         }
@@ -478,10 +477,7 @@ mod tests {
                 rooms(DOOR).replace(r#""kind": "door""#, r#""state": {"shut": true}"#),
                 "portals[0].state: shut, but not closable",
             ),
-            (
-                rooms(&DOOR.replace("1000", "1002")),
-                "portals[0]: the winding is not where it could lead from cell 0 into cell 1",
-            ),
+            (rooms(&DOOR.replace("1000", "1002")), "portals[0]: the winding can't lead from cell 0 into cell 1"),
             (
                 r#"{"cells": [{"id": 0, "pieces": [{"planes": [[0, 0, 0, 1]]}]}]}"#.to_owned(),
                 "cells[0].pieces[0].planes[0]: no plane",

@@ -128,7 +128,7 @@ fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
     let one_cell = file.cells.len() <= 1;
     let mut out = Vec::new();
     match (&file.cell_rows, &file.object_rows) {
-        (None, None) if hall => out.push("rows: one closed cell without portals has nothing to hide from itself"),
+        (None, None) if hall => out.push("rows: one closed cell without portals sees everything"),
         (None, None) if !one_cell => out.push("rows: everything sees everything"),
         (cells, objects) => {
             match cells {
@@ -151,7 +151,7 @@ fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
         out.push("online hierarchy: the building is closed");
     }
     if !keep_bounds {
-        out.push("bounds and witnesses: not asked for (--rows both)");
+        out.push("bounds and witnesses: not requested (--rows both)");
     }
     if file.repairs.is_empty() {
         out.push("repairs: none were needed");

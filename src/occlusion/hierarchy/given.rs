@@ -69,7 +69,9 @@ impl<N: fmt::Debug> fmt::Display for TreeFault<N> {
             Self::NoObjectBox(object) => write!(f, "object {object} has an invalid box; it is always drawn"),
             Self::Short(node) => write!(f, "the box of node {node:?} doesn't hold its descendants; it is computed again"),
             Self::Unknown(node, object) => write!(f, "node {node:?} holds object {object}, which doesn't exist"),
-            Self::Twice(node, object) => write!(f, "node {node:?} holds object {object}, as does another node; the first one keeps it"),
+            Self::Twice(node, object) => {
+                write!(f, "node {node:?} holds object {object}, as does another node; the first one keeps it")
+            }
             Self::Missing(object) => write!(f, "object {object} is in no node; it becomes a child of the root"),
             Self::Endless(node) => write!(f, "node {node:?} has too many descendants; the rest count as missing"),
         }

@@ -113,8 +113,8 @@ fn lies_in_sparse_accessors_are_told_from_the_truth() {
         ([1, 1], 3, 5121, "out of order or out of range"),
         ([1, 3], 3, 5121, "out of order or out of range"),
         ([1, 2], 3, 5126, "not unsigned integers"),
-        ([1, 2], u64::MAX, 5121, "elements, of which 2 are stored"),
-        ([1, 2], 1_000_000, 5121, "elements, of which 2 are stored"),
+        ([1, 2], u64::MAX, 5121, "elements, but 2 are stored"),
+        ([1, 2], 1_000_000, 5121, "elements, but 2 are stored"),
     ] {
         let mut glb = Glb::new();
         let indices = glb.view(&indices, None);

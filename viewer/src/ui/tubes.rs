@@ -31,7 +31,7 @@ pub fn show(ui: &mut egui::Ui, tubes: &TubeRenderer, sections: usize) -> Option<
         }
         let [bytes, of_mesh] = [tubes.bytes, tubes.bytes_of_mesh].map(|bytes| bytes as f64 / MEGA);
         ui.label(format!("{} sections, {bytes:.2} MB; as a mesh {of_mesh:.2} MB", number(sections as f64)));
-        ui.small("Blue to red: 4, 8, 16, 32, and 64 sides or more. Lines: rings that are drawn.");
+        ui.small("Blue to red: 4, 8, 16, 32, and 64 sides or more. Lines: drawn rings.");
     });
     (look != tubes.look).then_some(Command::SetTubeLook(look))
 }

@@ -31,8 +31,7 @@ pub struct Args {
     json: bool,
     #[command(flatten)]
     scene: SceneFlags,
-    /// Sample until the unseen share of a cell's visible objects, averaged over cells, is below this with 95 % confidence;
-    /// as 0.01%
+    /// Sample until the unseen share of a cell's visible objects, averaged over cells, is below this with 95 % confidence, as in 0.01%
     #[arg(long, value_name = "PERCENT%", value_parser = percent, help_heading = "Rows")]
     unseen: Option<f64>,
     /// The bound in the rows; both: conservative rows, and the file keeps both bounds and the witnesses for `why`
@@ -51,7 +50,7 @@ pub struct Args {
     workers: WorkerFlags,
 }
 
-/// Which bound the rows take.
+/// The bound in the rows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Rows {
     Conservative,
@@ -110,7 +109,7 @@ impl Args {
         self.output.clone().unwrap_or_else(|| self.input.with_extension("pvs"))
     }
 
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let output = self.output();
         let alone = self.workers.folder().is_none();

@@ -56,7 +56,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let files = Files::new().reads(&self.file, &["pvs", "prt", "bsp"]).reads_too(&[self.file.with_extension("prt")]);
         let files = self.model.iter().fold(files, |files, model| files.model(model));
@@ -295,7 +295,7 @@ fn tell_faults(r: &CheckReport, out: &mut String) {
         say!(out, "{} objects were hit in a cell that doesn't hold them", r.missed_placements);
     }
     if r.structure.count > 0 {
-        say!(out, "{} faults of cells and portals, which fail the check", r.structure.count);
+        say!(out, "{} faults of cells and portals, so the check fails", r.structure.count);
     }
     for fault in &r.structure.faults {
         let [a, b] = fault.cells;

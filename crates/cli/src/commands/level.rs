@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 /// Flags of commands that compute the visibility of a level.
 #[derive(clap::Args)]
 pub struct SearchFlags {
-    /// Most flow steps of a search; pairs that it leaves undecided count as visible
+    /// Limit of flow steps per search; undecided pairs count as visible
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
     pub steps: u64,
     /// Random lines from each side of a portal before any search
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
     pub lines: u64,
-    /// Compare with rows of another tool: text as `vis --rows` writes it, or a .bsp that holds some
+    /// Compare with rows of another tool: text in the form of `vis --rows`, or a .bsp with rows
     #[arg(long, value_name = "ROWS")]
     pub against: Option<PathBuf>,
 }

@@ -54,7 +54,7 @@ impl Args {
         self.output.clone().unwrap_or_else(|| self.input.with_extension("report.html"))
     }
 
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let page = self.output();
         let files = Files::new().model_or_level(&self.input, &["ground"]).reads_too(&self.search.against);

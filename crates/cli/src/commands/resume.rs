@@ -176,9 +176,9 @@ impl Kept {
             Place::File(path, journal) => journal.remove().map_err(|e| at(path, e))?,
             Place::Folder(path, folder) => {
                 // The output exists, so this is not an error; other workers finish without the message.
-                folder
-                    .finish()
-                    .unwrap_or_else(|e| eprintln!("{}: {e}; other workers don't learn that the work is done", path.display()));
+                folder.finish().unwrap_or_else(|e| {
+                    eprintln!("{}: {e}; other workers don't learn that the work is done", path.display())
+                });
             }
         }
         Ok(())

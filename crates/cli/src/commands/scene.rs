@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Flags of commands that bake.
 #[derive(clap::Args)]
 pub struct SceneFlags {
-    /// The unit of the input: mm, cm, inch, ft, m, km, or metres in a unit [default: the format's own]
+    /// The unit of the input: mm, cm, inch, ft, m, km, or metres per unit [default: the format's own]
     #[arg(long, value_name = "METRES", value_parser = unit, help_heading = "Model")]
     pub unit: Option<f64>,
     /// Up axis of OBJ, glTF, PLY and STL [default: y]; other formats define their own
@@ -239,7 +239,7 @@ fn unit(text: &str) -> Result<f64, String> {
         number => number.parse().unwrap_or(0.0),
     };
     let is_sound = metres > 0.0 && f64::is_finite(metres);
-    is_sound.then_some(metres).ok_or_else(|| "takes mm, cm, inch, ft, m, km, or metres in a unit, above 0".into())
+    is_sound.then_some(metres).ok_or_else(|| "takes mm, cm, inch, ft, m, km, or metres per unit, above 0".into())
 }
 
 fn cells_file(path: &Path, scene: &Scene) -> Result<CellGraph, CliError> {

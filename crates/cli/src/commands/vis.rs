@@ -63,7 +63,7 @@ impl Args {
         }
     }
 
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let alone = self.workers.folder().is_none();
         let state = state_path((&self.input, "vis-state")).filter(|_| alone);
@@ -212,7 +212,7 @@ impl Found {
     }
 }
 
-/// Runs with a bar.
+/// Runs with a progress bar.
 fn followed(
     kept: &Kept,
     stages: &mut Stages,

@@ -48,8 +48,7 @@ pub struct Args {
     /// Size of the pictures, pixels
     #[arg(long, default_value = "640x360", value_name = "WxH")]
     size: String,
-    /// Leave out objects that cover fewer than N pixels, judged by their boxes; 1 leaves out objects that cover none, 0 is no
-    /// limit. Each value is a walk of its own
+    /// Leave out objects whose boxes cover fewer than N pixels; 1 leaves out those that cover none, 0 is no limit. Each value is a separate walk
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_value = "0")]
     min_pixels: Vec<u32>,
     /// Compare every frame with a picture of everything; exit 1 if a conservative file misses a pixel, or --min-pixels pixels of
@@ -176,8 +175,7 @@ fn read(args: &Args) -> Result<(PvsFile, Scene), CliError> {
     let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
     let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
-        let what =
-            format!("is not the model of {}; bake the file again, or give its model", args.file.display());
+        let what = format!("is not the model of {}; bake the file again, or give its model", args.file.display());
         return Err(at(&args.model, what));
     }
     Ok((file, scene))
