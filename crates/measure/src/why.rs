@@ -33,7 +33,7 @@ impl Pair<'_> {
             Why::Occluded(s) => {
                 format!("{a} doesn't see {b}: lines pass {}, but triangles block all of them", way(&s.chain))
             }
-            Why::Behind => format!("{a} doesn't see {b}: all its triangles that the portals leave visible face away"),
+            Why::Behind => format!("{a} doesn't see {b}: all its triangles visible through the portals face away"),
             Why::Joined(1) => format!("{a} doesn't see {b}: proven before cells were joined"),
             Why::Joined(cells) => format!("{a} doesn't see {b}: proven for each of the {cells} cells joined into {a}"),
             Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", reason(doubt)),

@@ -161,7 +161,7 @@ fn notes(
         format!("{leaves} leaves in tiles of at most {}", human.told(edge)),
     ];
     let [x, _, z] = around.size().to_array().map(|length| human.told(length));
-    let beyond = || format!("triangles outside the walls ({x} x {z} with a margin) do not split space: {far} triangles");
+    let beyond = || format!("triangles outside the walls ({x} x {z} with a margin) do not split space: {far}");
     notes.extend((far > 0).then(beyond));
     notes.into_iter().map(Note::detail).collect()
 }

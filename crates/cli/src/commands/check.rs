@@ -42,7 +42,7 @@ pub struct Args {
     /// Random eyes with exact visibility: all objects visible from an eye must be in its cell's row; not for levels.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000), conflicts_with = "rows")]
     exact: u32,
-    /// True rooms and doors; scores the cells and portals against them; not for levels.
+    /// True rooms and doors, to score the cells and portals; not for levels.
     #[arg(long, value_name = "ROOMS.json", conflicts_with = "rows")]
     rooms: Option<PathBuf>,
     /// Write every hole as a polyline in the model's coordinates; holes fail the check. Not for levels.
@@ -257,7 +257,7 @@ fn tell(r: &CheckReport, file: &PvsFile, out: &mut String) {
     if r.crack_rays > 0 {
         say!(
             out,
-            "{} rays passed cracks narrower than {:.4} m: rows promise nothing there, so the check doesn't fail",
+            "{} rays passed cracks narrower than {:.4} m: rows promise nothing there, so these don't fail the check",
             r.crack_rays,
             file.smallest_hole
         );

@@ -26,7 +26,7 @@ enum Now {
 }
 
 /// From here on the first Ctrl-C stops the work, and the second ends the program at once. Some work can't be stopped:
-/// the import of a model, and work in other crates. Its results are lost; earlier ones are kept.
+/// the import of a model, and work in other crates. If it goes on too long, its results are lost and earlier ones kept.
 pub fn catch_interrupts() -> Result<(), CliError> {
     let handler = ctrlc::set_handler(|| {
         // 128 plus the signal's number, as in shells.

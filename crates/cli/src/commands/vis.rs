@@ -291,7 +291,7 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
     lines.join("\n")
 }
 
-/// A chain of portals (`2 * portal + side`) as pairs of a portal and the side it is entered from.
+/// A chain of portals (`2 * portal + side`) as pairs of a portal number and the entered side.
 pub(super) fn chain(portals: &[u32]) -> Value {
     portals.iter().map(|p| json!([p / 2, p % 2])).collect()
 }

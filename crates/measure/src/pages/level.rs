@@ -147,7 +147,8 @@ impl LevelReport<'_> {
         );
         out.push_str(&self.gap_chart(result).html());
         out.push_str(
-            "<figcaption>The gap between the bounds, and the visible pairs missed by random lines alone. Random lines find easy pairs at once and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
+            "<figcaption>The gap between the bounds, and the visible pairs missed by random lines alone. Random lines \
+             find easy pairs at once and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
         );
     }
 

@@ -25,7 +25,8 @@ impl BuildingReport<'_> {
         let Some(upper) = upper else { return };
         let _ = writeln!(
             out,
-            "<p>Each mark is a separate run. {} held-out views of 96 &times; 54 pixels measure the share of a picture that the witnessed pairs alone would miss. The rows of this file contain more pairs and miss nothing.</p>",
+            "<p>Each mark is a separate run. {} held-out views of 96 &times; 54 pixels measure the share of a picture \
+             that the witnessed pairs alone would miss. The rows of this file contain more pairs and miss nothing.</p>",
             thousands(self.views as u64)
         );
         for chart in charts(self.curves, upper) {

@@ -68,7 +68,7 @@ impl BuildingReport<'_> {
         out.push_str(&cards(&self.sure_tiles()));
         out.push_str(
             "<p>A pair of a cell and an object is <em>witnessed</em> if an unobstructed segment between them is kept as proof. \
-             It is <em>hidden</em> if portals or triangles block every segment. All other pairs are undecided: they are the \
+             It is <em>hidden</em> if portals or triangles provably block every segment. All other pairs are undecided: they are the \
              certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
              <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
         );
