@@ -2,7 +2,6 @@
 
 use enfilade::file::PvsFile;
 use enfilade::proof::{Doubt, Goal, Why};
-use enfilade::pvs::pair_proof::Separation;
 use enfilade::{CellId, DirectedPortal};
 use glam::DVec3;
 
@@ -29,7 +28,7 @@ impl Pair<'_> {
                 format!("{}: proven by a segment through {}, which the file doesn't keep", self.visible(), way(portals))
             }
             Why::Apart => format!("{a} doesn't see {b}: no chain of portals connects them"),
-            Why::Separated(found) => format!("{a} doesn't see {b}: {}", separated(found)),
+            Why::Separated(found) => format!("{a} doesn't see {b}: {}", no_line_passes(found.len())),
             Why::Occluded(s) => {
                 format!("{a} doesn't see {b}: lines pass {}, but triangles block all of them", way(&s.chain))
             }
@@ -74,12 +73,8 @@ fn reason(doubt: &Doubt) -> String {
         Doubt::Inside => "it is in that cell, but no ray has hit it".to_owned(),
         Doubt::Open(portals) => format!("a line may pass {}, but no unobstructed one was found", way(portals)),
         Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
-        Doubt::Separated(found) => format!("searched alone, {}", separated(found)),
+        Doubt::Separated(found) => format!("searched alone, {}", no_line_passes(found.len())),
     }
-}
-
-fn separated(found: &[Separation]) -> String {
-    no_line_passes(found.len())
 }
 
 /// The reason for a hidden pair with this number of chains of portals.
