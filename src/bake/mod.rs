@@ -199,7 +199,10 @@ fn split_by(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Resu
         if let Some(plan) = better_plan(rays, options, (&walls, share), work)? {
             return Ok(plan);
         }
-        let reason = format!("walls hide too little ({:.0} % of the frustum would be drawn): one open cell", 100.0 * share);
+        let reason = format!(
+            "walls hide too little ({:.0} % of the frustum's triangles would be drawn): one open cell",
+            100.0 * share
+        );
         let mut graph = CellGraph { reason, ..undivided() };
         graph.notes.extend(walls.notes.into_iter().filter(|note| note.kind == NoteKind::Cost));
         return Ok(graph);
@@ -251,7 +254,7 @@ const FEW_PORTALS: usize = 10;
 const MAY_DRAW_MORE: f64 = 1.25;
 
 fn compared(share: f64, others: f64, other: &str) -> String {
-    format!("leave {:.0} % of the frustum to draw; {other} would leave {:.0} %", 100.0 * share, 100.0 * others)
+    format!("draw {:.0} % of the frustum; {other} would draw {:.0} %", 100.0 * share, 100.0 * others)
 }
 
 /// Replaces a graph that would take flow hours by one open cell; only rough walls make so many portals between few cells.
@@ -261,7 +264,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     }
     let (cells, portals) = (graph.cells.len(), graph.portals.len());
     let bound = format!(
-        "{BOUND}{cells} cells would have {portals} portals, probably in cracks of rough walls; a search would take hours, so everything is one open cell"
+        "{BOUND}{cells} cells would have {portals} portals, typical of cracks in rough walls; portal flow would take hours, so the model is one open cell"
     );
     CellGraph {
         strategy: graph.strategy,

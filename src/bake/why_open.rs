@@ -41,12 +41,16 @@ pub(super) fn why_open(scene: &Scene) -> String {
     let share = out.len() as f64 / (under.len() * DIRECTIONS) as f64;
     match out.first() {
         Some(_) if share >= OPEN => {
-            format!("{:.0} % of the horizontal rays from under a roof hit nothing: walls are missing", 100.0 * share)
+            format!("{:.0} % of the horizontal rays from under a roof leave the model: walls are missing", 100.0 * share)
         }
         Some(&(eye, direction)) => {
             let (from, to) = (eye + scene.origin, eye + direction * scene.bounds().diagonal() + scene.origin);
             let point = |p: DVec3| format!("({:.2} {:.2} {:.2})", p.x, p.y, p.z);
-            format!("it has walls and roofs, but also holes: a ray from {} towards {} leaves it", point(from), point(to))
+            format!(
+                "it has walls and roofs, but also openings: the outside is visible from {} towards {}",
+                point(from),
+                point(to)
+            )
         }
         None => "walls and roofs hide the outside, but no walls separate its rooms".into(),
     }
@@ -85,7 +89,8 @@ mod tests {
         assert_eq!(why_open(&room([true, true, false, false, true, true], false)), "it has no floors");
         let way = why_open(&room(closed, true));
         assert!(
-            way.starts_with("it has walls and roofs, but also holes: a ray from (") && way.contains("towards (-"),
+            way.starts_with("it has walls and roofs, but also openings: the outside is visible from (")
+                && way.contains("towards (-"),
             "{way}"
         );
     }

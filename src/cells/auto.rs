@@ -75,12 +75,12 @@ fn by_shape(rays: &RayScene<'_>) -> (Strategy, String) {
     let scene = rays.scene();
     let share = upright_share(scene);
     let nothing = says_nothing(scene);
-    let by_walls = |why: String| (Strategy::Bsp, format!("{why}, so space is cut along the largest walls"));
+    let by_walls = |why: String| (Strategy::Bsp, format!("{why}, so space is split along the largest walls"));
     if share < UPRIGHT_SHARE[usize::from(!nothing)] {
-        return by_walls(format!("{:.0} % of the walls lean", 100.0 * (1.0 - share)));
+        return by_walls(format!("{:.0} % of the non-horizontal area is not vertical", 100.0 * (1.0 - share)));
     }
     if nothing && Facing::new(rays).shows_backs {
-        return by_walls("its outer walls face inwards, as in levels".to_owned());
+        return by_walls("its walls show their backs to the outside, as in game levels".to_owned());
     }
     match Floors::new(scene, opaque_structure(scene), FLOOR_NORMAL).covered(rays) {
         Some(covered) if covered < COVERED_SHARE => by_walls(format!("{:.0} % of the floors are covered", 100.0 * covered)),
@@ -113,10 +113,10 @@ pub(super) fn better(mut plan: CellGraph, tolerance: f64, mut walls: CellGraph) 
     walls.link();
     let (is_better, says) = if closed_cells(&plan) == 0 {
         let closed = closed_cells(&walls);
-        (closed > 0, format!("the plan finds no closed room, cuts along walls {closed}"))
+        (closed > 0, format!("the plan finds no closed room, the split along walls finds {closed}"))
     } else {
         let [of_plan, of_walls] = [&plan, &walls].map(portals_a_cell);
-        let says = format!("the plan has {of_plan:.1} portals a cell, cuts along walls {of_walls:.1}");
+        let says = format!("the plan has {of_plan:.1} portals per cell, the split along walls {of_walls:.1}");
         (of_walls < of_plan && walls.cells.len() > 1, says)
     };
     if !is_better {
@@ -124,10 +124,10 @@ pub(super) fn better(mut plan: CellGraph, tolerance: f64, mut walls: CellGraph) 
         return plan;
     }
     if !structure(&walls, tolerance).is_empty() {
-        plan.reason = format!("{}; the plan is kept: {says}, but these leave gaps", plan.reason);
+        plan.reason = format!("{}; the plan is kept: {says}, but the split along walls leaves gaps", plan.reason);
         return plan;
     }
-    walls.reason = format!("{}; but space is cut along walls: {says}", plan.reason);
+    walls.reason = format!("{}; space is split along walls instead: {says}", plan.reason);
     walls
 }
 
@@ -156,14 +156,17 @@ mod tests {
         let kept = |walls: &[(f64, bool)]| better(plan(), 1e-6, graph(Strategy::Bsp, walls));
         let better = kept(&[(0.0, true), (2.0, false), (4.0, false)]);
         assert_eq!(better.strategy, Strategy::Bsp);
-        assert_eq!(better.reason, "told; but space is cut along walls: the plan finds no closed room, cuts along walls 2");
+        assert_eq!(
+            better.reason,
+            "told; space is split along walls instead: the plan finds no closed room, the split along walls finds 2"
+        );
         let open = kept(&[(0.0, true), (2.0, true)]);
         assert_eq!((open.strategy, open.cells.len()), (Strategy::Plan, 1));
-        assert_eq!(open.reason, "told; the plan is kept: the plan finds no closed room, cuts along walls 0");
+        assert_eq!(open.reason, "told; the plan is kept: the plan finds no closed room, the split along walls finds 0");
         // Two cells in the same place.
         let unsound = kept(&[(0.0, true), (2.0, false), (2.0, false)]);
         assert_eq!(unsound.strategy, Strategy::Plan, "{}", unsound.reason);
-        assert!(unsound.reason.ends_with("but these leave gaps"), "{}", unsound.reason);
+        assert!(unsound.reason.ends_with("but the split along walls leaves gaps"), "{}", unsound.reason);
     }
 
     #[test]

@@ -59,7 +59,7 @@ pub enum SplitError {
     #[error("the model names no rooms; use --cells plan")]
     NoRooms,
     /// `leaves` was requested, but the model has none.
-    #[error("the model has no leaves, as a .bsp or a closed .map has; leave --cells out, or use --cells bsp")]
+    #[error("the model has no leaves, only a .bsp or a closed .map has; omit --cells, or use --cells bsp")]
     NoLeaves,
     /// The user's cells are not made by a split.
     #[error("given cells come from a cells file")]
@@ -232,7 +232,7 @@ fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
     let says = || {
         Note::cost(format!(
             "{BOUND}walls and sheets would cut space into too many pieces; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
-             make no cuts, so cells are larger, and more is drawn"
+             do not split space, so cells are larger, and more is drawn"
         ))
     };
     (scale > 1.0).then(says)
@@ -367,7 +367,7 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
 }
 
 fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<Note> {
-    let mut notes = vec![Note::detail(format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len()))];
+    let mut notes = vec![Note::detail(format!("{} walls and {} sheets split space", found.walls.len(), found.sheets.len()))];
     notes.extend(human.note());
     for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
         if labels.regions.iter().all(|r| r.room != Some(i as u32)) {

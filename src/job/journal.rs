@@ -23,7 +23,7 @@ pub enum JournalError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// Another run has it open.
-    #[error("another run is writing the same output")]
+    #[error("another run with the same output is in progress")]
     InUse,
     /// The file is not a journal.
     #[error("is not the state of an interrupted run")]

@@ -9,7 +9,7 @@ pub const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Placeholders of files that were not fetched: their first bytes, in lower case, and a description.
 const STAND_INS: [(&[u8], &str); 3] = [
-    (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer, not the file itself; `git lfs pull` fetches that"),
+    (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer, not the file itself; fetch it with `git lfs pull`"),
     (b"<!doctype html", WEB_PAGE),
     (b"<html", WEB_PAGE),
 ];
@@ -24,10 +24,10 @@ const KINDS: [(&[u8], &str); 10] = [
     (b"\x1F\x8B", "packed with gzip: unpack it"),
     (b"\xFF\xFE", "text in UTF-16: save it as UTF-8"),
     (b"\xFE\xFF", "text in UTF-16: save it as UTF-8"),
-    (b"glTF", "binary glTF: call it .glb"),
-    (b"ISO-10303-21", "a STEP file: IFC is called .ifc"),
-    (b"ply", "PLY: call it .ply"),
-    (b"solid ", "STL: call it .stl"),
+    (b"glTF", "binary glTF: rename it to .glb"),
+    (b"ISO-10303-21", "a STEP file: if it is IFC, rename it to .ifc"),
+    (b"ply", "PLY: rename it to .ply"),
+    (b"solid ", "STL: rename it to .stl"),
     (b"Kaydara FBX", "FBX: export it as glTF"),
     (b"BLENDER", "a file of Blender: export it as glTF"),
 ];
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn a_file_of_another_kind_is_told_in_one_clause() {
         assert_eq!(nature(b"PK\x03\x04rest"), "it is a zip archive: unpack it");
-        assert_eq!(nature(b"glTF\x02\0\0\0"), "it is binary glTF: call it .glb");
+        assert_eq!(nature(b"glTF\x02\0\0\0"), "it is binary glTF: rename it to .glb");
         assert_eq!(nature(b"\xEF\xBB\xBF\n Model goes here.\nlater"), "it begins with the text `Model goes here.`");
         let long = "wörter ".repeat(20);
         assert_eq!(

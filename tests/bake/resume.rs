@@ -205,7 +205,7 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     // The head is written as soon as the file is locked.
     wait_for(56);
     let second = run(&[Path::new("bake"), &model, Path::new("-o"), &out]);
-    refused(&second, &["o.bake-state: another run is writing the same output"]);
+    refused(&second, &["o.bake-state: another run with the same output is in progress"]);
     wait_for(57);
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command resumes from") && state.exists(), "{said}");

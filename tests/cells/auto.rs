@@ -126,7 +126,10 @@ fn cave() -> Vec<[DVec3; 3]> {
 fn a_cave_is_cut_along_its_walls() {
     let (graph, reason) = picked(&scene(&[cave()], Vec::new()));
     assert_eq!(graph.strategy, Strategy::Bsp);
-    assert_eq!(reason, "the model names no rooms; 100 % of the walls lean, so space is cut along the largest walls");
+    assert_eq!(
+        reason,
+        "the model names no rooms; 100 % of the non-horizontal area is not vertical, so space is split along the largest walls"
+    );
     // Both hollows are indoors, and apart.
     let locator = enfilade::cells::Locator::new(&graph);
     let scene = scene(&[cave()], Vec::new());
@@ -138,7 +141,7 @@ fn a_cave_is_cut_along_its_walls() {
 fn a_level_floor_alone_is_one_open_cell() {
     let (graph, reason) = picked(&scene(&[cuboid(v(0., 0., 0.), v(10., 0.2, 10.))], Vec::new()));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
-    let tried = "the plan is kept: the plan finds no closed room, cuts along walls 0";
+    let tried = "the plan is kept: the plan finds no closed room, the split along walls finds 0";
     let plan = "the model names no rooms; walls are vertical, so rooms come from the floor plan";
     assert_eq!(reason, format!("{plan}; {tried}"));
 }
@@ -164,7 +167,7 @@ fn a_hall_with_screens_is_cut_by_them() {
     assert_eq!((plan.strategy, plan.cells.len()), (Strategy::Plan, 2), "{reason}");
     let found = find_cells(&scene, &SplitOptions::default(), &Job::quiet()).unwrap();
     assert_eq!(found.strategy, Strategy::Bsp, "{}", found.reason);
-    assert!(found.reason.contains("a plan would leave"), "{}", found.reason);
+    assert!(found.reason.contains("a plan would draw"), "{}", found.reason);
 }
 
 /// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.

@@ -45,7 +45,14 @@ fn a_bake_prints_eight_lines_and_counts_the_notes_beyond() {
         let brief = said(&bake);
         assert!(brief.len() <= LINES, "{}: {brief:?}", model.display());
         assert!(brief.last().unwrap().starts_with(text(&out)), "{brief:?}");
-        for words in ["make cuts", "split space", "leaves in tiles", "left out: bounds", "witnessed", "stands upright"] {
+        for words in [
+            "sheets split space",
+            "triangles split space",
+            "leaves in tiles",
+            "left out: bounds",
+            "witnessed",
+            "stands upright",
+        ] {
             assert!(!brief.iter().any(|line| line.contains(words)), "{words}: {brief:?}");
         }
         let report = json(&run_words(&[&bake[..], &["--json"]].concat()));

@@ -150,7 +150,7 @@ fn portal_state_clauses() {
         PortalKind::Opening => 0,
     };
     let codes: Vec<u8> = sample.portals.iter().map(|p| code(p.kind)).collect();
-    refused_as(PORTAL_STATES, &[&codes], "every portal's state is its kind's: leave the section out");
+    refused_as(PORTAL_STATES, &[&codes], "every portal has its kind's state: omit the section");
 }
 
 #[test]
@@ -329,7 +329,7 @@ fn object_clauses() {
     f.put(OBJECTS, list(&point));
     assert_eq!(PvsFile::read(&f.bytes()).unwrap().objects[69].triangles, 1);
     refused_as(OBJECTS, &[&list(&object(0, [0.; 6]))], "section objects, byte 8: an object without triangles");
-    refused_as(OBJECTS, &[&list(&object(1, [0., 1., 0., 0., 0., 0.]))], "a box that ends before it begins");
+    refused_as(OBJECTS, &[&list(&object(1, [0., 1., 0., 0., 0., 0.]))], "a box with its least corner above its greatest");
     refused_as(OBJECTS, &[&list(&object(1, [0., 0., 0., f32::INFINITY, 0., 0.]))], "a number that is not finite");
 }
 
@@ -358,7 +358,7 @@ fn other_section_clauses() {
     refused_as(CLOSED_HOLES, &[&hole(3, &[0., 0., 0., 1., f32::INFINITY, 0., 1., 1., 0.])], "a number that is not finite");
     refused_as(CLOSED_HOLES, &[&u32s(&[u32::MAX])], "a list of 4294967295");
     refused_as(CLOSED_HOLES, &[&hole(3, &[0.; 9]), &[0]], "section closed-holes, byte 44: 1 bytes too many");
-    refused_as(CLUSTERS, &[&u32s(&[1, 0, 2])], "section clusters, byte 4: a cell joined from none");
+    refused_as(CLUSTERS, &[&u32s(&[1, 0, 2])], "section clusters, byte 4: a cell joined from 0 cells");
     refused_as(CLUSTERS, &[&u32s(&[1, 2])], "section clusters, byte 8: 4 bytes expected, 0 left");
     refused_as(CLUSTERS, &[&u32s(&[1, 2, 3, 4])], "section clusters, byte 12: 4 bytes too many");
 
@@ -379,8 +379,8 @@ fn view_cell_clauses() {
     f.put(VIEW_CELLS, list(["a", "b"]));
     let file = PvsFile::read(&f.bytes()).unwrap();
     assert_eq!((file.view_cell(&"b".into()), file.view_cell(&"c".into())), (Some(1), None));
-    refused_as(VIEW_CELLS, &[&list(["a", "a"])], "view cell \"a\" comes twice");
-    refused_as(VIEW_CELLS, &[&u32s(&[0])], "no view cells: leave the section out");
+    refused_as(VIEW_CELLS, &[&list(["a", "a"])], "duplicate view cell \"a\"");
+    refused_as(VIEW_CELLS, &[&u32s(&[0])], "no view cells: omit the section");
     refused_as(VIEW_CELLS, &[&u32s(&[1]), &view("a")], "a matrix of 2 rows, 1 expected");
     refused_as(VIEW_CELLS, &[&u32s(&[u32::MAX])], "a list of 4294967295");
 

@@ -264,7 +264,7 @@ fn commands_take_levels_and_refuse_what_is_none() {
     }
     let office = folder.join("office.glb");
     assert!(run(&[path("generate"), path("office"), path("--rooms"), path("4"), path("-o"), &office]).status.success());
-    refused(&run(&[path("bake"), &office, path("--cells"), path("leaves")]), &["has no leaves, as a .bsp"]);
+    refused(&run(&[path("bake"), &office, path("--cells"), path("leaves")]), &["has no leaves, only a .bsp"]);
 }
 
 /// What a grating on a solid brush hides, the `.prt` beside the level tells.

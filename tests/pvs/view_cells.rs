@@ -261,7 +261,7 @@ fn view_cells_that_make_no_sense_are_refused() {
     let (views, out) = (folder.join("views.json"), folder.join("rooms.pvs"));
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {WEST}]}}"#)).unwrap();
     let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
-    cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
+    cli::refused(&refused, &["views.json", "cells[1].id", "is a duplicate"]);
     for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {
         let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), Path::new(wrong), "-o".as_ref(), &out]);
         cli::refused(&refused, &[says]);

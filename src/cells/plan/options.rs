@@ -34,7 +34,7 @@ impl<const N: usize> Threshold for [f64; N] {
 
 /// A threshold outside its range.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[error("{name} is {value}, and must be from {least} to {most}")]
+#[error("{name} is {value}; it must be from {least} to {most}")]
 pub(in crate::cells) struct OutOfRange {
     /// Name of the field.
     name: &'static str,
@@ -285,12 +285,12 @@ mod tests {
     fn a_value_beyond_its_range_is_named() {
         let refused = |options: PlanOptions| options.validate().unwrap_err().to_string();
         let narrow = PlanOptions { least_width: 0.0, ..PlanOptions::default() };
-        assert_eq!(refused(narrow), "least_width is 0, and must be from 0.1 to 1");
+        assert_eq!(refused(narrow), "least_width is 0; it must be from 0.1 to 1");
         let few = PlanOptions { courtyard_rooms: 1, ..PlanOptions::default() };
-        assert_eq!(refused(few), "courtyard_rooms is 1, and must be from 2 to 100");
+        assert_eq!(refused(few), "courtyard_rooms is 1; it must be from 2 to 100");
         let mut tops = PlanOptions::default();
         tops.courtyard_tops[4] = 1.5;
-        assert_eq!(refused(tops), "courtyard_tops is 1.5, and must be from 0 to 1");
+        assert_eq!(refused(tops), "courtyard_tops is 1.5; it must be from 0 to 1");
         let unknown = PlanOptions { high_opening: f64::NAN, ..PlanOptions::default() };
         assert!(refused(unknown).starts_with("high_opening is NaN"));
     }

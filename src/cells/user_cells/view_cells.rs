@@ -42,7 +42,7 @@ pub fn read_view_cells(json: &str, scene: &Scene) -> Result<Vec<ViewCell>, Given
         let field = format!("cells[{i}]");
         let id = cell.id;
         if !ids.insert(id.clone()) {
-            return Err(GivenError::at(format!("{field}.id"), format!("{id} came before; give each an id of its own")));
+            return Err(GivenError::at(format!("{field}.id"), format!("{id} is a duplicate; ids must be unique")));
         }
         let pieces = reader.pieces(field.clone(), cell.pieces, cell.min, cell.max)?;
         if let Some(k) = pieces.iter().position(|p| !(p.bounds.min.is_finite() && p.bounds.max.is_finite())) {

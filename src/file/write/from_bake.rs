@@ -87,7 +87,7 @@ impl PvsFile {
             self.left_out.push("view cells' rows: every view cell sees every object".to_owned());
         }
         let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
-        let faults = in_no_cell.map(|id| format!("view cell {id} lies in no cell, so it sees nothing outside itself"));
+        let faults = in_no_cell.map(|id| format!("view cell {id} lies in no cell: it sees only the objects that touch it"));
         self.notes.splice(0..0, faults);
     }
 }

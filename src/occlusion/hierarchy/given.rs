@@ -100,7 +100,7 @@ impl Hierarchy {
         let mut held = tree.objects.clone();
         held.sort_unstable();
         let all = (0..boxes.len() as u32).map(ObjectId);
-        assert!(held.into_iter().eq(all), "objects that were divided are those that there were");
+        assert!(held.into_iter().eq(all), "the division keeps the set of objects");
         tree
     }
 

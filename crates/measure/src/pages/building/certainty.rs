@@ -4,7 +4,6 @@ use super::{BuildingReport, Tile, cards};
 use crate::pages::html::{number, percent, share, thousands};
 use crate::pages::undecided::{Pairs, closed_and_open, kinds};
 use enfilade::file::CONFIDENCE;
-use enfilade::types::guarantee::Guarantee;
 use std::fmt::Write;
 
 impl BuildingReport<'_> {
@@ -57,10 +56,10 @@ impl BuildingReport<'_> {
     }
 
     pub(super) fn certified(&self, out: &mut String) {
-        let (file, promise, statement) = (self.file, self.file.guarantee.in_words(), Guarantee::STATEMENT);
+        let (file, promise) = (self.file, self.file.guarantee.in_words());
         let _ = writeln!(
             out,
-            "<p>Rows are {promise}. {statement} The clearance is {:.3} mm; openings narrower than {:.3} mm may be sealed. Seed {}.</p>",
+            "<p>Rows are {promise}. The clearance from all surfaces is {:.3} mm; openings narrower than {:.3} mm may be sealed. Seed {}.</p>",
             1e3 * file.clearance(),
             1e3 * file.smallest_hole,
             self.seed,
