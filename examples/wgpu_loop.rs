@@ -28,7 +28,7 @@ pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, S
     let file = PvsFile::load(pvs).map_err(|e| format!("{}: {e}", pvs.display()))?;
     let scene = import(model, &file.import.options()).map_err(|e| format!("{}: {e}", model.display()))?;
     if scene.hash() != file.model_hash {
-        return Err(format!("{}: not the model that {} was baked for", model.display(), pvs.display()));
+        return Err(format!("{}: not the model of {}", model.display(), pvs.display()));
     }
     let culler = Culler::new(&file);
     let mut frames = FrameCuller::new(&culler);

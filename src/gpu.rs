@@ -19,7 +19,7 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub enum GpuError {
     /// No adapter.
     #[error(
-        "no graphics processor can be used: {reason}; Vulkan, Metal or Direct3D 12 is needed, a software driver will do"
+        "no graphics processor can be used: {reason}; Vulkan, Metal or Direct3D 12 is required; a software driver is enough"
     )]
     NoAdapter {
         /// The drivers' messages.
@@ -34,7 +34,7 @@ pub enum GpuError {
         what: &'static str,
     },
     /// The data exceeds the adapter's buffer limit.
-    #[error("{what} take {bytes} bytes, more than the {limit} that a buffer of {adapter} holds")]
+    #[error("{what} take {bytes} bytes; a buffer of {adapter} holds at most {limit}")]
     TooLarge {
         /// Its name.
         adapter: String,

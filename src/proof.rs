@@ -103,15 +103,13 @@ pub enum WhyError {
         objects: usize,
     },
     /// The file has only one bound, which does not decide the pair.
-    #[error("has one side of the truth only, and the pair {}; bake it with --rows both", one_side(*guarantee))]
+    #[error("keeps only one bound, and the pair {}; bake it with --rows both", one_side(*guarantee))]
     OneSide {
         /// The bound of the rows.
         guarantee: Guarantee,
     },
     /// The model is different, or was imported differently.
-    #[error(
-        "is not the model that the file was baked for (hash {model:032x}, the file names {file:032x}); bake again or give that model"
-    )]
+    #[error("is not the file's model (hash {model:032x}, expected {file:032x}); give the file's model, or bake again")]
     OtherModel {
         /// The model's hash.
         model: u128,
@@ -126,8 +124,8 @@ fn ids(n: usize) -> String {
 
 fn one_side(guarantee: Guarantee) -> &'static str {
     match guarantee {
-        Guarantee::Conservative => "is in its rows, which hold what is visible and what is undecided",
-        Guarantee::Sampled => "isn't in its rows, which lack what is hidden and what is undecided",
+        Guarantee::Conservative => "is in its rows, with visible and undecided pairs",
+        Guarantee::Sampled => "isn't in its rows, like hidden and undecided pairs",
     }
 }
 

@@ -70,7 +70,7 @@ fn choose_upright(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -
     }
     let may_part = |object: &Object| object.opaque && matches!(object.role, Role::Structure | Role::Unknown);
     if !scene.objects.iter().any(may_part) {
-        let reason = format!("{why}; no walls or floors (only pipes, furniture): one open cell");
+        let reason = format!("{why}; it has no walls or floors, only pipes or furniture: one open cell");
         return Ok(CellGraph { reason, ..one_cell(scene, options) });
     }
     let walls = with(Strategy::Bsp)?;
@@ -173,7 +173,7 @@ fn if_affordable(scene: &Scene, graph: CellGraph) -> CellGraph {
     }
     let (cells, portals) = (graph.cells.len(), graph.portals.len());
     let bound = format!(
-        "{BOUND}{cells} cells would have {portals} portals, typical of cracks in rough walls; portal flow would take hours; the model is one open cell"
+        "{BOUND}{cells} cells would have {portals} portals, typical of cracks in rough walls; portal flow would take hours, so the model is one open cell"
     );
     CellGraph {
         strategy: graph.strategy,

@@ -119,7 +119,7 @@ pub enum BakeError {
     #[error(transparent)]
     Split(SplitError),
     /// No cell was found.
-    #[error("no closed space: no cell was found in it; close its walls, or take --cells bsp, which needs none")]
+    #[error("no closed space, so no cells; close its walls, or use --cells bsp, which needs none")]
     NoCells,
     /// The caller stopped the job.
     #[error(transparent)]

@@ -22,7 +22,7 @@ impl BakeReport {
         let finding = findings.first().map(|first| {
             let count = findings.len();
             format!(
-                "{count} things that the model says of rooms and doors don't fit its walls (--json lists them), as: {}",
+                "{count} mismatches of the model's rooms and doors with its walls (--json lists them), such as: {}",
                 first.text
             )
         });

@@ -160,7 +160,7 @@ fn note(sizes: &ObjectSizes, keep_whole: bool) -> Option<Note> {
     Some(if keep_whole {
         let would = drawn("would be");
         Note::cost(format!(
-            "objects are as their author made them; without --object-triangles whole, split to {limit} triangles, {would}"
+            "objects stay whole; without --object-triangles whole they would have at most {limit} triangles, and {would}"
         ))
     } else {
         let are = drawn("are");

@@ -22,12 +22,12 @@ pub(super) fn why_open(scene: &Scene) -> String {
     let leaves = |eye: DVec3, direction: DVec3| rays.first_opaque(eye, direction, f64::INFINITY).is_none();
     let under: Vec<DVec3> = eyes.iter().copied().filter(|&eye| !leaves(eye, DVec3::Y)).collect();
     if eyes.is_empty() {
-        return "nothing in it is level".into();
+        return "it has no floors".into();
     }
     let covered = under.len() as f64 / eyes.len() as f64;
     if covered < COVERED {
         return format!(
-            "something is above {:.0} % of what is level: roofs are missing, or the model is outdoors",
+            "only {:.0} % of the floors are covered: roofs are missing, or the model is outdoors",
             100.0 * covered
         );
     }
@@ -41,14 +41,18 @@ pub(super) fn why_open(scene: &Scene) -> String {
     let share = out.len() as f64 / (under.len() * DIRECTIONS) as f64;
     match out.first() {
         Some(_) if share >= OPEN => {
-            format!("of level looks from under a roof {:.0} % meet nothing: walls are missing", 100.0 * share)
+            format!("{:.0} % of the horizontal rays from under a roof leave the model: walls are missing", 100.0 * share)
         }
         Some(&(eye, direction)) => {
             let (from, to) = (eye + scene.origin, eye + direction * scene.bounds().diagonal() + scene.origin);
             let point = |p: DVec3| format!("({:.2} {:.2} {:.2})", p.x, p.y, p.z);
-            format!("it has walls and roofs, and ways out: from {} one looks out towards {}", point(from), point(to))
+            format!(
+                "it has walls and roofs, but also openings: the outside is visible from {} towards {}",
+                point(from),
+                point(to)
+            )
         }
-        None => "walls and roofs hide the outside from where one stands, but no walls part its rooms".into(),
+        None => "walls and roofs hide the outside, but no walls separate its rooms".into(),
     }
 }
 
@@ -82,8 +86,12 @@ mod tests {
                 .ends_with("roofs are missing, or the model is outdoors")
         );
         assert!(why_open(&room([false, false, true, true, false, true], false)).ends_with("walls are missing"));
-        assert_eq!(why_open(&room([true, true, false, false, true, true], false)), "nothing in it is level");
+        assert_eq!(why_open(&room([true, true, false, false, true, true], false)), "it has no floors");
         let way = why_open(&room(closed, true));
-        assert!(way.starts_with("it has walls and roofs, and ways out: from (") && way.contains("towards (-"), "{way}");
+        assert!(
+            way.starts_with("it has walls and roofs, but also openings: the outside is visible from (")
+                && way.contains("towards (-"),
+            "{way}"
+        );
     }
 }

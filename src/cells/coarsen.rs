@@ -66,7 +66,7 @@ pub fn coarsen(
     merge(graph, &mut groups.union);
     let after = graph.cells.len();
     graph.notes.push(Note::cost(format!(
-        "memory: {before} cells joined to {after}, as matrices over all of them would take {} MiB; more is drawn for it (--memory)",
+        "memory: {before} cells joined to {after}, since their matrices would take {} MiB; so more is drawn (--memory)",
         needed >> 20
     )));
     Some(before)

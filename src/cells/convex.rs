@@ -189,7 +189,7 @@ pub fn convex_pieces(surface: &[Polygon], eps: f64) -> Result<Vec<Convex>, Strin
         }
         count += 1;
         if count > MOST_PARTS {
-            return Err(format!("its surface is too intricate: more than {MOST_PARTS} convex parts; simplify it"));
+            return Err(format!("its surface is too complex: more than {MOST_PARTS} convex parts; simplify it"));
         }
         // The first half goes on top of the stack, for a fixed order of pieces.
         let [back, front] = sides;

@@ -87,7 +87,7 @@ impl Lean {
         let cell = |cell: Cell| Cell { pieces: cell.pieces.iter().filter_map(piece).collect(), ..cell };
         let portal = |portal: Portal| Portal { plane: plane(&portal.plane), winding: winding(&portal.winding), ..portal };
         let note =
-            Note::taken(format!("the model leans by {degrees:.2} degrees; its rooms were found as if it stood upright"));
+            Note::taken(format!("the model is tilted by {degrees:.2} degrees; its rooms were found in an upright copy"));
         CellGraph {
             cells: graph.cells.into_iter().map(cell).collect(),
             portals: graph.portals.into_iter().map(portal).collect(),

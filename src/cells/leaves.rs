@@ -62,7 +62,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     }
     let mut notes = Vec::new();
     if !outside.is_empty() {
-        let what = format!("the level leaks: {} leaves go on without end, and are one open cell", outside.len());
+        let what = format!("the level leaks: its {} unbounded leaves are one open cell", outside.len());
         notes.push(Note::fault(what));
         cells[0].pieces = outside;
     }
@@ -76,7 +76,7 @@ pub(super) fn leaves(scene: &Scene, found: &Leaves, reason: String) -> CellGraph
     let bare = parallel::map(&found.walls, |wall| bare_parts(wall, &opaque, &tolerance));
     let bare_walls = bare.iter().filter(|parts| !parts.is_empty()).count();
     if bare_walls > 0 {
-        notes.push(Note::taken(format!("{bare_walls} walls that are not drawn, or not all of them, count as opaque")));
+        notes.push(Note::taken(format!("{bare_walls} walls are not drawn, in part or whole; they count as opaque")));
     }
     let (smallest_hole, closed_holes) = (tolerance.smallest_hole(), bare.into_iter().flatten().collect());
     CellGraph { strategy: Strategy::Leaves, reason, cells, portals, smallest_hole, closed_holes, notes }

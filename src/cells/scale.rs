@@ -129,17 +129,15 @@ impl HumanScale {
             // City blocks and game halls are higher than rooms in any unit.
             let is_odd = !IN_METRES.contains(&height);
             return match (fits, self.ceiling) {
-                (true, Some(_)) => Some(format!(
-                    "the model is not in metres, it seems: its rooms are {height:.0} units high, as in {name} (--unit {unit})"
-                )),
-                (true, None) => {
-                    Some(format!("the model is not in metres, it seems: it is as large as one in {name} (--unit {unit})"))
+                (true, Some(_)) => {
+                    Some(format!("the model seems to be in {name}: its rooms are {height:.0} units high (--unit {unit})"))
                 }
+                (true, None) => Some(format!("the model seems to be in {name}, by its size (--unit {unit})")),
                 (false, Some(_)) if is_odd => Some(format!(
-                    "the model is not in metres, it seems: its rooms are {height} units high (--unit tells what a unit is)"
+                    "the model seems not to be in metres: its rooms are {height} units high; give its unit with --unit"
                 )),
                 (false, Some(_)) => None,
-                (false, None) => Some("the model is not in metres, it seems (--unit tells what a unit is)".to_owned()),
+                (false, None) => Some("the model seems not to be in metres; give its unit with --unit".to_owned()),
             };
         }
         let feet = || format!("its rooms are {height:.1} m high; if the model is in feet, give --unit ft");
@@ -399,17 +397,15 @@ mod tests {
     #[test]
     fn nothing_is_told_of_rooms_that_may_lie_on_their_side() {
         let note = HumanScale { metre: 100.0, ..HumanScale::METRES };
-        assert!(note.note().is_some_and(|note| note.contains("not in metres")));
+        assert!(note.note().is_some_and(|note| note.starts_with("the model seems ")));
         assert_eq!(HumanScale { is_doubted: true, ..note }.note(), None);
     }
 
     #[test]
     fn units_are_named_by_the_height_of_rooms() {
-        for (height, name) in
-            [(260.0, "as in centimetres (--unit cm)"), (102.4, "as in inches (--unit inch)"), (2700.0, "millimetres")]
-        {
+        for (height, unit) in [(260.0, "in centimetres: "), (102.4, "in inches: "), (2700.0, "in millimetres: ")] {
             let note = HumanScale { metre: hall(height), ceiling: Some(height), is_doubted: false }.note().unwrap();
-            assert!(note.contains(name), "{height}: {note}");
+            assert!(note.contains(unit), "{height}: {note}");
         }
         let feet = HumanScale { ceiling: Some(9.0), ..HumanScale::METRES }.note().unwrap();
         assert!(feet.ends_with("in feet, give --unit ft"), "{feet}");

@@ -59,7 +59,7 @@ pub enum SplitError {
     #[error("the model names no rooms; use --cells plan")]
     NoRooms,
     /// `leaves` was requested, but the model has none.
-    #[error("the model has no leaves, as a .bsp or a closed .map has; leave --cells out, or use --cells bsp")]
+    #[error("the model has no leaves, only a .bsp or a closed .map has; omit --cells, or use --cells bsp")]
     NoLeaves,
     /// The user's cells are not made by a split.
     #[error("given cells come from a cells file")]
@@ -235,8 +235,8 @@ fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
     let [wall, sheet] = [human.least_wall(), human.least_sheet()].map(|area| area * scale);
     let says = || {
         Note::cost(format!(
-            "{BOUND}walls and sheets would cut space into more pieces than there may be; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
-             make no cuts; cells are larger for it, and more is drawn"
+            "{BOUND}walls and sheets would cut space into too many pieces; walls below {wall:.2} m² and sheets below {sheet:.2} m² \
+             do not split space, so cells are larger, and more is drawn"
         ))
     };
     (scale > 1.0).then(says)
@@ -246,12 +246,12 @@ fn coarser(human: HumanScale, scale: f64) -> Option<Note> {
 fn joined(human: HumanScale, volume: f64) -> Note {
     let volume = volume / human.metre.powi(3);
     Note::cost(format!(
-        "{BOUND}there would be more rooms, or more portals, than there may be; rooms below {volume:.0} m³ are one with a neighbour; cells are larger for it, and more is drawn"
+        "{BOUND}there would be too many rooms or portals; rooms below {volume:.0} m³ are joined to a neighbour, so cells are larger, and more is drawn"
     ))
 }
 
 /// A note if there were too many regions to join in pairs.
-const JOINED_AT_ONCE: &str = "too many spaces are open to each other to join them two at a time; large ones took in all that open to them; cells are larger for it, and more is drawn";
+const JOINED_AT_ONCE: &str = "too many spaces are open to each other to join them in pairs; large ones took in all their open neighbours, so cells are larger, and more is drawn";
 
 /// The middle of each piece.
 fn middles(Complex { plan, columns, .. }: &Complex<'_>) -> Vec<DVec3> {
@@ -371,12 +371,12 @@ fn cells(scene: &Scene, labels: &Labels, complex: &Complex<'_>) -> Vec<Cell> {
 }
 
 fn notes(scene: &Scene, labels: &Labels, found: &Facets, unsound: &[bool], human: HumanScale) -> Vec<Note> {
-    let mut notes = vec![Note::detail(format!("{} walls and {} sheets make cuts", found.walls.len(), found.sheets.len()))];
+    let mut notes = vec![Note::detail(format!("{} walls and {} sheets split space", found.walls.len(), found.sheets.len()))];
     notes.extend(human.note());
     for (i, room) in scene.hints.rooms.iter().enumerate().take(unsound.len()) {
         if labels.regions.iter().all(|r| r.room != Some(i as u32)) {
             let what = if unsound[i] {
-                "is not closed, is empty or holds other rooms, and is no cell"
+                "is no cell: it is not closed, is empty or holds other rooms"
             } else {
                 "holds no free space"
             };

@@ -45,13 +45,13 @@ impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = |c: &Option<CellId>| c.map_or("no cell".to_owned(), |c| format!("cell {c}"));
         match self {
-            Self::Cells(p) => write!(f, "portal {p} joins no two cells"),
+            Self::Cells(p) => write!(f, "portal {p} does not join two cells"),
             Self::Corners(p) => write!(f, "portal {p} has too few corners, or one that is not a number"),
             Self::NotPlanar(p, d) => write!(f, "portal {p}: a corner is {d:.2e} m off its plane"),
             Self::NotConvex(p) => write!(f, "portal {p} is not convex and counter-clockwise about its normal"),
             Self::NotBetween(p) => write!(f, "portal {p} does not lie between its two cells"),
             Self::NotLinked(c) => write!(f, "cell {c} does not list its portals"),
-            Self::Overlap([a, b], p) => write!(f, "cells {a} and {b} both hold {p}"),
+            Self::Overlap([a, b], p) => write!(f, "cells {a} and {b} both contain {p}"),
             Self::Leak { cells, at, .. } => write!(f, "leak from {} to {} at {at}", name(&cells[0]), name(&cells[1])),
         }
     }

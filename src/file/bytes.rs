@@ -119,7 +119,7 @@ impl<'a> Cursor<'a> {
     pub fn code(&mut self, n: usize, what: &str) -> Result<usize, FileError> {
         let code = usize::from(self.u8()?);
         if code >= n {
-            return Err(self.error(format!("{what} {code}, of which there are {n}")));
+            return Err(self.error(format!("{what} {code}; there are {n}")));
         }
         Ok(code)
     }
@@ -128,7 +128,7 @@ impl<'a> Cursor<'a> {
     pub fn id(&mut self, n: usize, what: &str) -> Result<u32, FileError> {
         let id = self.u32()?;
         if id as usize >= n {
-            return Err(self.error(format!("{what} {id}, of which there are {n}")));
+            return Err(self.error(format!("{what} {id}; there are {n}")));
         }
         Ok(id)
     }

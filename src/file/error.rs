@@ -80,7 +80,7 @@ impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Io(error) => write!(f, "{error}"),
-            Self::NotPvs => write!(f, "not a .pvs file; give one that `enfilade bake` wrote"),
+            Self::NotPvs => write!(f, "not a .pvs file; give a file from `enfilade bake`"),
             Self::Version { found } => write!(
                 f,
                 "format version {found}, this program reads version {VERSION}; bake the model again with this program"
@@ -98,12 +98,12 @@ impl fmt::Display for FileError {
             ),
             Self::UnknownRequired { id } => write!(
                 f,
-                "section {id} is required and unknown to this program; read the file with the program that wrote it"
+                "section {id} is required and unknown to this program; read the file with the program that made it"
             ),
             Self::Missing { section } => write!(f, "section {section} is missing; bake the model again"),
             Self::TooLarge { section, needs, left } => write!(
                 f,
-                "section {section}: needs {needs} bytes of memory, of which {left} are left to a file of this length; bake the model again"
+                "section {section}: needs {needs} bytes of memory; a file of this length has {left} left; bake the model again"
             ),
             Self::Malformed { section, offset, what } => {
                 write!(f, "section {section}, byte {offset}: {what}; bake the model again")

@@ -221,7 +221,7 @@ fn sections(bytes: &[u8], count: usize, length: u64) -> Result<Vec<Section>, Fil
             return Err(header(at, format!("section {number} out of order; numbers ascend from 1")));
         }
         if flags & !(REQUIRED | ZSTD) != 0 {
-            return Err(header(at + 4, format!("section {number} has flags {flags:#x} that this program doesn't know")));
+            return Err(header(at + 4, format!("section {number} has unknown flags {flags:#x}")));
         }
         let id = SectionId::from_number(number);
         if id.is_none() && flags & REQUIRED != 0 {
@@ -278,7 +278,7 @@ impl<'a> Container<'a> {
         let guarantee = GUARANTEES
             .get(usize::from(bytes[40]))
             .copied()
-            .ok_or_else(|| header(40, format!("guarantee {}, of which there are {}", bytes[40], GUARANTEES.len())))?;
+            .ok_or_else(|| header(40, format!("guarantee {}; there are {}", bytes[40], GUARANTEES.len())))?;
         if let Some(at) = (41..CHECKSUM_AT).find(|&i| bytes[i] != 0) {
             return Err(header(at, "a reserved byte that is not zero".into()));
         }

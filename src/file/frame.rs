@@ -12,7 +12,7 @@ const WINDOW: u64 = 8 << 20;
 pub(super) fn decompress(frame: &[u8], length: usize) -> Result<Vec<u8>, String> {
     let failed = |error: &dyn std::fmt::Display| format!("can't be decompressed to {length} bytes ({error})");
     if !has_small_window(frame) {
-        return Err(failed(&"not a frame of zstd, or one that takes too much memory"));
+        return Err(failed(&"not a zstd frame, or its window is too large"));
     }
     let mut bytes = vec![0; length];
     match FrameDecoder::new().decode_all(frame, &mut bytes) {

@@ -113,8 +113,7 @@ impl<'a> SectionReader<'_, 'a> {
             if smallest_hole < 0.0 {
                 return Err(c.error("a negative length"));
             }
-            let strategy =
-                STRATEGIES[c.code(STRATEGIES.len(), "strategy")?].ok_or_else(|| c.error("a strategy that is gone"))?;
+            let strategy = STRATEGIES[c.code(STRATEGIES.len(), "strategy")?].ok_or_else(|| c.error("a removed strategy"))?;
             let object_triangles = c.u32()?;
             if object_triangles == 0 {
                 return Err(c.error("objects of 0 triangles"));
@@ -270,7 +269,7 @@ impl<'a> SectionReader<'_, 'a> {
         let clusters = self.section(SectionId::Clusters, budget, |c, b| {
             b.take(SectionId::Clusters, 4 * cells as u64)?;
             let count = |c: &mut Cursor<'_>| match c.u32()? {
-                0 => Err(c.error("a cell that was joined from none")),
+                0 => Err(c.error("a cell joined from 0 cells")),
                 n => Ok(n),
             };
             (0..cells).map(|_| count(c)).collect()
@@ -298,7 +297,7 @@ impl<'a> SectionReader<'_, 'a> {
 
     fn unseen(&self, cells: usize, budget: &mut Budget) -> Result<Option<Unseen>, FileError> {
         let fraction = |c: &Cursor<'_>, x: f64| {
-            (0.0..=1.0).contains(&x).then_some(x).ok_or_else(|| c.error(format!("unseen {x} is no fraction")))
+            (0.0..=1.0).contains(&x).then_some(x).ok_or_else(|| c.error(format!("unseen {x} is not a fraction")))
         };
         let mean = self.section(SectionId::Unseen, budget, |c, b| {
             let [mean] = c.f64s()?;
@@ -327,7 +326,7 @@ impl<'a> SectionReader<'_, 'a> {
         match states {
             // The same content gives the same bytes.
             Some(()) if portals.iter().all(usual) => {
-                let what = "every portal's state is its kind's: leave the section out".into();
+                let what = "every portal has its kind's state: omit the section".into();
                 Err(FileError::Malformed { section: SectionId::PortalStates, offset: 0, what })
             }
             _ => Ok(()),
@@ -364,11 +363,11 @@ impl<'a> SectionReader<'_, 'a> {
                 let cell = FileViewCell { id: ViewCellName::of_text(c.string()?), pieces: pieces(c, b)? };
                 match ids.insert(cell.id.clone()) {
                     true => Ok(cell),
-                    false => Err(c.error(format!("view cell {} comes twice", cell.id))),
+                    false => Err(c.error(format!("duplicate view cell {}", cell.id))),
                 }
             })?;
             // The same content gives the same bytes.
-            if cells.is_empty() { Err(c.error("no view cells: leave the section out")) } else { Ok(cells) }
+            if cells.is_empty() { Err(c.error("no view cells: omit the section")) } else { Ok(cells) }
         })?;
         let cells = cells.unwrap_or_default();
         if cells.is_empty() {
@@ -488,7 +487,7 @@ fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {
     }
     let bounds = [Vec3::from_array(c.f32s()?), Vec3::from_array(c.f32s()?)];
     if !bounds[0].cmple(bounds[1]).all() {
-        return Err(c.error("a box that ends before it begins"));
+        return Err(c.error("a box with its least corner above its greatest"));
     }
     Ok(FileObject { node, triangles, bounds })
 }

@@ -41,7 +41,7 @@ pub enum FolderError {
         error: io::Error,
     },
     /// Another process has this worker's number.
-    #[error("{}: worker {worker} is at work already{by}", .path.display())]
+    #[error("{}: worker {worker} is already running{by}", .path.display())]
     InUse {
         /// Its file.
         path: PathBuf,
@@ -125,7 +125,7 @@ impl Folder {
             return Err(error);
         }
         if journal.cut() > 0 {
-            say(&format!("{}: is not whole: its last {} bytes count for nothing", own.display(), journal.cut()));
+            say(&format!("{}: is incomplete: its last {} bytes are ignored", own.display(), journal.cut()));
         }
         let host = Host::this();
         let mut results: HashMap<u32, Vec<Arrival>> = HashMap::new();
@@ -211,7 +211,7 @@ impl Folder {
         if let Err(e) = self.journal.flush() {
             self.is_full.store(true, Relaxed);
             let path = self.path.join(name(self.worker));
-            (self.say)(&format!("{}: {e}; goes on without keeping anything", path.display()));
+            (self.say)(&format!("{}: {e}; continues without keeping results", path.display()));
         }
     }
 
@@ -264,7 +264,7 @@ impl Folder {
             self.is_over.store(true, Relaxed);
         } else {
             let mark = self.path.join(done::NAME);
-            (self.say)(&format!("{}: {} wrote another output than is here; goes on", mark.display(), done.by));
+            (self.say)(&format!("{}: the output of {} differs from the one here; continues", mark.display(), done.by));
             inbox.unfit = Some(done);
         }
     }
@@ -281,8 +281,7 @@ impl Folder {
         let host = inbox.readers.get(&arrival.worker).and_then(|reader| reader.host.as_ref());
         let host = host.map(|host| format!(" ({host})")).unwrap_or_default();
         let _ = self.disagreement.set(format!(
-            "map {map}, item {}: worker {}{host} has another result than worker {} ({}), which worked it out again; \
-             nothing is written",
+            "map {map}, item {}: worker {}{host} has another result than worker {} ({}), which computed it again; nothing is written",
             arrival.item, arrival.worker, self.worker, self.host
         ));
         self.is_over.store(true, Relaxed);
@@ -294,7 +293,7 @@ impl Folder {
         if !inbox.misshapen.contains(&arrival.worker) {
             inbox.misshapen.push(arrival.worker);
             let path = self.path.join(name(arrival.worker));
-            (self.say)(&format!("{}: has results of the wrong shape, which count for nothing", path.display()));
+            (self.say)(&format!("{}: ignored results of the wrong shape", path.display()));
         }
     }
 }
@@ -338,14 +337,14 @@ fn own_journal(path: &Path, worker: u32, digest: Digest, say: &dyn Fn(&str)) -> 
     let failed = |e| match e {
         JournalError::Other(difference) => FolderError::Other { path: path.to_owned(), difference },
         JournalError::InUse => FolderError::InUse { path: path.to_owned(), worker, by: who(path, worker, &digest) },
-        JournalError::NotAJournal => io_error(path, io::Error::other("is no worker's file")),
+        JournalError::NotAJournal => io_error(path, io::Error::other("is not a worker's file")),
         JournalError::Io(error) => io_error(path, error),
     };
     match Journal::open(path, digest) {
         Err(JournalError::NotAJournal) => {
             let aside = path.with_extension("strange");
             std::fs::rename(path, &aside).map_err(|error| io_error(path, error))?;
-            say(&format!("{}: is no worker's file; it is {} now", path.display(), aside.display()));
+            say(&format!("{}: is not a worker's file; renamed to {}", path.display(), aside.display()));
             Journal::open(path, digest).map_err(failed)
         }
         opened => opened.map_err(failed),

@@ -23,10 +23,10 @@ pub enum JournalError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// Another run has it open.
-    #[error("another run that writes the same output is under way")]
+    #[error("another run with the same output is in progress")]
     InUse,
     /// The file is not a journal.
-    #[error("is no state of an interrupted run")]
+    #[error("is not the state of an interrupted run")]
     NotAJournal,
     /// It belongs to other work.
     #[error("belongs {0}")]

@@ -49,11 +49,11 @@ impl Reader {
             match read_head(&mut file)? {
                 Head::Whole(found) => {
                     if let Some(difference) = digest.difference(&found) {
-                        return Ok(Some(format!("belongs {difference}, and counts for nothing")));
+                        return Ok(Some(format!("belongs {difference}, and is ignored")));
                     }
                 }
                 Head::Cut => return Ok(None),
-                Head::Strange => return Ok(Some("is no worker's file, and counts for nothing".into())),
+                Head::Strange => return Ok(Some("is not a worker's file, and is ignored".into())),
             }
             self.end = HEAD as u64;
         }
@@ -77,6 +77,6 @@ impl Reader {
         let cut = length - self.end;
         let is_stuck = cut > 0 && self.stuck == Some(length);
         self.stuck = (cut > 0).then_some(length);
-        Ok(is_stuck.then(|| format!("is not whole: its last {cut} bytes count for nothing")))
+        Ok(is_stuck.then(|| format!("is incomplete: its last {cut} bytes are ignored")))
     }
 }

@@ -220,10 +220,14 @@ fn reached(goal: f64, unseen: &Unseen, end: SamplingEnd, rays: u64) -> Note {
     let (goal, bound) = (percent(goal), percent(unseen.mean));
     let kind: fn(String) -> Note = if end == SamplingEnd::Unseen { Note::taken } else { Note::fault };
     kind(match end {
-        SamplingEnd::Unseen => format!("unseen: at most {bound} after {rays} rays, as asked for ({goal})"),
-        SamplingEnd::Rays => format!("unseen: at most {bound}; {goal} was not reached with all {rays} rays (--rays)"),
+        SamplingEnd::Unseen => format!("unseen: at most {bound} after {rays} rays; the goal was {goal}"),
+        SamplingEnd::Rays => {
+            format!("unseen: at most {bound}; the goal of {goal} was not reached with all {rays} rays (--rays)")
+        }
         SamplingEnd::Memory => {
-            format!("unseen: at most {bound}; {goal} was not reached in memory, after {rays} rays (--memory)")
+            format!(
+                "unseen: at most {bound}; the goal of {goal} was not reached before memory ran out, after {rays} rays (--memory)"
+            )
         }
     })
 }

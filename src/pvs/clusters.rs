@@ -38,7 +38,7 @@ impl fmt::Display for Joined {
         let Self { found, cells, expected: [before, after] } = self;
         write!(
             f,
-            "clusters: {found} cells joined to {cells}; a row from {before:.1} to {after:.1} triangles, in the mean over volume"
+            "clusters: {found} cells joined to {cells}; a row grows from {before:.1} to {after:.1} triangles, averaged by volume"
         )
     }
 }

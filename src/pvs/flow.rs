@@ -121,7 +121,7 @@ pub struct FlowResult {
 pub fn flow(input: &FlowInput<'_>, work: &Job<'_>) -> Result<FlowResult, Stopped> {
     let (cells, objects) = (input.graph.cells.len(), input.object_bounds.len());
     for (matrix, columns) in [(input.cells_lower, cells), (input.objects_lower, objects), (input.placement, objects)] {
-        assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "rows of every cell, columns of every target");
+        assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "a row per cell, a column per target");
     }
     work.tell("flow: might-see", 0.0);
     let net = Net::of_graph(input.graph, input.coplanar);

@@ -70,11 +70,15 @@ impl fmt::Display for Partition {
             let hidden = 100.0 * saving;
             return write!(
                 f,
-                "view cells by cost: none is kept, as portals prove only {hidden:.1} % of a row hidden from them (--rows sampled takes what is seen)"
+                "view cells by cost: none kept, since portals prove only {hidden:.1} % of a row hidden from them (--rows sampled keeps only visible objects)"
             );
         }
-        let end = if self.full { "their bytes were spent" } else { "the next would have saved too little" };
-        write!(f, "{} view cells by cost: a row from {first:.0} to {last:.0} triangles, expected; {end}", self.views.len())
+        let end = if self.full { "the bytes are used up" } else { "the next one would save too little" };
+        write!(
+            f,
+            "{} view cells by cost: a row shrinks from {first:.0} to {last:.0} triangles, expected; {end}",
+            self.views.len()
+        )
     }
 }
 

@@ -408,8 +408,7 @@ fn see_through(objects: &[Object], format: &str) -> Option<Note> {
     let percent = 100.0 * clear as f64 / all.max(1) as f64;
     (percent >= MUCH && ["glTF", "OBJ"].contains(&format)).then(|| {
         Note::cost(format!(
-            "{percent:.0} % of the triangles are see-through, as their materials say, and hide nothing; if they are walls, give them the role opaque \
-             (MODEL.roles.json)"
+            "{percent:.0} % of the triangles have see-through materials and hide nothing; if they are walls, give them the role opaque in MODEL.roles.json"
         ))
     })
 }

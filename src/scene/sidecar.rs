@@ -29,7 +29,7 @@ impl Sidecars<'_> {
 
     fn path(&self, name: &str) -> Result<PathBuf, String> {
         let Some(folder) = self.folder else {
-            return Err(format!("`{name}` is another file, and this model was not read from a folder"));
+            return Err(format!("`{name}` is another file, which can't be read: this model didn't come from a folder"));
         };
         // The path of a model in the working folder has no folder.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
@@ -53,7 +53,7 @@ impl Sidecars<'_> {
 
 fn refusal(name: &str, error: io::Error) -> String {
     match error.kind() {
-        io::ErrorKind::NotFound => format!("`{name}` is missing: the model names it, so it must come with it"),
+        io::ErrorKind::NotFound => format!("`{name}` is missing: the model refers to it; put it where the model expects it"),
         _ => format!("`{name}`: {error}"),
     }
 }

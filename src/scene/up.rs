@@ -39,7 +39,7 @@ const THINGS: usize = 8;
 
 /// A note if a scene with +Y as the up direction seems to lie on its side.
 pub fn note(scene: &Scene) -> Option<Note> {
-    is_on_its_side(scene).then(|| Note::fault("its largest planes face along Z: where +Z is up in the model, give --up z"))
+    is_on_its_side(scene).then(|| Note::fault("its largest planes face along Z: if +Z is up, give --up z"))
 }
 
 /// Whether a scene has its floors along Z.

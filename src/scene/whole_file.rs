@@ -9,12 +9,11 @@ pub const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// Placeholders of files that were not fetched: their first bytes, in lower case, and a description.
 const STAND_INS: [(&[u8], &str); 3] = [
-    (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer, not the file itself; `git lfs pull` fetches that"),
+    (b"version https://git-lfs.github.com/spec/", "a Git LFS pointer, not the file itself; fetch it with `git lfs pull`"),
     (b"<!doctype html", WEB_PAGE),
     (b"<html", WEB_PAGE),
 ];
-const WEB_PAGE: &str =
-    "a web page (HTML), not the file itself; fetch that from the address that the page gives for the raw file";
+const WEB_PAGE: &str = "a web page (HTML), not the file itself; download the raw file instead";
 
 /// Bytes sufficient to recognize these, after a few blanks.
 const START: u64 = 256;
@@ -25,10 +24,10 @@ const KINDS: [(&[u8], &str); 10] = [
     (b"\x1F\x8B", "packed with gzip: unpack it"),
     (b"\xFF\xFE", "text in UTF-16: save it as UTF-8"),
     (b"\xFE\xFF", "text in UTF-16: save it as UTF-8"),
-    (b"glTF", "binary glTF: call it .glb"),
-    (b"ISO-10303-21", "a STEP file: IFC is called .ifc"),
-    (b"ply", "PLY: call it .ply"),
-    (b"solid ", "STL: call it .stl"),
+    (b"glTF", "binary glTF: rename it to .glb"),
+    (b"ISO-10303-21", "a STEP file: if it is IFC, rename it to .ifc"),
+    (b"ply", "PLY: rename it to .ply"),
+    (b"solid ", "STL: rename it to .stl"),
     (b"Kaydara FBX", "FBX: export it as glTF"),
     (b"BLENDER", "a file of Blender: export it as glTF"),
 ];
@@ -100,7 +99,7 @@ pub fn nature(bytes: &[u8]) -> String {
             let more = if told.len() < line.len() { "..." } else { "" };
             format!("it begins with the text `{told}{more}`")
         }
-        None if start.is_empty() => "there is nothing in it but blanks".to_owned(),
+        None if start.is_empty() => "it has only white space".to_owned(),
         None => {
             let told: Vec<String> = bytes.iter().take(TOLD_BYTES).map(|b| format!("{b:02x}")).collect();
             format!("it begins with the bytes {}", told.join(" "))
@@ -115,14 +114,14 @@ mod tests {
     #[test]
     fn a_file_of_another_kind_is_told_in_one_clause() {
         assert_eq!(nature(b"PK\x03\x04rest"), "it is a zip archive: unpack it");
-        assert_eq!(nature(b"glTF\x02\0\0\0"), "it is binary glTF: call it .glb");
+        assert_eq!(nature(b"glTF\x02\0\0\0"), "it is binary glTF: rename it to .glb");
         assert_eq!(nature(b"\xEF\xBB\xBF\n Model goes here.\nlater"), "it begins with the text `Model goes here.`");
         let long = "wörter ".repeat(20);
         assert_eq!(
             nature(long.as_bytes()),
             format!("it begins with the text `{}...`", long.chars().take(40).collect::<String>())
         );
-        assert_eq!(nature(b" \n\t"), "there is nothing in it but blanks");
+        assert_eq!(nature(b" \n\t"), "it has only white space");
         assert_eq!(nature(b"\0\x01\xFF"), "it begins with the bytes 00 01 ff");
     }
 }

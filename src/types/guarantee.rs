@@ -13,16 +13,14 @@ pub enum Guarantee {
 
 impl Guarantee {
     /// The statement of the guarantee, for README, `info` and pages.
-    pub const STATEMENT: &'static str = "Every line of sight that keeps the stated clearance from all surfaces is accounted for: \
-        what the rows leave out can't be seen along such a line.";
+    pub const STATEMENT: &'static str =
+        "The rows hold everything visible along a line of sight that keeps the stated clearance from all surfaces.";
 
     /// The guarantee in one line.
     pub const fn in_words(self) -> &'static str {
         match self {
-            Self::Conservative => {
-                "conservative: nothing is missing from the rows that shows along a line with the stated clearance"
-            }
-            Self::Sampled => "sampled: what is in the rows is visible, something visible may be missing",
+            Self::Conservative => "conservative: the rows hold everything visible along a line with the stated clearance",
+            Self::Sampled => "sampled: everything in the rows is visible, but visible objects may be missing",
         }
     }
 }

@@ -37,7 +37,7 @@ impl fmt::Display for LeakHint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let point = |p: &DVec3| format!("({} {} {})", p.x.round(), p.y.round(), p.z.round());
         let Self { entity, from, way } = self;
-        write!(f, "the map leaks: the way out from {entity} at {} is", point(from))?;
+        write!(f, "the map leaks: the path out from {entity} at {} is", point(from))?;
         way.iter().take(TOLD).try_for_each(|p| write!(f, " {}", point(p)))?;
         f.write_str(if way.len() > TOLD { " ..." } else { "" })
     }

@@ -163,7 +163,7 @@ fn a_killed_bake_goes_on_and_leaves_nothing_behind() {
             let share = (random >> 11) as f64 / (1u64 << 53) as f64;
             let after = if kills < wanted { took.mul_f64(0.5 * share + 0.05 * f64::from(attempt)) } else { Duration::MAX };
             let (said, code) = signalled(spawn(&model, &out), "-KILL", after);
-            resumed += u32::from(said.contains("goes on from"));
+            resumed += u32::from(said.contains("resumes from"));
             match code {
                 None => kills += 1,
                 Some(0) => break,
@@ -205,12 +205,12 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     // The head is written as soon as the file is locked.
     wait_for(56);
     let second = run(&[Path::new("bake"), &model, Path::new("-o"), &out]);
-    refused(&second, &["o.bake-state: another run that writes the same output is under way"]);
+    refused(&second, &["o.bake-state: another run with the same output is in progress"]);
     wait_for(57);
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
-    assert!(code == Some(1) && said.contains("stopped; the same command goes on from") && state.exists(), "{said}");
+    assert!(code == Some(1) && said.contains("stopped; the same command resumes from") && state.exists(), "{said}");
     let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
-    refused(&run(&other), &["o.bake-state: belongs to other options; an interrupted run left it. --fresh drops it"]);
+    refused(&run(&other), &["o.bake-state: belongs to other options; an interrupted run left it. --fresh deletes it"]);
     assert!(state.exists(), "it isn't lost");
     // A copy of it, for what drops it.
     let (kept, fresh) = (folder.join("kept.bake-state"), folder.join("kept.pvs"));
@@ -223,7 +223,7 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let said = String::from_utf8_lossy(&anew.stderr);
     assert!(anew.status.success() && fresh.exists() && !kept.exists() && !said.contains("goes on"), "{said}");
     let (said, code) = signalled(spawn(&model, &out), "-INT", Duration::MAX);
-    assert!(code == Some(0) && said.contains("goes on from") && !state.exists() && out.exists(), "{said}");
+    assert!(code == Some(0) && said.contains("resumes from") && !state.exists() && out.exists(), "{said}");
 }
 
 /// What a report has worked out is kept, as that of a bake.
@@ -243,7 +243,7 @@ fn ctrl_c_in_a_report_keeps_what_it_has() {
     assert!(code == Some(1) && said.contains("o.report-state") && state.exists() && !page.exists(), "{said}");
     let again = run(&words);
     let said = String::from_utf8_lossy(&again.stderr);
-    assert!(again.status.success() && said.contains("goes on from") && page.exists() && !state.exists(), "{said}");
+    assert!(again.status.success() && said.contains("resumes from") && page.exists() && !state.exists(), "{said}");
 }
 
 /// A split is no map: nothing of it is kept, and nothing of it is waited for.
@@ -267,7 +267,7 @@ fn a_signal_stops_a_split_and_leaves_nothing() {
             std::thread::sleep(Duration::from_millis(5));
         }
         let (said, code) = signalled(child, signal, Duration::ZERO);
-        assert!(code == Some(1) && said.contains("nothing was worked out yet"), "{signal}: {said}");
+        assert!(code == Some(1) && said.contains("no results to keep yet"), "{signal}: {said}");
         assert!(!state.exists() && !out.exists(), "{signal}");
     }
 }

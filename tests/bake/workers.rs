@@ -122,7 +122,7 @@ fn any_number_of_workers_gives_one_bakes_bytes() {
         assert_eq!((end, said.len(), items(&dir, workers)), (End::OthersWere, 0, 0));
         std::fs::remove_file(&out).unwrap();
         let (end, said) = work(&dir, [workers, workers + 1], std::slice::from_ref(&out));
-        assert!(end == End::Baked && said.len() == 1 && said[0].contains("wrote another output than is here"), "{said:?}");
+        assert!(end == End::Baked && said.len() == 1 && said[0].contains("differs from the one here"), "{said:?}");
         assert!(items(&dir, workers) == 0 && std::fs::read(&out).unwrap() == gallery().whole);
     }
 }
@@ -144,10 +144,10 @@ fn what_others_have_is_not_worked_out_again_and_what_is_damaged_is() {
     let mut flipped = state.clone();
     flipped[half] ^= 0x10;
     let cases: [(&[u8], &str, bool); 4] = [
-        (&state[..half], "is not whole", true),
-        (&flipped, "is not whole", true),
+        (&state[..half], "is incomplete", true),
+        (&flipped, "is incomplete", true),
         (&state[..20], "", false),
-        (b"Somebody's own text, of more than a head's length, and no journal.", "is no worker's file", false),
+        (b"Somebody's own text, of more than a head's length, and no journal.", "is not a worker's file", false),
     ];
     for (k, (bytes, complaint, helps)) in cases.into_iter().enumerate() {
         std::fs::write(&file, bytes).unwrap();
@@ -163,10 +163,10 @@ fn what_others_have_is_not_worked_out_again_and_what_is_damaged_is() {
     // Its own file: what is sound of it counts; one that is no journal makes room.
     std::fs::write(&file, cases[1].0).unwrap();
     let (end, said) = work(&dir, [0, 2], &[]);
-    assert!(end == End::Baked && said.len() == 1 && said[0].contains("worker-0: is not whole"), "{said:?}");
+    assert!(end == End::Baked && said.len() == 1 && said[0].contains("worker-0: is incomplete"), "{said:?}");
     std::fs::write(&file, cases[3].0).unwrap();
     let (end, said) = work(&dir, [0, 2], &[]);
-    assert!(end == End::Baked && said.len() == 1 && said[0].contains("is no worker's file"), "{said:?}");
+    assert!(end == End::Baked && said.len() == 1 && said[0].contains("is not a worker's file"), "{said:?}");
     assert!(std::fs::read(file.with_extension("strange")).unwrap() == cases[3].0);
 }
 
@@ -222,7 +222,7 @@ fn who_has_other_results_is_named_and_nothing_is_written() {
     std::fs::write(&file, with_results(&state, &misshapen)).unwrap();
     let (end, said) = work(&dir, [1, 4], std::slice::from_ref(&out));
     assert!(
-        end == End::Baked && said.len() == 1 && said[0].contains("worker-3: has results of the wrong shape"),
+        end == End::Baked && said.len() == 1 && said[0].contains("worker-3: ignored results of the wrong shape"),
         "{said:?}"
     );
     assert!(std::fs::read(&out).unwrap() == gallery().whole);
@@ -296,7 +296,7 @@ fn nobody_takes_the_place_of_one_who_works() {
     let Err(error @ FolderError::InUse { .. }) = second else { panic!("taken twice") };
     let said = error.to_string();
     let process = format!(", process {}", std::process::id());
-    assert!(said.contains("worker-1: worker 1 is at work already, on host ") && said.ends_with(&process), "{said}");
+    assert!(said.contains("worker-1: worker 1 is already running, on host ") && said.ends_with(&process), "{said}");
     // Where a file can't be locked a late worker may go on beside its successor; as here, where its file is another one by
     // now.
     std::fs::remove_file(dir.join("worker-1")).unwrap();
@@ -334,7 +334,7 @@ fn a_full_disk_ends_the_keeping_and_not_the_work() {
     done(&ended);
     let said = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(
-        said.matches("worker-0: File too large (os error 27); goes on without keeping anything").count(),
+        said.matches("worker-0: File too large (os error 27); continues without keeping results").count(),
         1,
         "{said}"
     );

@@ -109,7 +109,7 @@ fn case_04_turned() {
     all_are_as_base("04_turned", &["turned33.glb", "lean1.glb"]);
     let folder = case("04_turned");
     let file = is_as_base(&read(&folder.join("lean1.glb")));
-    assert!(file.notes.iter().any(|note| note.contains("leans by 1.00 degrees")), "{:?}", file.notes);
+    assert!(file.notes.iter().any(|note| note.contains("tilted by 1.00 degrees")), "{:?}", file.notes);
     let lying = folder.join("zup.obj");
     assert!(has_note(&read(&lying), "--up z"));
     let upright = import(&lying, &ImportOptions { z_up: true, ..ImportOptions::default() }).unwrap();

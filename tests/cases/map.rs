@@ -266,8 +266,9 @@ fn case_64_unsealed_map() {
         let words = words.into_iter().chain([Path::new("-o"), file.as_path(), map.as_path()]);
         let report = json(&run(&words.collect::<Vec<_>>()));
         assert!(report["open_cells"].as_u64() >= Some(open), "{cells}: {report}");
-        let is_told =
-            |note: &Value| note.as_str().is_some_and(|n| n.starts_with("the map leaks: the way out from info_player_start"));
+        let is_told = |note: &Value| {
+            note.as_str().is_some_and(|n| n.starts_with("the map leaks: the path out from info_player_start"))
+        };
         assert!(report["notes"].as_array().unwrap().iter().any(is_told), "{cells}: {report}");
         assert!(std::fs::read_to_string(&points).unwrap().starts_with("64 64 24\n"));
         let check = ["check", "--rays", "20k", "--model"].map(Path::new);

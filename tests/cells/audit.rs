@@ -175,7 +175,7 @@ fn rooms_off_their_walls_are_found_with_how_far() {
     let mut house = House::new();
     house.rooms[1] = room("den", v(4.35, 0., 0.), v(8.2, HEIGHT, 5.));
     let audit = house.finds(&[(FindingKind::Shifted, &["den"])]);
-    assert!(audit.findings[0].text.ends_with("1 of its 6 sides lie off the walls that bound them, by up to 0.15 m"));
+    assert!(audit.findings[0].text.ends_with("1 of its 6 sides are off their walls, by up to 0.15 m"));
 }
 
 #[test]

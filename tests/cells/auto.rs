@@ -68,7 +68,7 @@ fn a_house_without_rooms_is_cut_by_its_plan() {
 fn an_authors_sound_rooms_are_taken() {
     let (graph, reason) = picked(&scene(&house(), rooms()));
     assert_eq!(graph.strategy, Strategy::Authored);
-    assert_eq!(reason, "2 of the 2 rooms that the model names can be used");
+    assert_eq!(reason, "2 of the model's 2 rooms are usable");
     let mut named: Vec<&str> = graph.cells.iter().filter_map(|c| c.source.as_deref()).collect();
     named.sort_unstable();
     assert_eq!(named, ["east", "west"]);
@@ -79,14 +79,14 @@ fn half_of_the_rooms_must_be_sound() {
     let [west, east] = rooms().try_into().unwrap();
     let (graph, reason) = picked(&scene(&house(), vec![west.clone(), open(east.clone())]));
     assert_eq!(graph.strategy, Strategy::Authored);
-    assert_eq!(reason, "1 of the 2 rooms that the model names can be used");
+    assert_eq!(reason, "1 of the model's 2 rooms are usable");
     // The unsound one names nothing, and is a cell for all that.
     assert_eq!(graph.cells.len(), 3);
     assert_eq!(graph.cells.iter().filter_map(|c| c.source.as_deref()).collect::<Vec<_>>(), ["west"]);
     let (graph, reason) = picked(&scene(&house(), vec![open(west), open(east)]));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 3));
     let plan = "walls are vertical, so rooms come from the floor plan";
-    assert_eq!(reason, format!("only 0 of the 2 rooms that the model names can be used; {plan}"));
+    assert_eq!(reason, format!("only 0 of the model's 2 rooms are usable; {plan}"));
     assert!(graph.cells.iter().all(|c| c.source.is_none()));
 }
 
@@ -126,7 +126,10 @@ fn cave() -> Vec<[DVec3; 3]> {
 fn a_cave_is_cut_along_its_walls() {
     let (graph, reason) = picked(&scene(&[cave()], Vec::new()));
     assert_eq!(graph.strategy, Strategy::Bsp);
-    assert_eq!(reason, "the model names no rooms; 100 % of the walls lean, so space is cut along the largest walls");
+    assert_eq!(
+        reason,
+        "the model names no rooms; 100 % of the non-horizontal area is not vertical, so space is split along the largest walls"
+    );
     // Both hollows are indoors, and apart.
     let locator = enfilade::cells::Locator::new(&graph);
     let scene = scene(&[cave()], Vec::new());
@@ -138,7 +141,7 @@ fn a_cave_is_cut_along_its_walls() {
 fn a_level_floor_alone_is_one_open_cell() {
     let (graph, reason) = picked(&scene(&[cuboid(v(0., 0., 0.), v(10., 0.2, 10.))], Vec::new()));
     assert_eq!((graph.strategy, graph.cells.len()), (Strategy::Plan, 1));
-    let tried = "the plan is kept: the plan finds no closed room, cuts along walls 0";
+    let tried = "the plan is kept: the plan finds no closed room, the split along walls finds 0";
     let plan = "the model names no rooms; walls are vertical, so rooms come from the floor plan";
     assert_eq!(reason, format!("{plan}; {tried}"));
 }
@@ -164,7 +167,7 @@ fn a_hall_with_screens_is_cut_by_them() {
     assert_eq!((plan.strategy, plan.cells.len()), (Strategy::Plan, 2), "{reason}");
     let found = find_cells(&scene, &SplitOptions::default(), &Job::quiet()).unwrap();
     assert_eq!(found.strategy, Strategy::Bsp, "{}", found.reason);
-    assert!(found.reason.contains("a plan would leave"), "{}", found.reason);
+    assert!(found.reason.contains("a plan would draw"), "{}", found.reason);
 }
 
 /// A storey of 2.7 m in centimetres is told by its height, but not against what the user says.
@@ -174,7 +177,7 @@ fn a_unit_that_is_given_is_taken() {
         let sheets =
             [-0.3, 0.0, 2.7, 3.0].map(|y| cuboid(v(0., units * y, 0.), v(units * 6., units * (y + 0.01), units * 4.)));
         let graph = split(&scene(&sheets, Vec::new()), &SplitOptions { in_metres, ..SplitOptions::default() }).unwrap();
-        graph.notes.iter().any(|note| note.contains("not in metres, it seems"))
+        graph.notes.iter().any(|note| note.starts_with("the model seems "))
     };
     assert_eq!([scale(100.0, false), scale(100.0, true), scale(1.0, false)], [true, false, false]);
 }

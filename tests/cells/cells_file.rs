@@ -111,7 +111,7 @@ fn what_is_edited_wrongly_is_refused_by_its_field() {
     let (model, file, cells) = office("edited");
     let given = file.with_extension("json");
     let edits: [(&str, Value, &str); 10] = [
-        ("/cells/2/id", json!(7), "cells[2].id: 7; ids count up from 0, so give 2"),
+        ("/cells/2/id", json!(7), "cells[2].id: 7; ids are consecutive from 0, so give 2"),
         ("/cells/1/pieces", json!([]), "cells[1].pieces: none"),
         ("/cells/1/pieces/0/planes/0", json!([0, 0, 0, 1]), "cells[1].pieces[0].planes[0]: no plane"),
         ("/cells/1/pieces/0/planes/0", json!([1, 0, 0]), "line 1 column"),

@@ -162,7 +162,7 @@ fn the_command_says_what_it_closed() {
     assert_eq!((wide.portals.len(), wide.closed_holes.len()), (0, doors));
     let named = plain.portals.iter().filter(|p| p.kind == PortalKind::Door).count();
     let note = format!(
-        "{doors} of {doors} portals are narrower than 3 m (--smallest-hole) and are closed, {named} doors among them"
+        "{doors} of {doors} portals are narrower than 3 m (--smallest-hole) and are closed, including {named} doors"
     );
     assert!(wide.notes.iter().any(|n| n.contains(&note)), "{:?}", wide.notes);
     let info = run(&[Path::new("info"), &of("wide")]);

@@ -303,7 +303,7 @@ fn what_is_missing_is_named() {
         (
             "beside.gltf",
             "x.pvs",
-            "beside.gltf: buffer 0: `gone.bin` is missing: the model names it, so it must come with it\n",
+            "beside.gltf: buffer 0: `gone.bin` is missing: the model refers to it; put it where the model expects it\n",
         ),
         ("whole.obj", "none/x.pvs", "missing/none: there is no such folder\n"),
     ] {

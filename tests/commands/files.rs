@@ -220,7 +220,7 @@ fn a_level_is_written_in_place_with_a_backup() {
     std::fs::write(folder.join("level.bsp.bak"), "an older one").unwrap();
     let out = run_words(&["vis", text(&level)]);
     done(&out);
-    assert!(String::from_utf8(out.stdout).unwrap().contains("level.bsp.bak.2: the level as it was before"));
+    assert!(String::from_utf8(out.stdout).unwrap().contains("level.bsp.bak.2: a copy of the old level"));
     assert_eq!(std::fs::read_to_string(folder.join("level.bsp.bak")).unwrap(), "an older one");
     assert!(std::fs::read(folder.join("level.bsp.bak.2")).unwrap() == before);
     let rows = std::fs::read(&level).unwrap();

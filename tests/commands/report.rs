@@ -126,7 +126,7 @@ fn bad_input_is_one_line_and_exit_2() {
         path
     };
     let (good, bad) = (write("good.prt", LEVEL), write("bad.prt", &LEVEL.replace("4 1 2", "4 1 x")));
-    refused(&enfilade!("report", &folder.join("villa.pvs")), &["villa.pvs: report bakes anew"]);
+    refused(&enfilade!("report", &folder.join("villa.pvs")), &["villa.pvs: report bakes a model itself"]);
     refused(&enfilade!("report", &folder.join("villa.glb")), &["villa.glb: "]);
     refused(&enfilade!("report", &good, "--rays", "1M"), &["good.prt: is a level; --rays is for buildings"]);
     refused(&enfilade!("report", &folder.join("none.prt")), &["none.prt: "]);

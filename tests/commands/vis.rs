@@ -97,7 +97,7 @@ fn rows_of_another_tool_are_compared() {
     assert_eq!([&lost[2]["from"], &lost[2]["to"]].map(|p| p[0].as_f64().unwrap().round()), [8.0, 12.0]);
     let said = String::from_utf8(out.stderr).unwrap();
     assert!(
-        said.contains("theirs.txt has 13 pairs: 11 are in both, 2 are proven hidden; it lacks 3 that are proven visible"),
+        said.contains("theirs.txt has 13 pairs: 11 are in both, 2 are proven hidden; it lacks 3 proven visible"),
         "{said}"
     );
     assert!(
@@ -260,7 +260,7 @@ mod levels {
         let elsewhere =
             "1 of 1 portals do not lie between leaves of their clusters; the first, portal 0, is near (7.0 0.0 0.0)";
         let others = [
-            (short, "level.prt has 4 leaves, the level 5: it is of another level; portals come from the BSP tree"),
+            (short, "level.prt has 4 leaves, the level 5: it belongs to another level; portals come from the BSP tree"),
             (fitting.replace("(9 ", "(7 "), elsewhere),
             (fitting.replace("PRT2", "PRT9"), "level.prt: line 1"),
         ];
@@ -336,7 +336,7 @@ fn bad_input_is_one_line_and_exit_2() {
         &enfilade!("why", &good, "0", "1", "--model", &good),
         &["good.prt: is a level, which needs no model: leave out --model"],
     );
-    refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o takes a level that is a .bsp"]);
+    refused(&enfilade!("vis", &good, "-o", &folder.join("out.bsp")), &["out.bsp: -o writes a .bsp"]);
     refused(&enfilade!("vis", &good, "--rows", &folder), &["commands_vis_bad: "]);
     let state = write("good.vis-state", "no state, and longer than the head of one, which has 56 bytes");
     refused(&enfilade!("vis", &good), &["good.vis-state: is not a state of an interrupted run"]);
@@ -364,19 +364,19 @@ fn an_interrupted_run_leaves_a_state() {
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     let out = child.wait_with_output().unwrap();
     let said = String::from_utf8(out.stderr).unwrap();
-    assert!(out.status.code() == Some(1) && said.contains("the same command goes on from"), "{said}");
+    assert!(out.status.code() == Some(1) && said.contains("the same command resumes from"), "{said}");
     // Of other options, or of another level: refused, and kept.
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();
     std::fs::copy(&state, folder.join("other.vis-state")).unwrap();
-    let belongs = |what| [what, "--fresh drops it and starts again"];
+    let belongs = |what| [what, "--fresh deletes it and starts again"];
     refused(&enfilade!("vis", &level, "--seed", "1"), &belongs("state: belongs to other options"));
     refused(&enfilade!("vis", &other), &belongs("state: belongs to another input"));
     // The same rows as in one go; the state is gone then.
     let (whole, resumed) = (folder.join("whole.txt"), folder.join("resumed.txt"));
     let out = enfilade!("vis", &level, "--rows", &resumed, "--threads", "2");
     done(&out);
-    assert!(String::from_utf8(out.stderr).unwrap().contains("goes on from"));
+    assert!(String::from_utf8(out.stderr).unwrap().contains("resumes from"));
     assert!(!state.exists());
     done(&enfilade!("vis", &level, "--rows", &whole));
     assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&resumed).unwrap());

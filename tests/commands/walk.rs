@@ -133,7 +133,7 @@ fn bad_input_is_one_line_and_exit_2() {
     let (m, f) = (text(&model), text(&file));
     let pictures = folder.join("pictures");
     let cases: [(&[&str], &str); 8] = [
-        (&["walk", f, "--model", text(&other)], "is not the model that"),
+        (&["walk", f, "--model", text(&other)], "is not the model of"),
         (&["walk", f, "--model", m, "--path", text(&path)], "path.json: frame 0: eye and target are the same point"),
         (&["walk", f, "--model", m, "--mode", "CHC"], "no mode \"CHC\""),
         (&["walk", f, "--model", m, "--size", "0x10"], "--size"),
@@ -243,7 +243,7 @@ fn a_walk_with_a_budget_tells_what_is_missing() {
     }
     let prose = walk(&["--budget", "50K"]);
     assert!(prose.status.success() && prose.stderr.is_empty());
-    assert!(String::from_utf8(prose.stdout).unwrap().contains("with something missing"));
+    assert!(String::from_utf8(prose.stdout).unwrap().contains("with missing objects"));
     for bad in [
         &["--budget", "x"][..],
         &["--budget", "-5%"],

@@ -111,7 +111,7 @@ fn what_is_hidden_says_by_what() {
         assert!(s["planes"].as_array().unwrap().iter().any(cuts), "{s}");
     }
     let text = String::from_utf8(why(&path, &["0", &corner.to_string()]).stdout).unwrap();
-    assert!(text.contains("doesn't see") && text.contains("  portals 0 1: all beyond is inside\n    ["), "{text}");
+    assert!(text.contains("doesn't see") && text.contains("  portals 0 1: lines beyond stay inside\n    ["), "{text}");
 
     // By the cupboard: portals leave it open, triangles don't.
     let answer = told(&path, "0", &behind.to_string());
@@ -150,13 +150,10 @@ fn one_side_alone_tells_what_it_can() {
     let path = folder.join("upper.pvs");
     upper.save(&path).unwrap();
     assert_eq!(told(&path, "0", &corner)["verdict"], "separated");
-    refused(&why(&path, &["0", &beside]), &["upper.pvs: has one side of the truth only", "is in its rows", "--rows both"]);
+    refused(&why(&path, &["0", &beside]), &["upper.pvs: keeps only one bound", "is in its rows", "--rows both"]);
     let path = folder.join("lower.pvs");
     lower.save(&path).unwrap();
-    refused(
-        &why(&path, &["0", &corner]),
-        &["lower.pvs: has one side of the truth only", "isn't in its rows", "--rows both"],
-    );
+    refused(&why(&path, &["0", &corner]), &["lower.pvs: keeps only one bound", "isn't in its rows", "--rows both"]);
 }
 
 /// Names in the place of numbers; those that are nobody's, or several things', are refused.
@@ -204,7 +201,7 @@ fn bad_input_is_one_line_and_exit_2() {
     // Another model.
     let other = folder.join("other.obj");
     std::fs::write(&other, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    refused(&why(&path, &["0", "0", "--model", other.to_str().unwrap()]), &["other.obj: is not the model that the file"]);
+    refused(&why(&path, &["0", "0", "--model", other.to_str().unwrap()]), &["other.obj: is not the file's model"]);
     let (other, _) = row(2, [], &[]);
     assert!(matches!(Asker::new(&file, Some(&other)), Err(WhyError::OtherModel { .. })));
 }

@@ -70,7 +70,7 @@ fn header_clauses() {
     refused_after("not a .pvs file", |f| f.magic[1] = b'X');
     refused_after("format version 1, this program reads version 3; bake the model again", |f| f.version = 1);
     refused_after("format version 4, this program reads version 3", |f| f.version = 4);
-    refused_after("header, byte 40: guarantee 2, of which there are 2", |f| f.guarantee = 2);
+    refused_after("header, byte 40: guarantee 2; there are 2", |f| f.guarantee = 2);
     refused_after("header, byte 46: a reserved byte that is not zero", |f| f.reserved[5] = 1);
 
     let whole = sample().write();
@@ -98,7 +98,7 @@ fn section_table_clauses() {
     refused_after("section 1 out of order; numbers ascend from 1", |f| f.parts.swap(0, 1));
     refused_after("section 23 out of order", |f| f.parts.push(f.parts.last().unwrap().clone()));
     refused_after("section 0 out of order", |f| f.parts[0].number = 0);
-    refused_after("section 1 has flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
+    refused_after("section 1 has unknown flags 0x5", |f| f.parts[0].flags = REQUIRED | 4);
     refused_after("section 99 is required and unknown to this program", |f| {
         f.parts.push(Part { number: 99, flags: REQUIRED, stored: vec![1, 2], decoded: 2 });
     });
@@ -150,7 +150,7 @@ fn portal_state_clauses() {
         PortalKind::Opening => 0,
     };
     let codes: Vec<u8> = sample.portals.iter().map(|p| code(p.kind)).collect();
-    refused_as(PORTAL_STATES, &[&codes], "every portal's state is its kind's: leave the section out");
+    refused_as(PORTAL_STATES, &[&codes], "every portal has its kind's state: omit the section");
 }
 
 #[test]
@@ -177,7 +177,9 @@ fn compression_clauses() {
         *f.part(CELLS) = Part { number: CELLS, flags: REQUIRED | ZSTD, stored, decoded };
     };
     // Declared as what it is, as more than there is memory, and as less than it is.
-    refused_after("section cells: needs 2147483648 bytes of memory, of which", |f| as_cells(f, vec![0; 100], 1 << 30));
+    refused_after("section cells: needs 2147483648 bytes of memory; a file of this length has", |f| {
+        as_cells(f, vec![0; 100], 1 << 30)
+    });
     refused_after("section cells: needs 18446744073709551615 bytes of memory", |f| as_cells(f, bomb.clone(), u64::MAX));
     refused_after("section cells, byte 0: can't be decompressed to 100 bytes", |f| as_cells(f, bomb.clone(), 100));
     refused_after("section cells, byte 0: 4 bytes decompressed, 5 declared", |f| {
@@ -197,7 +199,7 @@ fn meta_clauses() {
     refused_with(META, 8, &nan, "section meta, byte 8: a number that is not finite");
     refused_with(META, 24, &f64::INFINITY.to_le_bytes(), "section meta, byte 24: a number that is not finite");
     refused_with(META, 24, &(-1.0f64).to_le_bytes(), "section meta, byte 24: a negative length");
-    refused_with(META, 32, &[6], "section meta, byte 32: strategy 6, of which there are 6");
+    refused_with(META, 32, &[6], "section meta, byte 32: strategy 6; there are 6");
     refused_with(META, 33, &[0; 4], "section meta, byte 33: objects of 0 triangles");
     refused_with(META, 37, &[32], "section meta, byte 37: flags 32");
     let mut f = forged();
@@ -306,7 +308,7 @@ fn portal_clauses() {
     f.put(PORTALS, portal([2, 1], up, 2, &triangle));
     assert_eq!(PvsFile::read(&f.bytes()).unwrap().portals[0].cells, [CellId(2), CellId(1)]);
 
-    refused_as(PORTALS, &[&portal([3, 1], up, 0, &triangle)], "section portals, byte 4: cell 3, of which there are 3");
+    refused_as(PORTALS, &[&portal([3, 1], up, 0, &triangle)], "section portals, byte 4: cell 3; there are 3");
     refused_as(PORTALS, &[&portal([0, u32::MAX], up, 0, &triangle)], "section portals, byte 8: cell 4294967295");
     refused_as(PORTALS, &[&portal([1, 1], up, 0, &triangle)], "a portal from cell 1 to itself");
     refused_as(PORTALS, &[&portal([0, 1], [0., 0., 2., 0.], 0, &triangle)], "a plane whose normal is not of length 1");
@@ -327,7 +329,7 @@ fn object_clauses() {
     f.put(OBJECTS, list(&point));
     assert_eq!(PvsFile::read(&f.bytes()).unwrap().objects[69].triangles, 1);
     refused_as(OBJECTS, &[&list(&object(0, [0.; 6]))], "section objects, byte 8: an object without triangles");
-    refused_as(OBJECTS, &[&list(&object(1, [0., 1., 0., 0., 0., 0.]))], "a box that ends before it begins");
+    refused_as(OBJECTS, &[&list(&object(1, [0., 1., 0., 0., 0., 0.]))], "a box with its least corner above its greatest");
     refused_as(OBJECTS, &[&list(&object(1, [0., 0., 0., f32::INFINITY, 0., 0.]))], "a number that is not finite");
 }
 
@@ -339,7 +341,7 @@ fn other_section_clauses() {
     refused_as(WITNESSES, &[&u32s(&[count - 1]), &witnesses[4..witnesses.len() - 48]], "no witness for cell 2, object ");
     refused_as(WITNESSES, &[&u32s(&[count + 1]), &witnesses[4..], &[0; 48]], "a witness without a pair in the lower set");
     refused_with(WITNESSES, 4, &f64::NAN.to_le_bytes(), "section witnesses, byte 4: a number that is not finite");
-    refused_with(REPAIRS, 8, &3u32.to_le_bytes(), "section repairs, byte 8: cell 3, of which there are 3");
+    refused_with(REPAIRS, 8, &3u32.to_le_bytes(), "section repairs, byte 8: cell 3; there are 3");
     refused_with(REPAIRS, 12, &f64::NAN.to_le_bytes(), "section repairs, byte 12: a number that is not finite");
     let stats = f.decoded(STATS);
     refused_as(STATS, &[&stats, &[0]], "section stats, byte 56: 1 bytes too many");
@@ -356,7 +358,7 @@ fn other_section_clauses() {
     refused_as(CLOSED_HOLES, &[&hole(3, &[0., 0., 0., 1., f32::INFINITY, 0., 1., 1., 0.])], "a number that is not finite");
     refused_as(CLOSED_HOLES, &[&u32s(&[u32::MAX])], "a list of 4294967295");
     refused_as(CLOSED_HOLES, &[&hole(3, &[0.; 9]), &[0]], "section closed-holes, byte 44: 1 bytes too many");
-    refused_as(CLUSTERS, &[&u32s(&[1, 0, 2])], "section clusters, byte 4: a cell that was joined from none");
+    refused_as(CLUSTERS, &[&u32s(&[1, 0, 2])], "section clusters, byte 4: a cell joined from 0 cells");
     refused_as(CLUSTERS, &[&u32s(&[1, 2])], "section clusters, byte 8: 4 bytes expected, 0 left");
     refused_as(CLUSTERS, &[&u32s(&[1, 2, 3, 4])], "section clusters, byte 12: 4 bytes too many");
 
@@ -377,8 +379,8 @@ fn view_cell_clauses() {
     f.put(VIEW_CELLS, list(["a", "b"]));
     let file = PvsFile::read(&f.bytes()).unwrap();
     assert_eq!((file.view_cell(&"b".into()), file.view_cell(&"c".into())), (Some(1), None));
-    refused_as(VIEW_CELLS, &[&list(["a", "a"])], "view cell \"a\" comes twice");
-    refused_as(VIEW_CELLS, &[&u32s(&[0])], "no view cells: leave the section out");
+    refused_as(VIEW_CELLS, &[&list(["a", "a"])], "duplicate view cell \"a\"");
+    refused_as(VIEW_CELLS, &[&u32s(&[0])], "no view cells: omit the section");
     refused_as(VIEW_CELLS, &[&u32s(&[1]), &view("a")], "a matrix of 2 rows, 1 expected");
     refused_as(VIEW_CELLS, &[&u32s(&[u32::MAX])], "a list of 4294967295");
 

@@ -109,7 +109,7 @@ fn a_bake_becomes_a_file() {
         file.left_out,
         [
             "cell rows: every cell sees every cell",
-            "boxes of objects in cells: hardly smaller than what cells leave of the objects' own",
+            "boxes of objects in cells: hardly smaller than the objects' boxes cut to the cells",
             "online hierarchy: the building is closed",
             "repairs: none were needed"
         ]
@@ -122,7 +122,7 @@ fn a_bake_becomes_a_file() {
     assert!(!sampled.sees_object(CellId(0), ObjectId(2)) && !sampled.sees_cell(CellId(0), CellId(1)));
     assert!(sampled.sees_cell(CellId(1), CellId(1)));
     assert_eq!(sampled.bounds, None);
-    assert!(sampled.left_out.contains(&"bounds and witnesses: not asked for (--rows both)".to_owned()));
+    assert!(sampled.left_out.contains(&"bounds and witnesses: not requested (--rows both)".to_owned()));
 }
 
 #[test]
@@ -311,5 +311,5 @@ fn bad_files_are_one_line_and_exit_2() {
         assert!(output.stdout.is_empty());
     }
     let message = String::from_utf8(run_words(&["info", path]).stderr).unwrap();
-    assert_eq!(message, format!("enfilade: {path}: not a .pvs file; give one that `enfilade bake` wrote\n"));
+    assert_eq!(message, format!("enfilade: {path}: not a .pvs file; give a file from `enfilade bake`\n"));
 }

@@ -38,7 +38,7 @@ fn matrix_clauses() {
     };
     refuse(&coded([4, 10], 0, &[0xff]), "a matrix of 4 rows, 2 expected");
     refuse(&coded([2, u32::MAX], 0, &[0xff]), "a matrix of 4294967295 columns, 10 expected");
-    refuse(&[2, 10, 3, 0xff], "matrix code 3, of which there are 3");
+    refuse(&[2, 10, 3, 0xff], "matrix code 3; there are 3");
     refuse(&[2, 10, 1, 0], "1 bytes too many");
     refuse(&[2, 10, 2], "1 bytes expected, 0 left");
     refuse(&[2, 0x80, 0, 2], "a number not in its shortest form");
@@ -52,7 +52,7 @@ fn matrix_clauses() {
     for flags in [1, 3] {
         refuse(&coded([2, 10], flags, &[0xff]), "a symmetric matrix, not of cells");
     }
-    refuse(&coded([2, 10], 4, &[0xff]), "flags 4, of which there are 4");
+    refuse(&coded([2, 10], 4, &[0xff]), "flags 4; there are 4");
     // Rows that nothing stands for cost no time.
     let message = decode(&coded([50_000, 10_000], 0, &[0x7f; 3]), 50_000, 10_000).expect_err("no rows").to_string();
     assert!(message.contains("the bytes end before row ") || message.contains(" rows back from row "), "{message}");

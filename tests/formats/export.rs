@@ -407,7 +407,7 @@ fn the_command_writes_what_was_baked_and_no_other() {
         refused(&enfilade!("export", &file, "--model", model, "-o", &folder.join(out)), parts);
         assert!(!folder.join(out).exists());
     };
-    refused_with(&other, "no.glb", &["not the model that was baked", text(&file)]);
+    refused_with(&other, "no.glb", &["not the file's model", text(&file)]);
     refused_with(&model, "no.gltf", &["a name that ends in .glb"]);
     refused_with(&folder.join("gone.obj"), "no.glb", &["gone.obj"]);
     // A file that names the model but has another number of objects.

@@ -211,7 +211,7 @@ fn a_door_whose_opening_misses_its_wall_is_cut_and_told() {
         assert!(text.contains(sound));
         let read = |text: String| import_bytes(text.into_bytes(), "house", &ImportOptions::default()).unwrap();
         let (whole, cut) = (read(text.clone()), read(text.replace(sound, turned)));
-        let what = "1 openings that the geometry reader left closed are cut into their walls as rectangles: door-1";
+        let what = "1 openings are cut into their walls as rectangles, since the geometry reader left them closed: door-1";
         assert!(whole.source.notes.is_empty() && cut.source.notes == [what], "{:?}", cut.source.notes);
         let wall = |scene: &Scene| {
             let wall = scene.objects.iter().find(|o| o.node == "wall").unwrap();

@@ -200,7 +200,7 @@ fn files_that_make_no_tubes_are_refused_with_the_place() {
     assert_eq!(refused(&far), "geometry.coordinates: a coordinate that is not finite, or beyond 1e12 m");
     let degrees = feature(json!({"radius": 1}), json!([[12.5, 48.1], [12.6, 48.2]]));
     let error = refused(&degrees);
-    assert!(error.starts_with("a file whose coordinates look like degrees is not supported; project it"), "{error}");
+    assert!(error.starts_with("a file with coordinates in degrees is not supported; project it"), "{error}");
     let mut named = degrees.clone();
     named["crs"] = json!({"type": "name", "properties": {"name": "EPSG:32632"}});
     assert!(read(&named).is_ok(), "a file that names its system has no degrees");

@@ -144,7 +144,7 @@ fn a_map_leaks_if_any_of_its_walls_is_missing() {
                 .source
                 .notes
                 .iter()
-                .any(|n| n.starts_with("the map leaks: the way out from info_player_start at (64 64 24)"))
+                .any(|n| n.starts_with("the map leaks: the path out from info_player_start at (64 64 24)"))
         );
         // The way meets no wall, and ends beyond all of them.
         let (solids, _) = solids(&text);
@@ -298,7 +298,7 @@ fn the_way_out_goes_to_a_file_that_editors_load() {
     let output = run(&["bake".as_ref(), map.as_path()]);
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(said.contains("the map leaks: the way out from info_player_start at (32 32 8) is"), "{said}");
+    assert!(said.contains("the map leaks: the path out from info_player_start at (32 32 8) is"), "{said}");
     let text = std::fs::read_to_string(&points).unwrap();
     let lines: Vec<Vec<f64>> = text.lines().map(|l| l.split(' ').map(|w| w.parse().unwrap()).collect()).collect();
     assert!(lines.len() > 2 && lines.iter().all(|p| p.len() == 3) && lines[0] == [32.0, 32.0, 8.0]);

@@ -183,7 +183,7 @@ fn walls_that_are_not_drawn_end_a_leaf() {
     let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let options = BakeOptions { smallest_hole, pvs, ..BakeOptions::default() };
     let notes = bake(&scene, options, &Job::quiet()).unwrap().file.notes;
-    assert!(notes.iter().any(|n| n == "1 walls that are not drawn, or not all of them, count as opaque"), "{notes:?}");
+    assert!(notes.iter().any(|n| n == "1 walls are not drawn, in part or whole; they count as opaque"), "{notes:?}");
     assert!(notes.iter().any(|n| n.starts_with("no portal is narrower")), "{notes:?}");
 }
 
@@ -264,7 +264,7 @@ fn commands_take_levels_and_refuse_what_is_none() {
     }
     let office = folder.join("office.glb");
     assert!(run(&[path("generate"), path("office"), path("--rooms"), path("4"), path("-o"), &office]).status.success());
-    refused(&run(&[path("bake"), &office, path("--cells"), path("leaves")]), &["has no leaves, as a .bsp"]);
+    refused(&run(&[path("bake"), &office, path("--cells"), path("leaves")]), &["has no leaves, only a .bsp"]);
 }
 
 /// What a grating on a solid brush hides, the `.prt` beside the level tells.

@@ -378,7 +378,7 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
 
     let (code, stdout, stderr) = check(&other);
     assert_eq!((code, stdout.as_str()), (Some(2), ""));
-    assert!(stderr.contains("other.glb: is not the model") && stderr.trim_end().lines().count() == 1, "{stderr}");
+    assert!(stderr.contains("other.glb: is not the file's model") && stderr.trim_end().lines().count() == 1, "{stderr}");
 }
 
 /// A cell that ends short of a wall leaves a gap, and a slanting segment is in it for long. As far as nothing is promised there, so near

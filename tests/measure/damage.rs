@@ -173,7 +173,7 @@ const DAMAGES: [Damage; 18] = [
         Seen::Refused("its box does not hold them"),
     ),
     ("the origin has moved", |f| f.origin.x += 0.5, Seen::Refused("the origin is")),
-    ("the model's hash is stale", |f| f.model_hash ^= 1, Seen::Refused("is not the model")),
+    ("the model's hash is stale", |f| f.model_hash ^= 1, Seen::Refused("is not the file's model")),
 ];
 
 fn baked() -> (Scene, PvsFile) {

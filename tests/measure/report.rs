@@ -316,7 +316,7 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     assert_eq!((told["cells"].as_u64(), told["portals"].as_u64()), (Some(2), Some(0)));
     let html = text(&page);
     check_page(&html);
-    assert!(html.contains("rows: one closed cell without portals has nothing to hide from itself"));
+    assert!(html.contains("rows: one closed cell without portals sees everything"));
     assert!(!html.contains("<h2>Tubes</h2>") && told.get("tube_errors").is_none());
     // No rays at all, no views at all.
     json(&["report", model, "-o", page.to_str().unwrap(), "--rays", "0", "--views", "0", "--json"]);
@@ -375,9 +375,9 @@ fn view_cells_are_drawn_split_by_split_until_the_bake_stopped() {
     let count = of_bake["count"].as_u64().unwrap_or(0);
     assert_eq!(points.last().unwrap()["view_cells"].as_u64(), Some(count));
     let note = bake["notes"].as_array().unwrap().iter().filter_map(Value::as_str).find(|n| n.contains("by cost")).unwrap();
-    assert_eq!(note.ends_with("their bytes were spent"), splits["ended_by"] == "bytes");
+    assert_eq!(note.ends_with("the bytes are used up"), splits["ended_by"] == "bytes");
     // Over one sky portals prove nothing: a file that promises to hold all keeps no view cell, and says so.
-    assert!(note.contains("none is kept") && count == 0, "{note}");
+    assert!(note.contains("none kept") && count == 0, "{note}");
     let html = text(&page);
     check_page(&html);
     assert!(html.contains(&format!("stopped at {count} view cells, ")));
@@ -395,7 +395,7 @@ fn bad_input_is_one_line_and_exit_2() {
     let flag = |name: &'static str| Path::new(name);
     refused(&report(&[&folder.join("none.glb")]), &["none.glb: "]);
     refused(&report(&[&folder.join("none.xyz")]), &["none.xyz: no importer"]);
-    refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes anew, from a model"]);
+    refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes a model itself"]);
     refused(&report(&[&villa, flag("--steps"), flag("7")]), &["villa_rotonda.glb: is no level; --steps is for levels"]);
     refused(&report(&[&villa, flag("--against"), &level]), &["villa_rotonda.glb: is no level; --against is for levels"]);
     refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);

@@ -87,7 +87,7 @@ fn cells_are_joined_as_far_as_their_rows_may_grow() {
         assert_eq!((file.cells.len(), sees(0), sees(count - 1)), (count, count == 1, true), "{growth}");
         // A detail says what rows cost before and after, to a tenth of a triangle.
         let after = if count == 1 { walls + ball_triangles } else { mean };
-        let note = format!("4 cells joined to {count}; a row from {mean:.1} to {after:.1} triangles");
+        let note = format!("4 cells joined to {count}; a row grows from {mean:.1} to {after:.1} triangles");
         assert_eq!(details.iter().filter(|n| n.contains(&note)).count(), usize::from(growth > 0.0), "{details:?}");
         let report = check(&file, &scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
         assert_eq!((report.passed, report.structure.count), (true, 0), "{growth}: {:?}", report.examples);

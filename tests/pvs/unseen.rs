@@ -153,7 +153,7 @@ fn sampling_goes_on_until_an_error_is_met_or_rays_end_it() {
     let met = asked(Some(1e-3), 100_000_000);
     assert_eq!(met.sampling_end, SamplingEnd::Unseen);
     assert!(met.file.unseen.as_ref().is_some_and(|unseen| unseen.mean > 0.0 && unseen.mean <= 1e-3));
-    assert!(met.file.stats.rays < 10_000_000 && noted(&met, "as asked for (0.10 %)"), "{:?}", met.file.notes);
+    assert!(met.file.stats.rays < 10_000_000 && noted(&met, "the goal was 0.10 %"), "{:?}", met.file.notes);
     // The same is found once more, and a smaller error takes more rays.
     assert!(asked(Some(1e-3), 100_000_000).file.write() == met.file.write());
     let less = asked(Some(2e-6), 100_000_000);

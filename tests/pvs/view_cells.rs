@@ -168,7 +168,7 @@ fn view_cells_by_cost_part_three_yards_under_one_sky() {
     // With fewer bytes there are fewer, and the note says why.
     let few = bake(&scene, options(200), &Job::quiet()).unwrap();
     assert!(few.partition.as_ref().is_some_and(|few| few.full && few.views.len() < found.views.len()));
-    assert!(few.file.notes.iter().any(|note| note.ends_with("their bytes were spent")), "{:?}", few.file.notes);
+    assert!(few.file.notes.iter().any(|note| note.ends_with("the bytes are used up")), "{:?}", few.file.notes);
 }
 
 /// A box of 6 x 3 x 4 m with a wall at x = 3 that has no door, its outside 0.2 m off, as an OBJ file.
@@ -261,7 +261,7 @@ fn view_cells_that_make_no_sense_are_refused() {
     let (views, out) = (folder.join("views.json"), folder.join("rooms.pvs"));
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {WEST}]}}"#)).unwrap();
     let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
-    cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
+    cli::refused(&refused, &["views.json", "cells[1].id", "is a duplicate"]);
     for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {
         let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), Path::new(wrong), "-o".as_ref(), &out]);
         cli::refused(&refused, &[says]);

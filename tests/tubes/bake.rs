@@ -164,6 +164,6 @@ fn pipes_alone_are_one_open_cell() {
     ground.role = Role::Furnishing;
     let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
     let file = bake(&scene, options, &Job::quiet()).unwrap().file;
-    assert!(file.cells.len() == 1 && file.cells[0].open && file.reason.contains("bounds rooms"), "{}", file.reason);
+    assert!(file.cells.len() == 1 && file.cells[0].open && file.reason.contains("no walls or floors"), "{}", file.reason);
     assert_eq!(file.bounds.unwrap().objects_upper.count_ones() as usize, scene.objects.len());
 }

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[derive(Parser, Clone, Debug)]
 #[command(name = "enfilade-viewer", version, about)]
 pub struct Args {
-    /// A .pvs file, or a model, which is baked where no .pvs file lies beside it [default: a start screen, to choose one]
+    /// A .pvs file, or a model, baked if it has no .pvs file beside it [default: a start screen to choose one]
     #[arg(value_name = "FILE")]
     pub file: Option<PathBuf>,
     /// The model of a .pvs file [default: of the same name, beside it]
@@ -25,20 +25,20 @@ pub struct Args {
     /// Time the frames of a path in every mode, or in that of --mode, without a window: a JSON line each
     #[arg(long, conflicts_with = "shot", group = "pictures")]
     pub bench: bool,
-    /// A camera path, as `enfilade walk` takes it, which a window plays [default: a path through every cell, without a window]
+    /// A camera path, as for `enfilade walk`; a window plays it [default: a path through every cell, without a window]
     #[arg(long, value_name = "P.json")]
     pub path: Option<PathBuf>,
-    /// Draw what a first visit begins with, in place of a frame of a path
+    /// Draw the first view of a new visit instead of a frame of a path
     #[arg(long, requires = "shot", conflicts_with_all = ["path", "frame", "freeze"])]
     pub start: bool,
-    /// Which frame of the path, from 0
+    /// Frame of the path, from 0
     #[arg(long, value_name = "N", default_value_t = 0, requires = "shot")]
     pub frame: usize,
     /// Width and height of the picture or the window, pixels
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<[u32; 2]>,
-    /// How to cull.
-    #[arg(long, value_name = "M", help = format!("How to cull: {}", ViewMode::ALL.map(ViewMode::name).join(", ")), value_parser = |m: &str| m.parse::<ViewMode>())]
+    /// Culling mode.
+    #[arg(long, value_name = "M", help = format!("Culling mode: {}", ViewMode::ALL.map(ViewMode::name).join(", ")), value_parser = |m: &str| m.parse::<ViewMode>())]
     pub mode: Option<ViewMode>,
     /// How to draw: plain, in flat colours; full, as it looks; or smooth, with four samples a pixel [default: full; plain for --bench]
     #[arg(long, value_enum, value_name = "DETAIL")]
@@ -46,29 +46,29 @@ pub struct Args {
     /// The engine for occlusion queries [default: the device, but software if the driver is software]
     #[arg(long, value_enum)]
     pub oracle: Option<OracleArg>,
-    /// Compare every frame with a picture of everything; with --shot or --bench, exit with 1 where pixels are missed
+    /// Compare every frame with a picture of everything; with --shot or --bench, exit with 1 if pixels are missed
     #[arg(long)]
     pub alarm: bool,
-    /// What to show over the picture of --shot, with commas between
+    /// Layers over the picture of --shot, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', requires = "shot")]
     pub show: Vec<Shown>,
-    /// Ground around the building, as `enfilade ground` makes it
+    /// Ground around the building, from `enfilade ground`
     #[arg(long, value_name = "X.ground", requires = "file")]
     pub ground: Option<PathBuf>,
-    /// Where the building's origin is: metres east, up and south of the ground's middle; degrees to the left [default: on the middle]
+    /// Position of the building's origin: metres east, up and south of the ground's middle; degrees to the left [default: on the middle]
     #[arg(long, value_name = "X,Y,Z,DEGREES", allow_hyphen_values = true, requires = "ground")]
     pub place: Option<Placement>,
-    /// Pixels that tubes may be off, 0.1 to 4, with --shot or --bench [default: 0.5]
+    /// Error limit of tubes, 0.1 to 4 pixels, with --shot or --bench [default: 0.5]
     #[arg(long, value_name = "PIXELS", value_parser = pixels, requires = "pictures")]
     pub tube_pixels: Option<f64>,
     /// Tubes thinner than a pixel, with --shot or --bench: as they are, a pixel wide by their weight, or two pixels wide [default: weighed;
     /// wide where a model has nothing but tubes]
     #[arg(long, value_enum, requires = "pictures")]
     pub thin_tubes: Option<Thin>,
-    /// Leave out objects with fewer pixels than N, as far as their boxes tell, with --shot or --bench
+    /// Leave out objects whose boxes cover fewer than N pixels, with --shot or --bench
     #[arg(long, value_name = "N", default_value_t = 0, requires = "pictures")]
     pub min_pixels: u32,
-    /// For tests: time passes only after a key or a button went down, in steps
+    /// For tests: time passes in steps, each after a key or a button
     #[arg(long, hide = true, conflicts_with_all = ["shot", "bench"])]
     pub steps: bool,
     /// Cull with the camera of this frame of the path, and draw with that of --frame
@@ -79,7 +79,7 @@ pub struct Args {
 /// See [`Oracle`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
 pub enum OracleArg {
-    /// Queries of the device that draws.
+    /// Queries of the graphics device.
     Device,
     /// A depth buffer on the processor.
     Software,
@@ -101,13 +101,13 @@ pub enum Shown {
     Cells,
     /// Outlines of portals.
     Portals,
-    /// Rectangles on the screen that portals narrow the view to.
+    /// Screen rectangles of portals.
     Rectangles,
     /// The plan of the storey.
     Plan,
     /// The visibility matrix.
     Matrix,
-    /// Graphs of what frames cost.
+    /// Graphs of frame costs.
     Graphs,
     /// The keys.
     Keys,
@@ -121,7 +121,7 @@ pub enum Shown {
     Heat,
     /// A mirror on the wall that the camera looks at.
     Mirror,
-    /// Why the camera's cell sees what is in the middle of the picture.
+    /// Why the camera's cell sees the object in the middle of the picture.
     Why,
     /// A level section a little above the camera.
     Section,

@@ -65,14 +65,14 @@ impl Building {
             return Self::baked(file, &model, progress);
         }
         if let Some(model) = model {
-            return Err(format!("{}: --model goes with a .pvs file, and {} is a model", model.display(), file.display()));
+            return Err(format!("{}: --model is for a .pvs file, but {} is a model", model.display(), file.display()));
         }
         let to = file.with_extension("pvs");
         if !to.exists() {
             return Self::bake(file, &to, progress, stop, early);
         }
         Self::baked(&to, file, progress).or_else(|why| {
-            eprintln!("{why}; it is baked anew");
+            eprintln!("{why}; baking it again");
             Self::bake(file, &to, progress, stop, early)
         })
     }
@@ -84,7 +84,7 @@ impl Building {
         let scene = import(model, &options).map_err(|e| at(model, e))?;
         if scene.hash() != pvs.model_hash {
             let file = file.display();
-            return Err(format!("{}: not the model that {file} was baked for; give it with --model", model.display()));
+            return Err(format!("{}: not the model of {file}; give its model with --model", model.display()));
         }
         let scene = scene.meshed(|_| SIDES_WITHIN);
         let looks = looks(&scene, model, &options, progress);
@@ -146,7 +146,7 @@ fn whole(scene: &Scene, to: &Path, progress: Progress<'_>, stop: &AtomicBool) ->
     if let (Some(journal), Err(BakeError::Stopped(_))) = (&journal, &baked)
         && let Err(e) = journal.flush()
     {
-        eprintln!("{}: what was baked is not kept: {e}", to.display());
+        eprintln!("{}: the state of the bake is not kept: {e}", to.display());
     }
     let file = baked?.file;
     if to.exists() {

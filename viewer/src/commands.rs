@@ -221,15 +221,15 @@ pub static TABLE: [Entry; 45] = [
         s.has_mode(6)
     })
     .with_shift(Action::OtherMode(6)),
-    entry((KeyCode::KeyF, "F"), Action::Freeze, "Freeze", "freeze the culling and fly out, or go on", |s| s.is_frozen()),
+    entry((KeyCode::KeyF, "F"), Action::Freeze, "Freeze", "freeze the culling and fly out, or resume", |s| s.is_frozen()),
     entry((KeyCode::KeyC, "C"), Action::Cells, "Cells", "colours of cells", |s| s.view.tints == Tints::Cells),
     entry((KeyCode::Digit8, "8"), Action::Waste, "Waste", "colours: seen, drawn in vain, culled, with their shares", |s| {
         s.view.tints == Tints::Waste
     }),
-    entry((KeyCode::KeyO, "O"), Action::Culled, "Culled", "while frozen, show what was culled as grey glass", |s| {
+    entry((KeyCode::KeyO, "O"), Action::Culled, "Culled", "while frozen, show culled objects as grey glass", |s| {
         s.view.culled
     }),
-    entry((KeyCode::KeyJ, "J"), Action::Split, "Split", "another mode in the right half; Shift+1 to 7 choose it", |s| {
+    entry((KeyCode::KeyJ, "J"), Action::Split, "Split", "a second mode in the right half; Shift+1 to 7 choose it", |s| {
         s.insight.split.is_some()
     }),
     entry(
@@ -243,12 +243,10 @@ pub static TABLE: [Entry; 45] = [
         (KeyCode::KeyQ, "Q"),
         Action::Heat,
         "Heat",
-        "colours from the profile: how often seen; what is drawn in vain; off",
+        "colours from the profile: frames seen; triangles drawn in vain; off",
         |s| matches!(s.view.tints, Tints::Seen | Tints::InVain),
     ),
-    entry((KeyCode::KeyL, "L"), Action::Detail, "Detail", "as it looks, or in flat colours", |s| {
-        s.view.detail != Detail::Plain
-    }),
+    entry((KeyCode::KeyL, "L"), Action::Detail, "Detail", "materials, or flat colours", |s| s.view.detail != Detail::Plain),
     entry((KeyCode::KeyP, "P"), Action::Layer(Shown::Portals), "Outlines", "outlines of portals", |s| s.view.layers.portals),
     entry((KeyCode::KeyR, "R"), Action::Layer(Shown::Rectangles), "Rectangles", "portals' rectangles on the screen", |s| {
         s.view.layers.rectangles
@@ -257,21 +255,21 @@ pub static TABLE: [Entry; 45] = [
         (KeyCode::KeyM, "M"),
         Action::Layer(Shown::Plan),
         "Plan",
-        "plan of the storey; click to go there, wheel and drag to look closer",
+        "plan of the storey; click to go there, wheel to zoom, drag to move",
         |s| s.view.layers.plan,
     ),
     entry(
         (KeyCode::PageUp, "Page Up"),
         Action::Storey(true),
         "Storey up",
-        "plan of the storey above; once more: go there",
+        "plan of the storey above; again: go there",
         NEVER,
     ),
     entry(
         (KeyCode::PageDown, "Page Down"),
         Action::Storey(false),
         "Storey down",
-        "plan of the storey below; once more: go there",
+        "plan of the storey below; again: go there",
         NEVER,
     ),
     entry((KeyCode::KeyB, "B"), Action::SavePlan, "Save plan", "write the plan beside the model, as SVG and PNG", NEVER),
@@ -287,7 +285,7 @@ pub static TABLE: [Entry; 45] = [
         (KeyCode::KeyY, "Y"),
         Action::Pick,
         "Pick",
-        "pick what is ahead (or click it); a second pick: why does one see the other?",
+        "pick the object ahead (or click it); a second pick explains whether one sees the other",
         NEVER,
     ),
     entry(
@@ -308,25 +306,25 @@ pub static TABLE: [Entry; 45] = [
     .with_shift(Action::TurnSection),
     entry((KeyCode::KeyU, "U"), Action::Measure, "Measure", "measure between two clicks", |s| s.measure.is_on),
     entry((KeyCode::KeyN, "N"), Action::Layer(Shown::Names), "Names", "names and areas of rooms", |s| s.view.layers.names),
-    entry((KeyCode::Digit9, "9"), Action::Ground, "Ground", "tiles of the ground by level, and how fine they are", |s| {
+    entry((KeyCode::Digit9, "9"), Action::Ground, "Ground", "tiles of the ground by level, and their error limit", |s| {
         s.shows_tiles()
     }),
-    entry((KeyCode::Digit0, "0"), Action::Tubes, "Tubes", "sides of tubes as colours, and how fine they are", |s| {
+    entry((KeyCode::Digit0, "0"), Action::Tubes, "Tubes", "sides of tubes as colours, and their error limit", |s| {
         s.shows_sides()
     }),
     entry(
         (KeyCode::Delete, "Delete"),
         Action::Hide,
         "Hide",
-        "hide what was picked or found (Shift+Delete: show all again)",
+        "hide the picked or found objects (Shift+Delete: show all)",
         NEVER,
     )
     .with_shift(Action::ShowAll),
-    entry((KeyCode::KeyI, "I"), Action::Isolate, "Isolate", "show only what was picked or found", NEVER),
+    entry((KeyCode::KeyI, "I"), Action::Isolate, "Isolate", "show only the picked or found objects", NEVER),
     entry((KeyCode::KeyH, "H"), Action::Hud, "Counters", "counters", |s| s.view.hud),
     entry((KeyCode::F1, "F1"), Action::Layer(Shown::Keys), "Keys", "this list", |s| s.view.keys),
     entry((KeyCode::F2, "F2"), Action::Screenshot, "Screenshot", "save a picture without the panels", NEVER),
-    entry((KeyCode::F3, "F3"), Action::Menu, "Menu", "buttons for all of these", |s| s.view.menu),
+    entry((KeyCode::F3, "F3"), Action::Menu, "Menu", "buttons for all these actions", |s| s.view.menu),
     entry((KeyCode::F5, "F5"), Action::Record, "Record", "record a path, or stop and save it", |s| {
         s.motion.paths.is_recording()
     }),

@@ -110,7 +110,7 @@ impl KeyMap {
         if more > 0 {
             told += &format!(", and {more} more");
         }
-        (!told.is_empty()).then(|| format!("keys in the settings that are ignored: {told}"))
+        (!told.is_empty()).then(|| format!("ignored keys of the settings: {told}"))
     }
 
     /// The action or movement of a key, and its label.
@@ -122,7 +122,7 @@ impl KeyMap {
     fn read(kept: &Value) -> Self {
         let mut map = Self::default();
         let Value::Object(kept) = kept else {
-            map.ignored.push("what is no list of keys".to_owned());
+            map.ignored.push("an invalid list of keys".to_owned());
             return map;
         };
         for (label, value) in kept {

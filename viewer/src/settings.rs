@@ -197,13 +197,13 @@ fn whole_names<'d, D: Deserializer<'d>>(from: D) -> Result<Vec<String>, D::Error
 pub struct Layers {
     /// Outlines of portals.
     pub portals: bool,
-    /// Rectangles on the screen that portals narrow the view to.
+    /// Screen rectangles of portals.
     pub rectangles: bool,
     /// The plan of the storey.
     pub plan: bool,
     /// The visibility matrix.
     pub matrix: bool,
-    /// Graphs of what frames cost.
+    /// Graphs of frame costs.
     pub graphs: bool,
     /// The missed-pixel alarm.
     pub alarm: bool,

@@ -21,7 +21,7 @@ enum Command {
         after_help = "Examples:\n  enfilade bake data/buildings/office.glb -o office.pvs\n  enfilade bake villa.glb --unseen 0.1% --rows sampled --view-cells auto --json"
     )]
     Bake(commands::bake::Args),
-    /// Test a .pvs file against its model, independently of how it was baked.
+    /// Test a .pvs file against its model, independently of the bake.
     #[command(
         after_help = "Examples:\n  enfilade check office.pvs --model data/buildings/office.glb --rays 10M\n  enfilade check level.bsp --json"
     )]
@@ -47,7 +47,7 @@ enum Command {
         after_help = "Examples:\n  enfilade export office.pvs --model data/buildings/office.glb -o objects.glb\n  enfilade export level.pvs --model level.map -o level.glb --json"
     )]
     Export(commands::export::Args),
-    /// Compute the visibility of a level with ready portals: a .prt, or a Quake .bsp, whose rows are written back.
+    /// Compute the visibility of a level with ready portals: a .prt, or a Quake .bsp, with rows written back.
     #[command(
         after_help = "Examples:\n  enfilade vis level.bsp\n  enfilade vis level.prt --rows rows.txt --against other.txt"
     )]
@@ -57,7 +57,7 @@ enum Command {
         after_help = "Examples:\n  enfilade report data/buildings/office.glb -o office.html\n  enfilade report level.prt --against other.txt"
     )]
     Report(commands::report::Args),
-    /// Make a ground from height rasters: tiles that are drawn within a stated error in pixels.
+    /// Make a ground from height rasters: tiles, drawn within a stated error in pixels.
     #[command(
         after_help = "Examples:\n  enfilade ground north.tif south.tif -o hills.ground\n  enfilade ground hills.asc -o hills.ground --keep-out data/buildings/office.glb --place 120,2,-40,30"
     )]

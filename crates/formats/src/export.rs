@@ -39,7 +39,7 @@ pub enum ExportError {
     #[error(transparent)]
     Import(#[from] ImportError),
     /// The file is damaged: it has other objects than the model that it names.
-    #[error("{found} objects in the model, {expected} in the file that names it: the file is damaged")]
+    #[error("{found} objects in the model, {expected} in the file: the file is damaged")]
     OtherObjects {
         /// Of the model.
         found: usize,
@@ -47,7 +47,7 @@ pub enum ExportError {
         expected: usize,
     },
     /// The file was baked for another model.
-    #[error("not the model that was baked (hash {found:032x}, expected {expected:032x}); give that model, or bake this one")]
+    #[error("not the file's model (hash {found:032x}, expected {expected:032x}); give the file's model, or bake this one")]
     OtherModel {
         /// [`Scene::hash`] of the model.
         found: u128,

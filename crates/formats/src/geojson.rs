@@ -41,7 +41,7 @@ pub fn from_slice(bytes: &[u8], name: &str, options: &ImportOptions) -> Result<S
     let in_degrees = |p: &DVec3| p.x.abs() <= scale * DEGREES[0] && p.z.abs() <= scale * DEGREES[1];
     if !has_system && lines.iter().flat_map(|line| &line.points).all(in_degrees) {
         return Err(ImportError::Unsupported {
-            what: "a file whose coordinates look like degrees".into(),
+            what: "a file with coordinates in degrees".into(),
             hint: "project it to metres, or name its projected system in a member \"crs\"",
         });
     }

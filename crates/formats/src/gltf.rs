@@ -389,7 +389,7 @@ impl<'a> Importer<'a> {
         if out.iter().flatten().all(|p| p.is_finite()) {
             Ok(out)
         } else {
-            Err(broken("a room's bound or a portal has a vertex that is not a finite number"))
+            Err(broken("a room's bound or a portal has a vertex that isn't finite"))
         }
     }
 
@@ -417,4 +417,4 @@ impl<'a> Importer<'a> {
 
 /// Notes about skinned meshes and about bodies.
 const SKINNED: &str = "skinned meshes hide nothing, and rows contain them in all poses of the file; draw them always if you play other animations";
-const BODIES: &str = "meshes are physics bodies: they hide nothing; rows contain them in their first place only, so draw them always once they move";
+const BODIES: &str = "meshes are physics bodies: they hide nothing; rows contain them only at their first position; draw them always once they move";

@@ -333,7 +333,7 @@ impl Reader {
     fn add_notes(&self, [concave, fanned]: [usize; 2], notes: &mut Vec<Note>) {
         let counts = [
             (concave, NoteKind::Detail, "concave polygons cut into triangles"),
-            (fanned, NoteKind::Detail, "polygons that cross themselves or have too many corners cut into fans"),
+            (fanned, NoteKind::Detail, "polygons with self-intersections or too many corners cut into fans"),
             (self.lines, NoteKind::Fault, "lines left out; --tubes METRES makes them tubes"),
             (self.points, NoteKind::Detail, "points left out"),
             (self.free_form, NoteKind::Fault, "free-form curves and surfaces left out"),

@@ -116,8 +116,7 @@ fn of_rooms(hints: &Hints, metre: f64) -> (Vec<Finding>, Vec<bool>) {
     for (i, (room, solid)) in hints.rooms.iter().zip(&solids).enumerate() {
         if solid.open_share > OPEN {
             unsound[i] = true;
-            let what =
-                format!("is not closed: {:.0} % of the lines through it come in and never leave", 100.0 * solid.open_share);
+            let what = format!("is not closed: {:.0} % of the lines that enter it never leave", 100.0 * solid.open_share);
             findings.push(one(FindingKind::NotClosed, room, &what));
         } else if solid.volume < LEAST_VOLUME * cubic {
             unsound[i] = true;

@@ -58,7 +58,7 @@ pub fn note(shell: &Shell, limits: &Limits<'_>) -> Option<Note> {
     let says = || {
         Note::cost(format!(
             "{BOUND}walls would cut space into more than {most} leaves; the {left_out} triangles of the smallest planes do not split space, \
-             {kept} do; cells are larger for it, and more is drawn"
+             {kept} do, so cells are larger, and more is drawn"
         ))
     };
     (left_out > 0).then(says)

@@ -156,12 +156,12 @@ fn notes(
     around: Aabb,
 ) -> Vec<Note> {
     let mut notes = vec![
-        format!("surfaces smaller than {} (--cells bsp:METRES) part nothing: {small} triangles", human.told(occluder)),
-        format!("{} planes of {} triangles part space", shell.planes.len(), shell.triangles.len()),
+        format!("surfaces smaller than {} (--cells bsp:METRES) do not split space: {small} triangles", human.told(occluder)),
+        format!("{} planes of {} triangles split space", shell.planes.len(), shell.triangles.len()),
         format!("{leaves} leaves in tiles of at most {}", human.told(edge)),
     ];
     let [x, _, z] = around.size().to_array().map(|length| human.told(length));
-    let beyond = || format!("what lies beyond the walls, {x} x {z} with some room around, parts nothing: {far} triangles");
+    let beyond = || format!("triangles outside the walls ({x} x {z} with a margin) do not split space: {far}");
     notes.extend((far > 0).then(beyond));
     notes.into_iter().map(Note::detail).collect()
 }

@@ -46,7 +46,7 @@ pub(crate) fn note(rays: &RayScene<'_>, human: HumanScale) -> Option<Note> {
     let [stand, close] =
         if names.len() == 1 { ["stands in a doorway", "closes it"] } else { ["stand in doorways", "close them"] };
     Some(Note::fault(format!(
-        "{first}{more} {stand} and {close}, though no name says a door: if it opens, or is not drawn, say so in MODEL.roles.json"
+        "{first}{more} {stand} and {close}, without a door's name: if it opens, or isn't drawn, set its role in MODEL.roles.json"
     )))
 }
 

@@ -145,7 +145,10 @@ impl Reader {
     fn cell(&self, i: usize, cell: GivenCell) -> Result<Cell, GivenError> {
         let field = format!("cells[{i}]");
         if cell.id as usize != i {
-            return Err(GivenError::at(format!("{field}.id"), format!("{}; ids count up from 0, so give {i}", cell.id)));
+            return Err(GivenError::at(
+                format!("{field}.id"),
+                format!("{}; ids are consecutive from 0, so give {i}", cell.id),
+            ));
         }
         let pieces = self.pieces(field, cell.pieces, cell.min, cell.max)?;
         let name = cell.name.unwrap_or_else(|| format!("cell {i}"));
@@ -246,7 +249,7 @@ impl Reader {
     fn portal(&self, i: usize, portal: GivenPortal, cells: usize) -> Result<Portal, GivenError> {
         let field = format!("portals[{i}]");
         if let Some(id) = portal.id.filter(|&id| id as usize != i) {
-            return Err(GivenError::at(format!("{field}.id"), format!("{id}; ids count up from 0, so give {i}")));
+            return Err(GivenError::at(format!("{field}.id"), format!("{id}; ids are consecutive from 0, so give {i}")));
         }
         if let Some(id) = portal.cells.iter().find(|&&id| id as usize >= cells) {
             let what = format!("no cell {id}; ids end at {}", cells - 1);
@@ -304,7 +307,7 @@ impl Reader {
         if turn > BETWEEN_ROUNDS {
             return Err(GivenError::at(
                 field.to_owned(),
-                "goes round more than once; give the corners in order around the portal",
+                "winds more than once; give the corners in order around the portal",
             ));
         }
         Ok(())
@@ -323,8 +326,7 @@ impl Reader {
                 *portal = portal.clone().turned();
             } else {
                 let [a, b] = portal.cells;
-                let what =
-                    if turned { "the plane's normal must lead from" } else { "the winding is not where it could lead from" };
+                let what = if turned { "the plane's normal must lead from" } else { "the winding can't lead from" };
                 return Err(GivenError::at(format!("portals[{i}]"), format!("{what} cell {a} into cell {b}")));
             }
         }
@@ -452,7 +454,7 @@ mod tests {
             (r#"{"cells": ["#.to_owned(), "line 1 column 11"),
             (r#"{"cells": [{"id": "a"}]}"#.to_owned(), "line 1 column 21"),
             (r#"{"cells": []}"#.to_owned(), "cells: none"),
-            (rooms(DOOR).replace(r#""id": 1"#, r#""id": 2"#), "cells[1].id: 2; ids count up from 0, so give 1"),
+            (rooms(DOOR).replace(r#""id": 1"#, r#""id": 2"#), "cells[1].id: 2; ids are consecutive from 0, so give 1"),
             (rooms(DOOR).replace("[0, 1]", "[0, 2]"), "portals[0].cells: no cell 2"),
             (rooms(DOOR).replace("[0, 1]", "[1, 1]"), "portals[0].cells: a portal joins two different cells"),
             (rooms(DOOR).replace("[1004, 3, 2]", "[1000, 3, 2]"), "cells[1].pieces[0]: no volume"),
@@ -463,10 +465,7 @@ mod tests {
             (rooms(&DOOR.replace("[1000, 2, 0.5]", "[1000.1, 2, 0.5]")), "off the plane"),
             (rooms("[[1000,0,0], [1000,2,0], [1000,0.5,0.5], [1000,0,2]]"), "not convex"),
             // A star of five points, which turns left everywhere.
-            (
-                rooms("[[1000,2,0], [1000,1,0.5], [1000,1.6,-0.5], [1000,1.6,0.5], [1000,1,-0.5]]"),
-                "goes round more than once",
-            ),
+            (rooms("[[1000,2,0], [1000,1,0.5], [1000,1.6,-0.5], [1000,1.6,0.5], [1000,1,-0.5]]"), "winds more than once"),
             (
                 rooms(&format!(r#"{DOOR}, "plane": [-1, 0, 0, -1000]"#)),
                 "portals[0]: the plane's normal must lead from cell 0",
@@ -479,10 +478,7 @@ mod tests {
                 rooms(DOOR).replace(r#""kind": "door""#, r#""state": {"shut": true}"#),
                 "portals[0].state: shut, but not closable",
             ),
-            (
-                rooms(&DOOR.replace("1000", "1002")),
-                "portals[0]: the winding is not where it could lead from cell 0 into cell 1",
-            ),
+            (rooms(&DOOR.replace("1000", "1002")), "portals[0]: the winding can't lead from cell 0 into cell 1"),
             (
                 r#"{"cells": [{"id": 0, "pieces": [{"planes": [[0, 0, 0, 1]]}]}]}"#.to_owned(),
                 "cells[0].pieces[0].planes[0]: no plane",

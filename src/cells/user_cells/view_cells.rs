@@ -42,11 +42,11 @@ pub fn read_view_cells(json: &str, scene: &Scene) -> Result<Vec<ViewCell>, Given
         let field = format!("cells[{i}]");
         let id = cell.id;
         if !ids.insert(id.clone()) {
-            return Err(GivenError::at(format!("{field}.id"), format!("{id} came before; give each an id of its own")));
+            return Err(GivenError::at(format!("{field}.id"), format!("{id} is a duplicate; ids must be unique")));
         }
         let pieces = reader.pieces(field.clone(), cell.pieces, cell.min, cell.max)?;
         if let Some(k) = pieces.iter().position(|p| !(p.bounds.min.is_finite() && p.bounds.max.is_finite())) {
-            let what = "goes on without end; a view cell is bounded: close it with planes";
+            let what = "is unbounded; close it with planes";
             return Err(GivenError::at(format!("{field}.pieces[{k}]"), what));
         }
         Ok(ViewCell { id, pieces })
@@ -103,7 +103,7 @@ mod tests {
         cells(r#"{"id": "a", "min": [0, 0, 0], "max": [1, 0, 1]}"#, "cells[0]: no volume");
         cells(r#"{"id": "a", "min": [0, 0, 0], "max": [1e300, 1, 1]}"#, "cells[0].max: coordinates beyond 1e12 m");
         cells(r#"{"id": "a", "pieces": [{"planes": [[0, 0, 0, 1]]}]}"#, "cells[0].pieces[0].planes[0]: no plane");
-        cells(r#"{"id": "a", "pieces": [{"planes": [[1, 0, 0, 1]]}]}"#, "cells[0].pieces[0]: goes on without end");
+        cells(r#"{"id": "a", "pieces": [{"planes": [[1, 0, 0, 1]]}]}"#, "cells[0].pieces[0]: is unbounded");
         let one = r#"{"id": "1", "min": [0, 0, 0], "max": [1, 1, 1]}"#;
         cells(&format!("{one}, {one}"), "cells[1].id: \"1\" came before");
         // A number and a name of the same digits are different ids.

@@ -87,7 +87,7 @@ impl PvsFile {
             self.left_out.push("view cells' rows: every view cell sees every object".to_owned());
         }
         let in_no_cell = rows.in_no_cell.iter().map(|&v| &views[v].id);
-        let faults = in_no_cell.map(|id| format!("view cell {id} lies in no cell: nothing beyond it is seen from there"));
+        let faults = in_no_cell.map(|id| format!("view cell {id} lies in no cell: it sees only the objects that touch it"));
         self.notes.splice(0..0, faults);
     }
 }
@@ -113,7 +113,7 @@ fn too_fine(scene: &Scene, graph: &CellGraph) -> Option<Note> {
     let count = graph.portals.iter().filter(|p| geom::width(&p.winding) < rounding).count();
     (count > 0).then(|| {
         Note::cost(format!(
-            "{count} portals are narrower than {rounding:.1e} m, as near as f32 holds a model of this size: the run time takes them for wider"
+            "{count} portals are narrower than {rounding:.1e} m, the rounding of f32 in a model of this size: the run time widens them"
         ))
     })
 }
@@ -128,7 +128,7 @@ fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
     let one_cell = file.cells.len() <= 1;
     let mut out = Vec::new();
     match (&file.cell_rows, &file.object_rows) {
-        (None, None) if hall => out.push("rows: one closed cell without portals has nothing to hide from itself"),
+        (None, None) if hall => out.push("rows: one closed cell without portals sees everything"),
         (None, None) if !one_cell => out.push("rows: everything sees everything"),
         (cells, objects) => {
             match cells {
@@ -145,13 +145,13 @@ fn left_out(file: &PvsFile, hall: bool, keep_bounds: bool) -> Vec<String> {
         out.push(if one_cell { "portals: one cell has none" } else { "portals: no cell has any" });
     }
     if file.placed.is_none() && !one_cell {
-        out.push("boxes of objects in cells: hardly smaller than what cells leave of the objects' own");
+        out.push("boxes of objects in cells: hardly smaller than the objects' boxes cut to the cells");
     }
     if !file.cells.iter().any(|cell| cell.open) {
         out.push("online hierarchy: the building is closed");
     }
     if !keep_bounds {
-        out.push("bounds and witnesses: not asked for (--rows both)");
+        out.push("bounds and witnesses: not requested (--rows both)");
     }
     if file.repairs.is_empty() {
         out.push("repairs: none were needed");

@@ -67,14 +67,16 @@ pub enum TreeFault<N> {
 impl<N: fmt::Debug> fmt::Display for TreeFault<N> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Again(node) => write!(f, "node {node:?} is reached twice; it stays where it was reached first"),
-            Self::NoBox(node) => write!(f, "node {node:?} has no box of numbers; it is made anew"),
-            Self::NoObjectBox(object) => write!(f, "object {object} has no box of numbers; it is always drawn"),
-            Self::Short(node) => write!(f, "the box of node {node:?} doesn't hold what is below; it is made anew"),
-            Self::Unknown(node, object) => write!(f, "node {node:?} holds object {object}, which there isn't"),
-            Self::Twice(node, object) => write!(f, "node {node:?} holds object {object}, which another one holds, too"),
+            Self::Again(node) => write!(f, "node {node:?} is reached twice; its first place counts"),
+            Self::NoBox(node) => write!(f, "node {node:?} has an invalid box; it is computed again"),
+            Self::NoObjectBox(object) => write!(f, "object {object} has an invalid box; it is always drawn"),
+            Self::Short(node) => write!(f, "the box of node {node:?} doesn't hold its descendants; it is computed again"),
+            Self::Unknown(node, object) => write!(f, "node {node:?} holds object {object}, which doesn't exist"),
+            Self::Twice(node, object) => {
+                write!(f, "node {node:?} holds object {object}, as does another node; the first one keeps it")
+            }
             Self::Missing(object) => write!(f, "object {object} is in no node; it becomes a child of the root"),
-            Self::Endless(node) => write!(f, "node {node:?} has more nodes below than are looked at"),
+            Self::Endless(node) => write!(f, "node {node:?} has too many descendants; the rest count as missing"),
         }
     }
 }
@@ -102,7 +104,7 @@ impl Hierarchy {
         let mut held = tree.objects.clone();
         held.sort_unstable();
         let all = (0..boxes.len() as u32).map(ObjectId);
-        assert!(held.into_iter().eq(all), "objects that were divided are those that there were");
+        assert!(held.into_iter().eq(all), "the division keeps the set of objects");
         tree
     }
 

@@ -35,7 +35,7 @@ impl<'a> FlowByCell<'a> {
     pub fn new(input: FlowInput<'a>) -> Self {
         let (cells, objects) = (input.graph.cells.len(), input.object_bounds.len());
         for (matrix, columns) in [(input.cells_lower, cells), (input.objects_lower, objects), (input.placement, objects)] {
-            assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "rows of every cell, columns of every target");
+            assert_eq!((matrix.rows(), matrix.columns()), (cells, columns), "a row per cell, a column per target");
         }
         let net = Net::of_graph(input.graph, input.coplanar);
         let might_see = MightSee::new(&net);

@@ -113,8 +113,8 @@ fn lies_in_sparse_accessors_are_told_from_the_truth() {
         ([1, 1], 3, 5121, "out of order or out of range"),
         ([1, 3], 3, 5121, "out of order or out of range"),
         ([1, 2], 3, 5126, "not unsigned integers"),
-        ([1, 2], u64::MAX, 5121, "elements, of which 2 are stored"),
-        ([1, 2], 1_000_000, 5121, "elements, of which 2 are stored"),
+        ([1, 2], u64::MAX, 5121, "elements, but 2 are stored"),
+        ([1, 2], 1_000_000, 5121, "elements, but 2 are stored"),
     ] {
         let mut glb = Glb::new();
         let indices = glb.view(&indices, None);
@@ -139,7 +139,7 @@ fn what_is_no_gltf_is_refused() {
     };
     let message = |bytes: &[u8]| read_glb(bytes).unwrap_err().to_string();
     assert!(message(b"").starts_with("not glTF, neither text nor binary"));
-    assert!(message(b"solid cube\n").ends_with("it is STL: call it .stl"));
+    assert!(message(b"solid cube\n").ends_with("it is STL: rename it to .stl"));
     assert!(message(b"{\n\"asset\": 7}").starts_with("line 2: not a glTF document"));
     assert!(message(b"Kaydara FBX Binary").ends_with("it is FBX: export it as glTF"));
     assert!(message(b"The model goes here").ends_with("it begins with the text `The model goes here`"));

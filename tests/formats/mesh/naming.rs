@@ -74,7 +74,7 @@ fn a_file_of_roles_beside_the_model_gives_roles() {
         let scene = import(&model, &ImportOptions::default()).unwrap();
         (
             scene.objects[0].opaque,
-            scene.source.notes.iter().any(|note| note.starts_with("67 % of the triangles are see-through")),
+            scene.source.notes.iter().any(|note| note.starts_with("67 % of the triangles have see-through materials")),
         )
     };
     assert_eq!((opaque("structure"), opaque("opaque")), ((false, true), (true, false)));
@@ -155,7 +155,7 @@ fn a_model_whose_z_is_up_stands_where_its_author_says_so() {
     let out = bake(&[]);
     cli::done(&out);
     let said = String::from_utf8(out.stdout).unwrap();
-    assert!(said.contains("note: its largest planes face along Z: where +Z is up in the model, give --up z\n"), "{said}");
+    assert!(said.contains("note: its largest planes face along Z: if +Z is up, give --up z\n"), "{said}");
     let out = bake(&["--up", "z"]);
     cli::done(&out);
     assert!(!String::from_utf8(out.stderr).unwrap().contains("--up"));

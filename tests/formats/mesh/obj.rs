@@ -79,7 +79,7 @@ fn a_material_library_says_what_is_see_through() {
     let found: Vec<_> = scene.objects.iter().map(|o| (o.node.as_str(), o.opaque)).collect();
     assert_eq!(found, [("wall", true), ("glass", false), ("leaf", false), ("lost", true)]);
     assert_eq!(scene.source.notes.len(), 3);
-    assert!(scene.source.notes[2].starts_with("50 % of the triangles are see-through"));
+    assert!(scene.source.notes[2].starts_with("50 % of the triangles have see-through materials"));
     assert!(scene.source.notes[0].starts_with("materials count as opaque: `none.mtl` is missing"));
     assert!(scene.source.notes[1].starts_with("materials count as opaque: `../up.mtl` leads out of the model's folder"));
 }

@@ -19,7 +19,7 @@ impl Session<'_> {
                 named if named.source.is_some() => format!("cell {cell} ({})", named.name),
                 _ => format!("cell {cell}"),
             },
-            None => "no cell asked".to_owned(),
+            None => "no cell needed".to_owned(),
         };
         let device = self.renderer.readback.device_ms.map_or(String::new(), |ms| format!(", GPU {ms:.2} ms"));
         let how = if self.section.is_on { format!("section: {}", last.method) } else { method(self.view.mode, last) };

@@ -124,7 +124,7 @@ impl<'b> Session<'b> {
     pub(super) fn start_profile(&mut self) {
         let path = self.motion.paths.last.clone().unwrap_or_else(|| thinned(tour(&self.document.building.file, 0)));
         if path.frames.is_empty() {
-            return self.tell("no path: the model has no cell that one can be in".to_owned());
+            return self.tell("no path: the model has no cell to walk in".to_owned());
         }
         self.insight.back.get_or_insert(self.motion.walker);
         self.insight.profile = Some(Profile::new(&self.renderer, path, self.view.mode, self.renderer.format));

@@ -9,10 +9,9 @@ impl Session<'_> {
     pub(super) fn toggle_tubes(&mut self) {
         match &mut self.renderer.tubes {
             Some(tubes) => tubes.look.shows_sides ^= true,
-            None => self.tell(
-                "no tubes: they come with pipes of IFC, and with lines of GeoJSON, OBJ or glTF that have a radius"
-                    .to_owned(),
-            ),
+            None => {
+                self.tell("no tubes: pipes of IFC become tubes, and lines with a radius of GeoJSON, OBJ or glTF".to_owned())
+            }
         }
     }
 

@@ -24,12 +24,12 @@ pub fn show(ui: &mut egui::Ui, terrain: &Terrain) -> Option<Command> {
         let hits = if loading.wanted == 0 { 1.0 } else { f64::from(loading.present) / f64::from(loading.wanted) };
         ui.label(format!("{patches} tiles, {} triangles", number(shown.triangles() as f64)));
         ui.label(format!("{:.2} pixels wrong at most", shown.scratch.worst()));
-        ui.label(format!("{} of {} wanted tiles there ({:.0} %)", loading.present, loading.wanted, hits * 1e2));
+        ui.label(format!("{} of {} wanted tiles loaded ({:.0} %)", loading.present, loading.wanted, hits * 1e2));
         ui.label(format!("{} loaded, {} under way", loading.loaded, loading.under_way));
         if let Some(fault) = ground.faults().last() {
             ui.label(fault.to_string());
         }
-        ui.small("White: drawn. Red: wanted and not there. Blue to red: fine to coarse.");
+        ui.small("White: drawn. Red: wanted, but not loaded. Blue to red: fine to coarse.");
     });
     command
 }

@@ -34,7 +34,7 @@ pub fn kinds(ui: &egui::Ui, triangles: [u64; 3], pixels: [u64; 3]) {
         egui::Grid::new("kinds").num_columns(4).show(ui, |ui| {
             ui.label("");
             ui.small("triangles").on_hover_text("of the whole model");
-            ui.small("pixels filled").on_hover_text("by what is within the frustum, whatever hides it");
+            ui.small("pixels filled").on_hover_text("by everything in the frustum, also if hidden");
             ui.end_row();
             for (kind, name) in KINDS.into_iter().enumerate() {
                 ui.horizontal(|ui| {
@@ -54,7 +54,7 @@ pub fn kinds(ui: &egui::Ui, triangles: [u64; 3], pixels: [u64; 3]) {
 pub fn profile(ui: &egui::Ui, profile: &Profile<'_>, tints: Tints) {
     let title = match tints {
         Tints::Seen => "how often each object is seen on the path",
-        Tints::InVain => "triangles that each object costs in vain on the path",
+        Tints::InVain => "triangles of each object drawn in vain on the path",
         _ => return,
     };
     let ends = heat::ends(profile, tints);

@@ -77,7 +77,7 @@ impl Matrix {
         pair: Option<[CellId; 2]>,
     ) -> Option<Command> {
         let mut clicked = None;
-        let window = egui::Window::new("Which cell (down) sees which (across)").id(egui::Id::unique("matrix"));
+        let window = egui::Window::new("Visibility from cells (down) to cells (across)").id(egui::Id::unique("matrix"));
         window.anchor(egui::Align2::LEFT_BOTTOM, [8.0, -8.0]).auto_sized().show(ui.ctx(), |ui| {
             let Some((lower, upper)) = sides(file) else {
                 ui.label("Every cell sees every cell, or there is only one: the file keeps no rows.");

@@ -227,7 +227,7 @@ impl Plan {
                 draw_eye(&painter, rect, &view, (eye, sides), trail);
             }
             ui.horizontal(|ui| {
-                if ui.small_button("Whole").on_hover_text("all of the plan again").clicked() {
+                if ui.small_button("Whole").on_hover_text("show the whole plan").clicked() {
                     self.view = View::whole(self.bounds);
                 }
                 if ui.small_button("Save").on_hover_text("write this plan beside the model, as SVG and PNG").clicked() {

@@ -37,7 +37,7 @@ pub fn show(
         egui::ScrollArea::vertical().max_height(room).show(ui, |ui| {
             rows(ui, &mut chosen);
             commands.extend(rebind::show(ui, keys.0, keys.1));
-            if ui.button("As they were first").clicked() {
+            if ui.button("Defaults").clicked() {
                 (chosen.preferences, chosen.fov_y) = (Preferences::default(), FIELD_OF_VIEW.usual.to_radians());
             }
         });

@@ -36,7 +36,7 @@ pub fn show(ui: &mut egui::Ui, profile: &Profile<'_>, here: Option<usize>) -> Op
         }
         ui.horizontal(|ui| {
             for (label, words, asked) in [
-                ("Again", "measure once more, as frames are culled now", Command::ProfileAgain),
+                ("Again", "measure again in the current mode", Command::ProfileAgain),
                 ("Save", "write it as JSON beside the model", Command::SaveProfile),
             ] {
                 if ui.small_button(label).on_hover_text(words).clicked() {

@@ -27,11 +27,11 @@ pub fn show(ui: &mut egui::Ui, tubes: &TubeRenderer, sections: usize) -> Option<
         ui.label(tubes.say_drawn());
         let over = tubes.drawn.chosen().over;
         if over > 0 {
-            ui.label(format!("{over} chords are farther off: they can be no finer"));
+            ui.label(format!("{over} chords exceed this at the finest level"));
         }
         let [bytes, of_mesh] = [tubes.bytes, tubes.bytes_of_mesh].map(|bytes| bytes as f64 / MEGA);
         ui.label(format!("{} sections, {bytes:.2} MB; as a mesh {of_mesh:.2} MB", number(sections as f64)));
-        ui.small("Blue to red: 4, 8, 16, 32, and 64 sides or more. Lines: rings that are drawn.");
+        ui.small("Blue to red: 4, 8, 16, 32, and 64 sides or more. Lines: drawn rings.");
     });
     (look != tubes.look).then_some(Command::SetTubeLook(look))
 }

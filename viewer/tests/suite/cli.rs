@@ -24,7 +24,7 @@ fn bad_input_is_one_line_that_names_it() {
         (&["missing.pvs", "--shot", out], "missing.pvs: "),
         (&["missing.glb", "--shot", out], "missing.glb: "),
         (&[broken, "--shot", out], "viewer_broken.pvs: "),
-        (&[glb, "--model", glb, "--shot", out], "--model goes with a .pvs file"),
+        (&[glb, "--model", glb, "--shot", out], "--model is for a .pvs file"),
         (&[glb, "--path", "missing.json"], "missing.json: "),
     ];
     for (args, expected) in cases {

@@ -53,7 +53,7 @@ fn settings_give_a_command_for_what_changes_and_none_for_the_rest() {
     assert_eq!(clicked(&["up and down inverted"], panel), [Command::SetPreferences(inverted)]);
     let fast = Preferences { speed: 3.0, ..usual };
     let changed = |ui: &mut egui::Ui| preferences::show(ui, &fast, FOV, Detail::Full, (&keys, &waiting));
-    let reset = clicked(&["As they were first"], changed);
+    let reset = clicked(&["Defaults"], changed);
     assert!(
         matches!(reset[..], [Command::SetPreferences(first), Command::SetFieldOfView(_)] if first == usual),
         "{reset:?}"

@@ -29,5 +29,5 @@ pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError>
             }
         }
     }
-    Err(at(path, "has more backups than can be numbered"))
+    Err(at(path, "has too many backups; delete some"))
 }

@@ -31,14 +31,13 @@ pub struct Args {
     json: bool,
     #[command(flatten)]
     scene: SceneFlags,
-    /// Sample until a test bounds the unseen share of a cell's visible objects by this, in the mean over cells, with 95 % confidence;
-    /// as 0.01%
+    /// Sample until the unseen share of a cell's visible objects, averaged over cells, is below this with 95 % confidence, as in 0.01%
     #[arg(long, value_name = "PERCENT%", value_parser = percent, help_heading = "Rows")]
     unseen: Option<f64>,
-    /// Which bound the rows take; both: conservative rows, and the file keeps both bounds and the witnesses, for `why`
+    /// The bound in the rows; both: conservative rows, and the file keeps both bounds and the witnesses for `why`
     #[arg(long, value_enum, default_value = "conservative", help_heading = "Rows")]
     rows: Rows,
-    /// Memory for rows and proofs during the bake: bytes, or with K, M or G; with less, cells are joined
+    /// Memory for rows and proofs during the bake, as in 512M; cells are joined to fit
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G", help_heading = "Run")]
     memory: u64,
     #[command(flatten)]
@@ -51,7 +50,7 @@ pub struct Args {
     workers: WorkerFlags,
 }
 
-/// Which bound the rows take.
+/// The bound in the rows.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Rows {
     Conservative,
@@ -59,30 +58,30 @@ enum Rows {
     Both,
 }
 
-/// Flag of commands that make view cells.
+/// Flag for view cells.
 #[derive(clap::Args)]
 pub struct ViewCellsFlag {
-    /// Regions that get rows besides the cells: camera volumes in a file, or those that save most triangles for this many bytes
+    /// More regions with rows: camera volumes from a file, or those that save most triangles for this many bytes
     #[arg(long, value_name = "V.json|auto[:BYTES]", value_parser = view_cells_of, help_heading = "Rows")]
     pub view_cells: Option<ViewCells>,
 }
 
-/// Regions that get rows on top of the cells.
+/// Regions with rows besides the cells.
 #[derive(Clone)]
 pub enum ViewCells {
     /// Camera volumes in a file.
     File(PathBuf),
-    /// At most so many bytes.
+    /// Chosen regions, at most this many bytes.
     Auto(u64),
 }
 
 impl ViewCells {
-    /// The path of a file of camera volumes.
+    /// The path of the file of camera volumes.
     pub(super) fn path(&self) -> Option<&PathBuf> {
         if let Self::File(path) = self { Some(path) } else { None }
     }
 
-    /// The view cells of a file, and the bytes of those to be chosen.
+    /// The view cells from a file, and the bytes for chosen ones.
     pub(super) fn read(this: Option<&Self>, scene: &Scene) -> Result<(Vec<ViewCell>, Option<u64>), CliError> {
         Ok(match this {
             None => (Vec::new(), None),
@@ -105,12 +104,12 @@ fn view_cells_of(text: &str) -> Result<ViewCells, String> {
 }
 
 impl Args {
-    /// The file to write.
+    /// The output file.
     fn output(&self) -> PathBuf {
         self.output.clone().unwrap_or_else(|| self.input.with_extension("pvs"))
     }
 
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let output = self.output();
         let alone = self.workers.folder().is_none();
@@ -121,7 +120,7 @@ impl Args {
         files.fills(&self.workers.folder())
     }
 
-    /// The point file of a map that leaks.
+    /// The point file of a leaking map.
     fn leak(&self) -> Option<PathBuf> {
         let is_map = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("map"));
         is_map.then(|| self.output().with_extension("pts"))
@@ -135,12 +134,12 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     super::pool(args.run.threads)?.install(|| bake_file(&args))
 }
 
-/// Writes the way out of a map that leaks as points, a line each, which editors of maps load.
+/// Writes the point file of a leaking map for map editors: the path to the outside, a line per point.
 fn write_leak(path: Option<&Path>, leak: Option<&LeakHint>) -> Result<(), CliError> {
     let (Some(path), Some(LeakHint { from, way, .. })) = (path, leak) else { return Ok(()) };
     let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{} {} {}", p.x, p.y, p.z);
     replace_file(path, |out| std::iter::once(from).chain(way).try_for_each(|p| line(out, p))).map_err(|e| at(path, e))?;
-    eprintln!("note: the map leaks; {} has the way out: open it in your map editor and close the hole", path.display());
+    eprintln!("note: the map leaks; {} is its point file: load it in your map editor and close the hole", path.display());
     Ok(())
 }
 
@@ -224,7 +223,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
-/// The split gets `--memory` divided by this: it is over before there are rows.
+/// The split may use `--memory` divided by this; rows come after it.
 const FOR_THE_SPLIT: u64 = 2;
 
 /// Default number of rays with `--unseen`.
@@ -253,13 +252,13 @@ fn view_cells(path: &Path, scene: &Scene) -> Result<Vec<ViewCell>, CliError> {
     read_view_cells(&text, scene).map_err(|e| at(path, e))
 }
 
-/// A bar with the time still to go, where that can be said, on a terminal; nothing elsewhere.
+/// A progress bar with an estimate of the remaining time; visible only on a terminal.
 pub(super) fn progress_bar() -> indicatif::ProgressBar {
-    let style = indicatif::ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {elapsed} (still {left})");
+    let style = indicatif::ProgressStyle::with_template("{msg:12} [{bar:40}] {percent:>3} %  {elapsed} ({left} left)");
     let bar = indicatif::ProgressBar::new(1000);
     if let Ok(style) = style {
         let left = |state: &indicatif::ProgressState, out: &mut dyn std::fmt::Write| {
-            // A stage that has told nothing yet, or never does.
+            // The stage has reported no progress.
             let _ = match state.pos() {
                 0 => out.write_str("?"),
                 _ => write!(out, "{:#}", indicatif::HumanDuration(state.eta())),
@@ -267,12 +266,12 @@ pub(super) fn progress_bar() -> indicatif::ProgressBar {
         };
         bar.set_style(style.progress_chars("=> ").with_key("left", left));
     }
-    // Long searches say little; the clock goes on.
+    // Long searches report rarely; the clock keeps running.
     bar.enable_steady_tick(std::time::Duration::from_millis(500));
     bar
 }
 
-/// The most memory that this process has held, MiB, where the system says so.
+/// Peak memory of this process, MiB, if the system reports it.
 pub(super) fn peak_rss_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;

@@ -22,15 +22,15 @@ use std::path::{Path, PathBuf};
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file that `bake` wrote; or a level whose rows are tested.
+    /// The file from `bake`, or a level.
     #[arg(value_name = "OUT.pvs|LEVEL.prt|LEVEL.bsp")]
     file: PathBuf,
-    /// The model that it was baked for; not for levels.
+    /// The file's model; not for levels.
     #[arg(long, value_name = "INPUT", conflicts_with = "rows")]
     model: Option<PathBuf>,
     #[command(flatten)]
     files: super::FilesFlag,
-    /// For a level: the rows that `vis --rows` wrote [default: those in LEVEL.bsp].
+    /// Rows of a level, from `vis --rows` [default: those in LEVEL.bsp].
     #[arg(long, value_name = "FILE", conflicts_with = "views")]
     rows: Option<PathBuf>,
     /// Rays; each is tested against the rows and followed through the portals.
@@ -39,13 +39,13 @@ pub struct Args {
     /// Views of 96 x 54 rays; not for levels.
     #[arg(long, value_name = "N", default_value_t = CheckOptions::default().views)]
     views: u32,
-    /// Random eyes from which everything that is visible, as the exact judge has it, must be in the row of the eye's cell; not for levels.
+    /// Random eyes with exact visibility: all objects visible from an eye must be in its cell's row; not for levels.
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000), conflicts_with = "rows")]
     exact: u32,
-    /// Rooms and doors that somebody wrote down: scores the cells and portals against them; not for levels.
+    /// True rooms and doors, to score the cells and portals; not for levels.
     #[arg(long, value_name = "ROOMS.json", conflicts_with = "rows")]
     rooms: Option<PathBuf>,
-    /// Write every hole as a line to look at, in the model's coordinates; holes fail the check. Not for levels.
+    /// Write every hole as a polyline in the model's coordinates; holes fail the check. Not for levels.
     #[arg(long, value_name = "LEAK.obj", requires = "model")]
     leak: Option<PathBuf>,
     /// Print JSON to stdout; docs/cli.md lists the keys
@@ -56,7 +56,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let files = Files::new().reads(&self.file, &["pvs", "prt", "bsp"]).reads_too(&[self.file.with_extension("prt")]);
         let files = self.model.iter().fold(files, |files, model| files.model(model));
@@ -117,7 +117,7 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(if passed { Outcome::Done } else { Outcome::Failed })
 }
 
-/// A polyline a leak.
+/// Writes a polyline per leak.
 fn leak_lines(leaks: &[Leak], out: &mut dyn Write) -> io::Result<()> {
     let mut corners = 0;
     for (i, leak) in leaks.iter().enumerate() {
@@ -135,7 +135,7 @@ fn leak_lines(leaks: &[Leak], out: &mut dyn Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Cells and portals against what somebody wrote down.
+/// Scores cells and portals against the true rooms and doors.
 fn rooms(path: &Path, file: &PvsFile, scene: &Scene) -> Result<RoomScore, CliError> {
     let text = std::fs::read_to_string(path).map_err(|e| at(path, e))?;
     let written: RoomsFile =
@@ -157,7 +157,7 @@ fn tell_rooms(s: &RoomScore, out: &mut String) {
     );
     say!(
         out,
-        "  {} rooms in several cells, {} cells over several rooms, {} cells in no room that was written down",
+        "  {} rooms in several cells, {} cells over several rooms, {} cells in no listed room",
         s.over_segmented,
         s.under_segmented,
         s.unlisted
@@ -167,11 +167,11 @@ fn tell_rooms(s: &RoomScore, out: &mut String) {
     }
 }
 
-/// What the exact judge found.
+/// The result of exact visibility.
 fn tell_exact(r: &ExactReport, file: &PvsFile, scene: &Scene, out: &mut String) {
     say!(
         out,
-        "{} eyes, exactly: {} missed cell-object pairs, {} seen through cracks only; {:.0} triangles visible, {:.2} undecided ({:.2} %)",
+        "{} eyes, exact visibility: {} missed cell-object pairs, {} seen only through cracks; {:.0} triangles visible, {:.2} undecided ({:.2} %)",
         r.eyes,
         r.missed_pairs,
         r.crack_pairs,
@@ -222,14 +222,14 @@ fn check_level(args: &Args) -> Result<Outcome, CliError> {
 fn tell_level(r: &LineReport, out: &mut String) {
     say!(
         out,
-        "{} lines through {} portals, {CLEARANCE} clear of their edges: {} show pairs that aren't in the rows, {} pairs",
+        "{} lines through {} portals, at least {CLEARANCE} from their edges: {} prove pairs missing from the rows, {} pairs",
         r.rays,
         r.crossings,
         r.missed_rays,
         r.missed_pairs
     );
     if r.bent > 0 {
-        say!(out, "{} lines ended in cells that are not convex", r.bent);
+        say!(out, "{} lines ended in cells that aren't convex", r.bent);
     }
     for e in &r.examples {
         let [a, b] = e.cells;
@@ -253,22 +253,22 @@ fn tell(r: &CheckReport, file: &PvsFile, out: &mut String) {
         r.missed_pairs,
         r.missed_cell_pairs
     );
-    say!(out, "{} segments: {} left a cell other than through a portal", r.segments, r.missed_segments);
+    say!(out, "{} segments: {} left a cell without a portal", r.segments, r.missed_segments);
     if r.crack_rays > 0 {
         say!(
             out,
-            "{} rays passed cracks narrower than {:.4} m: nothing is promised there, and they don't fail the check",
+            "{} rays passed cracks narrower than {:.4} m: rows promise nothing there, so these don't fail the check",
             r.crack_rays,
             file.smallest_hole
         );
     }
     if r.views > 0 {
         let [mean, max] = [r.false_pixels.mean, r.false_pixels.max].map(|share| 100.0 * share);
-        say!(out, "{} views: {mean:.4} % of the pixels are missing in the mean, {max:.4} % in the worst", r.views);
+        say!(out, "{} views: {mean:.4} % of the pixels are missing on average, {max:.4} % in the worst view", r.views);
     }
 }
 
-/// Free space that no cell covers; the run time draws all in the frustum there.
+/// Free space outside all cells. There the run time draws everything in the frustum.
 fn tell_free_space(r: &CheckReport, out: &mut String) {
     let free = &r.free_outside_cells;
     if free.outside > 0 {
@@ -281,21 +281,21 @@ fn tell_free_space(r: &CheckReport, out: &mut String) {
         );
     }
     for place in &free.places {
-        let from = place.from_cell.map_or("a room that its author drew".into(), |c| format!("cell {c}"));
+        let from = place.from_cell.map_or("an authored room".into(), |c| format!("cell {c}"));
         say!(out, "  {} of them around {:.3}, on the way from {from}", place.points, place.at);
     }
     if r.empty_cells > 0 {
-        say!(out, "{} cells have no volume; nothing was cast from them", r.empty_cells);
+        say!(out, "{} cells have no volume; no ray starts in them", r.empty_cells);
     }
 }
 
-/// What fails the check, beside missed rays.
+/// Faults besides missed rays.
 fn tell_faults(r: &CheckReport, out: &mut String) {
     if r.missed_placements > 0 {
-        say!(out, "{} objects are met in a cell that they aren't placed in", r.missed_placements);
+        say!(out, "{} objects were hit in a cell that doesn't hold them", r.missed_placements);
     }
     if r.structure.count > 0 {
-        say!(out, "{} faults of cells and portals, which fail the check", r.structure.count);
+        say!(out, "{} faults of cells and portals, so the check fails", r.structure.count);
     }
     for fault in &r.structure.faults {
         let [a, b] = fault.cells;
@@ -307,8 +307,8 @@ fn tell_faults(r: &CheckReport, out: &mut String) {
         for (i, leak) in leaks.leaks.iter().take(10).enumerate() {
             let what = match leak.kind {
                 LeakKind::Segment => "a segment leaves",
-                LeakKind::Opening => "an opening that is neither door nor window leads out of",
-                LeakKind::Room => "nothing closes a room that its author drew, in",
+                LeakKind::Opening => "an opening, neither door nor window, leads out of",
+                LeakKind::Room => "an authored room is open, in",
             };
             say!(out, "  leak_{i}: {what} cell {}, {:.2} m", leak.from_cell, leak.length);
         }
@@ -325,7 +325,7 @@ fn tell_examples(r: &CheckReport, file: &PvsFile, scene: &Scene, out: &mut Strin
             Violation::Object => say!(out, "  {a} doesn't list {object}, seen from {:.3} at {:.3}", e.from, e.at),
             Violation::Cell => say!(out, "  {a} doesn't list {b}, seen from {:.3} at {:.3}", e.from, e.at),
             Violation::Placement => {
-                say!(out, "  {b} doesn't hold {object}, met in it at {:.3}, seen from {:.3}", e.at, e.from)
+                say!(out, "  {b} doesn't hold {object}, hit in it at {:.3}, seen from {:.3}", e.at, e.from)
             }
             Violation::Segment => say!(out, "  from {a} into {b} without a portal at {:.3}, seen from {:.3}", e.at, e.from),
         }

@@ -58,7 +58,7 @@ pub fn counts(a: &Against) -> Vec<(String, u64)> {
         ("theirs only: proven hidden", a.refuted),
         ("ours only: proven visible by a line", lost),
         ("ours only: undecided", a.undecided),
-        ("theirs one way only (a sees b, b doesn't see a)", a.one_way),
+        ("theirs in one direction only (a sees b, b doesn't see a)", a.one_way),
         ("of those, proven hidden", a.one_way_refuted),
     ]
     .map(|(what, pairs)| (what.to_owned(), pairs))
@@ -69,7 +69,7 @@ pub fn counts(a: &Against) -> Vec<(String, u64)> {
 pub fn prose(a: &Against, path: &Path) -> String {
     let mut lines = vec![
         format!(
-            "{} has {} pairs: {} are in both, {} are proven hidden; it lacks {} that are proven visible and {} undecided ones",
+            "{} has {} pairs: {} are in both, {} are proven hidden; it lacks {} proven visible and {} undecided pairs",
             path.display(),
             a.theirs,
             a.both,

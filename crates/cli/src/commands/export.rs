@@ -14,7 +14,7 @@ pub struct Args {
     /// The .pvs file.
     #[arg(value_name = "OUT.pvs")]
     file: PathBuf,
-    /// The model that the file was baked for.
+    /// The file's model.
     #[arg(long, value_name = "INPUT")]
     model: PathBuf,
     /// The model to write, cut into the objects of the file.

@@ -78,7 +78,7 @@ enum Scene {
         /// Teapots.
         #[arg(long, value_name = "N")]
         count: usize,
-        /// Times life size.
+        /// Scale; 1 is life size.
         #[arg(long, value_name = "S", default_value_t = 10)]
         scale: usize,
         #[command(flatten)]
@@ -86,7 +86,7 @@ enum Scene {
     },
     /// A city: buildings and trees at random on 5 x 5 km, in a scene graph of four levels.
     City {
-        /// 2,028 buildings on 2 % of the plane, for 25,426 on 22 %.
+        /// 2,028 buildings on 2 % of the plane instead of 25,426 on 22 %.
         #[arg(long)]
         sparse: bool,
         #[command(flatten)]

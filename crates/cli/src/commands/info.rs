@@ -81,7 +81,7 @@ fn prose(InfoReport { file: f, expected_draw }: &InfoReport) -> String {
         Guarantee::Conservative => p.upper_pairs,
         Guarantee::Sampled => p.lower_pairs,
     };
-    out.add("rows", &format!("{:.0} % of the pairs of a cell and an object are kept", percent(kept, p.total_pairs)));
+    out.add("rows", &format!("{:.0} % of the cell-object pairs are kept", percent(kept, p.total_pairs)));
     if let Some(expected) = expected_draw {
         out.add("expected", &format!("{expected}, on a path through every cell"));
     }

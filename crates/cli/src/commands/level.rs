@@ -12,13 +12,13 @@ use std::path::{Path, PathBuf};
 /// Flags of commands that compute the visibility of a level.
 #[derive(clap::Args)]
 pub struct SearchFlags {
-    /// Most flow steps of a search; pairs that it leaves undecided count as visible
+    /// Limit of flow steps per search; undecided pairs count as visible
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().steps)]
     pub steps: u64,
     /// Random lines from each side of a portal before any search
     #[arg(long, value_name = "N", default_value_t = VisOptions::default().lines)]
     pub lines: u64,
-    /// Compare with rows of another tool: text as `vis --rows` writes it, or a .bsp that holds some
+    /// Compare with rows of another tool: text in the form of `vis --rows`, or a .bsp with rows
     #[arg(long, value_name = "ROWS")]
     pub against: Option<PathBuf>,
 }
@@ -77,7 +77,7 @@ impl Input {
                 Err(at(path, "a level's source: compile it (qbsp) and give the .bsp or the .prt, or `bake` it as it is"))
             }
             _ if path.is_dir() => Err(at(path, "is a folder; give a .prt or .bsp in it")),
-            _ => Err(at(path, "is named neither .prt nor .bsp")),
+            _ => Err(at(path, "is neither a .prt nor a .bsp")),
         }
     }
 
@@ -116,14 +116,14 @@ impl Input {
         if point.is_nan() {
             return Err("a point has three numbers, as 480,-352,88".into());
         }
-        let bsp = self.bsp.as_ref().ok_or("a .prt doesn't say where its clusters are; give the .bsp, or a number")?;
+        let bsp = self.bsp.as_ref().ok_or("a .prt has no positions of its clusters; give the .bsp, or a number")?;
         let leaf = bsp.leaf_at(point).ok_or("lies in a wall or outside the level")?;
         Ok(self.clusters[leaf])
     }
 
     #[cfg(not(feature = "quake"))]
     fn cluster_at(&self, _: DVec3) -> Result<u32, String> {
-        Err("a .prt doesn't say where its clusters are; give a number".into())
+        Err("a .prt has no positions of its clusters; give a number".into())
     }
 
     fn of_prt(prt: Prt, bsp: Option<Bsp>) -> Self {
@@ -152,7 +152,7 @@ impl Input {
                             if fit.elsewhere.is_empty() { Vec::new() } else { vec![format!("{says}; it is used anyway")] };
                         return Ok(Self { notes, ..Self::of_prt(prt, Some(bsp)) });
                     }
-                    notes.push(format!("{says}: it is of another level; portals come from the BSP tree"));
+                    notes.push(format!("{says}: it belongs to another level; portals come from the BSP tree"));
                 }
                 Err(e) => notes.push(format!("{e}: portals come from the BSP tree")),
             }

@@ -16,9 +16,9 @@ use enfilade_levels::VisOptions;
 use files::{name, write};
 use std::path::PathBuf;
 
-/// Extension of the state of a report that was interrupted.
+/// Extension of the state of an interrupted report.
 const STATE: &str = "report-state";
-/// Views in which missed pixels are counted: the default.
+/// Default number of views for counting missed pixels.
 const VIEWS: u32 = 1000;
 
 /// Flags.
@@ -30,7 +30,7 @@ pub struct Args {
     /// The page; tables go beside it, as .csv [default: the input's name with .report.html]
     #[arg(short, long, value_name = "REPORT.html")]
     output: Option<PathBuf>,
-    /// Views in which missed pixels are counted, for a building
+    /// Views for counting missed pixels, for a building
     #[arg(long, value_name = "N", default_value_t = VIEWS)]
     views: u32,
     /// Print JSON to stdout; docs/cli.md lists the keys
@@ -54,7 +54,7 @@ impl Args {
         self.output.clone().unwrap_or_else(|| self.input.with_extension("report.html"))
     }
 
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let page = self.output();
         let files = Files::new().model_or_level(&self.input, &["ground"]).reads_too(&self.search.against);
@@ -63,7 +63,7 @@ impl Args {
         let is = |extension: &str| self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
         let is_building = !["prt", "bsp", "ground"].into_iter().any(is);
         let tables = [
-            // Else there is a line of its own on it.
+            // The same name is an error of its own.
             ("csv", page.with_extension("csv") != page),
             ("cells.csv", is_building),
             ("tubes.csv", is_building),
@@ -87,7 +87,7 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     let is = |extension: &str| args.input.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension));
     let is_level = is("prt") || is("bsp");
     if is("pvs") {
-        return Err(at(&args.input, "report bakes anew, from a model; `enfilade info` tells of a .pvs"));
+        return Err(at(&args.input, "report bakes a model itself; for a .pvs, use `enfilade info`"));
     }
     // Flags of the other kind would do nothing.
     let default = VisOptions::default();
@@ -112,7 +112,7 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     let output = args.output();
     let table = output.with_extension("csv");
     if table == output {
-        return Err(at(&output, "-o names the page; the table gets its name with .csv"));
+        return Err(at(&output, "-o names the page, and the table beside it ends in .csv; give the page another extension"));
     }
     if is("ground") {
         let again = command(args, []);
@@ -121,7 +121,7 @@ fn report(args: &Args) -> Result<Outcome, CliError> {
     if is_level { level::report(args, &output, &table) } else { building::report(args, &output, &table) }
 }
 
-/// The command again: names without their folders, and flags with their values; an empty one stands for a flag that takes none.
+/// The command line that repeats the report: file names without folders, and flags with values; an empty value is a flag without one.
 fn command(args: &Args, flags: impl IntoIterator<Item = (&'static str, String)>) -> String {
     let quoted = |text: String| {
         let is_plain = |c: char| c.is_alphanumeric() || "._-,:".contains(c);

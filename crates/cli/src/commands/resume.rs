@@ -1,4 +1,4 @@
-//! Long runs: Ctrl-C stops them, and the same command goes on with them; several share one by way of a folder.
+//! Long runs: Ctrl-C stops one, the same command resumes it, and several processes share one through a folder.
 
 use super::{CliError, Outcome, at};
 use enfilade::job::{Digest, Folder, FolderError, Job, Journal, JournalError, Progress};
@@ -10,26 +10,26 @@ use std::time::Duration;
 
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Work has so long to end by itself once it is stopped. Longer: users take it for hanging. Shorter: results that are nearly there are lost.
+/// Time for stopped work to end by itself. Longer: it seems to hang. Shorter: results that are nearly complete are lost.
 const GRACE: Duration = Duration::from_millis(1000);
-/// What is kept if the program ends now.
+/// What to keep if the program ends now.
 static NOW: Mutex<Now> = Mutex::new(Now::Early);
 
-/// How far the program is.
+/// The phase of the program.
 enum Now {
-    /// There is nothing to keep.
+    /// Before the work.
     Early,
-    /// At work; results are kept here.
+    /// During the work; results are kept here.
     AtWork(Arc<Place>),
-    /// It writes its files, or says why it doesn't, and ends.
+    /// It writes its files or reports an error, and ends.
     Ending,
 }
 
-/// From here on the first Ctrl-C stops work, and the second ends the program at once. Some work has no place at which it could be stopped:
-/// the import of a model, what other crates do. Where it goes on, its results are given up, and those before it kept.
+/// From here on the first Ctrl-C stops the work, and the second ends the program at once. Some work can't be stopped:
+/// the import of a model, and work in other crates. If it goes on too long, its results are lost and earlier ones kept.
 pub fn catch_interrupts() -> Result<(), CliError> {
     let handler = ctrlc::set_handler(|| {
-        // 128 and the signal's number, as shells have it.
+        // 128 plus the signal's number, as in shells.
         if STOP.swap(true, Ordering::Relaxed) {
             std::process::exit(130);
         }
@@ -38,10 +38,10 @@ pub fn catch_interrupts() -> Result<(), CliError> {
     handler.map_err(|e| CliError(format!("Ctrl-C can't be caught: {e}")))
 }
 
-/// Ends the program where it hasn't come to an end by itself.
+/// Ends the program if it has not ended by itself.
 fn give_up() {
     std::thread::sleep(GRACE);
-    // Held until the process is gone, so that nobody begins to write a file.
+    // Held until the process ends, so that no file is begun.
     let mut now = NOW.lock().unwrap_or_else(PoisonError::into_inner);
     let place = match std::mem::replace(&mut *now, Now::Ending) {
         Now::Early => Arc::new(Place::Nowhere),
@@ -49,7 +49,7 @@ fn give_up() {
         Now::Ending => return,
     };
     if std::io::stderr().is_terminal() {
-        // Off the line of the bar.
+        // Below the progress bar.
         eprintln!();
     }
     let code = place.stopped().map_or_else(
@@ -62,37 +62,37 @@ fn give_up() {
     std::process::exit(code);
 }
 
-/// Flags of commands that keep what they have worked out.
+/// Flags of commands that can be resumed.
 #[derive(clap::Args)]
 pub struct StateFlags {
-    /// Drop the state that an interrupted run left beside the output, and start again
+    /// Delete the state of an interrupted run beside the output, and start again
     #[arg(long, help_heading = "Run")]
     pub fresh: bool,
 }
 
-/// The state file of a run of one process: beside an output that is a plain file. A pipe or a device has none.
+/// The state file of a single process, beside its output; none for a pipe or a device.
 pub fn state_path((beside, extension): (&Path, &str)) -> Option<PathBuf> {
     (!beside.exists() || beside.is_file()).then(|| beside.with_extension(extension))
 }
 
-/// Flags of commands that several processes may share.
+/// Flags of commands that several processes can share.
 #[derive(clap::Args)]
 pub struct WorkerFlags {
-    /// Be worker K of about N, from 0 on, that share this run through a folder, on one machine or several
+    /// Be worker K, counted from 0, of about N that share this run through a folder, on one machine or several
     #[arg(long, value_name = "K/N:DIR", value_parser = worker, conflicts_with = "fresh", help_heading = "Run")]
     with: Option<Worker>,
 }
 
-/// A process that shares a run.
+/// A process of a shared run.
 #[derive(Clone)]
 pub struct Worker {
-    /// Its number, and about how many there are.
+    /// Its number, and the approximate number of workers.
     place: [u32; 2],
     folder: PathBuf,
 }
 
 impl WorkerFlags {
-    /// The folder that workers share.
+    /// The shared folder.
     pub fn folder(&self) -> Option<PathBuf> {
         self.with.as_ref().map(|worker| worker.folder.clone())
     }
@@ -107,20 +107,20 @@ fn worker(text: &str) -> Result<Worker, String> {
         (place[0] < place[1]).then(|| Worker { place, folder: folder.into() })
     };
     parse(text)
-        .ok_or_else(|| "takes a worker's number, how many there are, and a folder, as in 0/4:DIR; 3/4 is the last".into())
+        .ok_or_else(|| "takes a worker's number, the number of workers and a folder, as in 0/4:DIR; 3/4 is the last".into())
 }
 
-/// What a run is about.
+/// Identifies a run.
 pub struct Of<'a> {
-    /// What the result depends on, but for this program.
+    /// Everything the result depends on, except this program.
     pub digest: Digest,
-    /// The file beside which its state lies, and with which extension.
+    /// The file beside the state, and the state's extension.
     pub beside: (&'a Path, &'a str),
-    /// The files that it writes in the end.
+    /// Its output files.
     pub outputs: &'a [&'a Path],
 }
 
-/// The state of a run, on the disk.
+/// The state of a run on disk.
 pub struct Kept {
     place: Arc<Place>,
 }
@@ -132,7 +132,7 @@ enum Place {
 }
 
 impl Kept {
-    /// Goes on from the state in `state`, or in a folder that is shared, or begins one; says so.
+    /// Resumes from the state beside the output or in a shared folder, and reports that, or begins a new one.
     pub fn open(state: &StateFlags, flags: Option<&WorkerFlags>, of: &Of<'_>) -> Result<Self, CliError> {
         let place = match flags.and_then(|flags| flags.with.as_ref()) {
             Some(worker) => shared(worker, of)?,
@@ -143,7 +143,7 @@ impl Kept {
         Ok(Self { place })
     }
 
-    /// Work that keeps its state here, and that Ctrl-C stops.
+    /// Work with its state here; Ctrl-C stops it.
     pub fn work<'w>(&'w self, progress: Progress<'w>) -> Job<'w> {
         let work = Job::new(progress).until(&STOP);
         match &*self.place {
@@ -153,38 +153,38 @@ impl Kept {
         }
     }
 
-    /// True where others have done all of it.
+    /// True if other workers have finished.
     pub fn is_done(&self) -> bool {
         matches!(&*self.place, Place::Folder(_, folder) if folder.done_by().is_some())
     }
 
-    /// From here on the program ends by itself: it writes files, which nothing may cut short.
+    /// From here on the program ends by itself: nothing may interrupt its writing of files.
     pub fn ends(&self) {
         *NOW.lock().unwrap_or_else(PoisonError::into_inner) = Now::Ending;
     }
 
-    /// The work came to no end here: says why, and where it goes on from.
+    /// Reports why the work stopped and where to resume.
     pub fn stopped(self) -> Result<Outcome, CliError> {
         self.ends();
         self.place.stopped()
     }
 
-    /// The work is done and its result is safe: a state of one goes, and others who share it end.
+    /// The result is on disk: deletes the state of a single process, and ends the other workers.
     pub fn done(self) -> Result<(), CliError> {
         match &*self.place {
             Place::Nowhere => (),
             Place::File(path, journal) => journal.remove().map_err(|e| at(path, e))?,
             Place::Folder(path, folder) => {
-                // The output is there; others will find out for themselves.
-                folder
-                    .finish()
-                    .unwrap_or_else(|e| eprintln!("{}: {e}; others aren't told that all is done", path.display()));
+                // The output exists, so this is not an error; other workers finish without the message.
+                folder.finish().unwrap_or_else(|e| {
+                    eprintln!("{}: {e}; other workers don't learn that the work is done", path.display())
+                });
             }
         }
         Ok(())
     }
 
-    /// There is no result, and nothing to go on with.
+    /// There is no result, and nothing to resume from.
     pub fn vain(self) -> Result<(), CliError> {
         self.ends();
         match &*self.place {
@@ -195,7 +195,7 @@ impl Kept {
 }
 
 impl Place {
-    /// Keeps what there is, and says where it goes on from.
+    /// Keeps the results so far, and reports where to resume.
     fn stopped(&self) -> Result<Outcome, CliError> {
         let path = match self {
             Self::Folder(path, folder) => {
@@ -211,11 +211,11 @@ impl Place {
                 path
             }
             Self::File(path, journal) if journal.is_empty() => {
-                eprintln!("stopped; nothing was worked out yet that could be kept");
+                eprintln!("stopped; there are no results to keep yet");
                 return journal.remove().map_err(|e| at(path, e)).map(|()| Outcome::Failed);
             }
             Self::File(path, journal) => {
-                journal.flush().map_err(|e| at(path, format!("{e}; what was done after that is lost")))?;
+                journal.flush().map_err(|e| at(path, format!("{e}; later results are lost")))?;
                 path
             }
             Self::Nowhere => {
@@ -223,7 +223,7 @@ impl Place {
                 return Ok(Outcome::Failed);
             }
         };
-        eprintln!("stopped; the same command goes on from {}", path.display());
+        eprintln!("stopped; the same command resumes from {}", path.display());
         Ok(Outcome::Failed)
     }
 }
@@ -233,18 +233,18 @@ fn alone(flags: &StateFlags, of: &Of<'_>) -> Result<Place, CliError> {
     let digest = of.digest.of_this_build();
     let opened = if flags.fresh { Journal::fresh(&path, digest) } else { Journal::open(&path, digest) };
     let journal = opened.map_err(|e| match e {
-        JournalError::Other(_) => at(&path, format!("{e}; an interrupted run left it. --fresh drops it and starts again")),
+        JournalError::Other(_) => at(&path, format!("{e}; an interrupted run left it. --fresh deletes it and starts again")),
         JournalError::NotAJournal => at(&path, format!("{e}; move it, or give the output another name")),
         e => at(&path, e),
     })?;
     if journal.is_resumed() {
-        eprintln!("goes on from {}", path.display());
+        eprintln!("resumes from {}", path.display());
     }
     Ok(Place::File(path, journal))
 }
 
 fn shared(Worker { place, folder: path }: &Worker, of: &Of<'_>) -> Result<Place, CliError> {
-    // What is no plain file can't be read again.
+    // Only plain files can be read again.
     let outputs = of.outputs.iter().filter(|output| !output.exists() || output.is_file());
     let outputs: Vec<PathBuf> = outputs.map(|&output| output.to_owned()).collect();
     let say = Box::new(|line: &str| eprintln!("{line}"));
@@ -253,7 +253,7 @@ fn shared(Worker { place, folder: path }: &Worker, of: &Of<'_>) -> Result<Place,
         e => CliError(e.to_string()),
     })?;
     if folder.is_resumed() {
-        eprintln!("goes on from {}", path.display());
+        eprintln!("resumes from {}", path.display());
     }
     Ok(Place::Folder(path.clone(), Box::new(folder)))
 }

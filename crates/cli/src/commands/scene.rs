@@ -1,4 +1,4 @@
-//! Buildings as commands take them: how to import one, how to split it, how many rays to spend.
+//! Flags for buildings: import, cells, objects, rays.
 
 use super::{CliError, at, count};
 use clap::ValueEnum;
@@ -12,42 +12,43 @@ use std::path::{Path, PathBuf};
 /// Flags of commands that bake.
 #[derive(clap::Args)]
 pub struct SceneFlags {
-    /// The unit of the input: mm, cm, inch, ft, m, km, or metres in a unit [default: the format's own]
+    /// The unit of the input: mm, cm, inch, ft, m, km, or metres per unit [default: the format's own]
     #[arg(long, value_name = "METRES", value_parser = unit, help_heading = "Model")]
     pub unit: Option<f64>,
-    /// The axis that is up, for OBJ, glTF, PLY and STL [default: y]; other formats say it themselves
+    /// Up axis of OBJ, glTF, PLY and STL [default: y]; other formats define their own
     #[arg(long, value_enum, help_heading = "Model")]
     pub up: Option<UpFlag>,
-    /// auto: pipes are tubes if there are many; never: pipes are meshes; METRES: auto, and lines without a radius (OBJ, glTF, GeoJSON) get
-    /// this one
+    /// auto: pipes are tubes if there are many; never: pipes are meshes; METRES: auto, and the radius of lines without one (OBJ, glTF,
+    /// GeoJSON)
     #[arg(long, value_name = "auto|never|METRES", value_parser = tubes, default_value = "auto", help_heading = "Model")]
     pub tubes: Tubes,
     #[command(flatten)]
     pub files: super::FilesFlag,
-    /// How to find cells; or a file with your own cells and portals, as `dump --json` writes it or IndoorGML. bsp:METRES sets the smallest
-    /// surface that splits space
+    /// How to find cells; or your own cells and portals, as JSON (like `dump --json`) or IndoorGML. bsp:METRES sets the smallest surface
+    /// that splits space
     #[arg(long, value_name = "auto|authored|plan|bsp[:METRES]|leaves|C.json|C.gml", value_parser = cells, default_value = "auto", hide_possible_values = true, help_heading = "Cells")]
     pub cells: Cells,
-    /// Close holes narrower than this (cracks, grilles, gaps); objects that show only through them are culled [default: closes none]
+    /// Close holes narrower than this (cracks, grilles, gaps); objects visible only through them are culled [default: closes none]
     #[arg(long, value_name = "METRES", value_parser = metres, help_heading = "Cells")]
     pub smallest_hole: Option<f64>,
-    /// Split meshes into objects of at most N triangles; whole: keep the author's objects [default: the size that draws least, if a draw
-    /// call costs as much as 16 triangles]
+    /// Split meshes into objects of at most N triangles; whole: keep the author's objects [default: the cheapest size, at 16 triangles per
+    /// draw call]
     #[arg(long, value_name = "N|whole", value_parser = object_triangles, help_heading = "Cells")]
     pub object_triangles: Option<ObjectTriangles>,
-    /// Rays and segments of the whole bake, as 500k or 20M; shafts against triangles come on top, one for five rays [default: 20M; 1G with --unseen]
+    /// Rays and segments of the whole bake, as 500k or 20M; shafts against triangles come on top, one for five rays [default: 20M; 1G with
+    /// --unseen]
     #[arg(long, value_name = "COUNT", value_parser = count::parse, help_heading = "Rows")]
     pub rays: Option<u64>,
 }
 
-/// The axis that is up.
+/// The up axis.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum UpFlag {
     Y,
     Z,
 }
 
-/// What pipes and lines are.
+/// The treatment of pipes and lines.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Tubes {
     Auto,
@@ -68,7 +69,7 @@ pub enum Cells {
     File(PathBuf),
 }
 
-/// The size of objects.
+/// The limit of object sizes.
 #[derive(Clone, Copy, PartialEq)]
 pub enum ObjectTriangles {
     Whole,
@@ -112,16 +113,16 @@ fn object_triangles(text: &str) -> Result<ObjectTriangles, String> {
 
 /// Default number of rays.
 pub const RAYS: u64 = 20_000_000;
-/// Fewer rays than this, and more than none, are mostly meant as millions.
+/// A smaller number above 0 is probably meant in millions.
 const FEW: u64 = 1_000;
 
 impl SceneFlags {
-    /// Refuses numbers out of range, and another axis than a format's own.
+    /// Refuses an up axis for formats that define their own; notes a suspiciously small number of rays.
     pub fn check(&self, input: &Path) -> Result<(), CliError> {
         if self.up.is_some() && !enfilade_formats::format_of(input).is_some_and(|format| format.is_up_open) {
             let open = enfilade_formats::FORMATS.iter().filter(|format| format.is_up_open).map(|format| format.name);
             let open = open.collect::<Vec<_>>().join(", ");
-            return Err(at(input, format!("--up is for {open}; this format says itself what is up")));
+            return Err(at(input, format!("--up is for {open}; this format defines its own up axis")));
         }
         if let Some(rays) = self.rays.filter(|rays| (1..FEW).contains(rays)) {
             eprintln!("note: --rays {rays} is {rays} rays; {rays} million are --rays {rays}M");
@@ -129,7 +130,7 @@ impl SceneFlags {
         Ok(())
     }
 
-    /// The files that are named.
+    /// The named files.
     pub fn paths(&self) -> impl Iterator<Item = &PathBuf> {
         self.cells_file().into_iter().chain(self.files.paths())
     }
@@ -137,7 +138,7 @@ impl SceneFlags {
     /// How to import.
     pub fn import(&self) -> ImportOptions {
         ImportOptions {
-            // Whole, if the size is chosen later.
+            // Whole until the size is chosen.
             object_triangles: self.most_triangles().unwrap_or(u32::MAX),
             metres_per_unit: self.unit,
             z_up: self.up == Some(UpFlag::Z),
@@ -148,7 +149,7 @@ impl SceneFlags {
         }
     }
 
-    /// The scene with objects of the size that costs least, unless the size is given; and the sizes that were tried.
+    /// The scene with objects of the given or the cheapest size, and the sizes tried.
     pub fn sized(
         &self,
         scene: Scene,
@@ -186,13 +187,13 @@ impl SceneFlags {
         if let Cells::File(path) = &self.cells { Some(path) } else { None }
     }
 
-    /// Cells and portals of the user's own; IndoorGML is a ready graph, unless another way to find cells is asked for.
+    /// The user's own cells and portals. IndoorGML has them too, unless --cells is given.
     pub fn given(&self, input: &Path, scene: &Scene) -> Result<Option<CellGraph>, CliError> {
         let ready = (is_indoorgml(input) && self.cells == Cells::Auto).then_some(input);
         self.cells_file().map(PathBuf::as_path).or(ready).map(|path| cells_file(path, scene)).transpose()
     }
 
-    /// Flags that aren't the default, as they would be given again; `name` is what is left of a path.
+    /// Flags that differ from the default, as on a command line; `name` shortens a path.
     pub fn given_again(&self, name: &dyn Fn(&Path) -> String) -> Vec<(&'static str, String)> {
         let mut flags = Vec::new();
         let cells = match &self.cells {
@@ -226,7 +227,7 @@ impl SceneFlags {
     }
 }
 
-/// Metres in a unit, which may have a name.
+/// Metres per unit, from a number or a name.
 fn unit(text: &str) -> Result<f64, String> {
     let metres = match text {
         "mm" => 1e-3,
@@ -238,7 +239,7 @@ fn unit(text: &str) -> Result<f64, String> {
         number => number.parse().unwrap_or(0.0),
     };
     let is_sound = metres > 0.0 && f64::is_finite(metres);
-    is_sound.then_some(metres).ok_or_else(|| "takes mm, cm, inch, ft, m, km, or metres in a unit, above 0".into())
+    is_sound.then_some(metres).ok_or_else(|| "takes mm, cm, inch, ft, m, km, or metres per unit, above 0".into())
 }
 
 fn cells_file(path: &Path, scene: &Scene) -> Result<CellGraph, CliError> {

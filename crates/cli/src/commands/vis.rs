@@ -25,13 +25,13 @@ pub struct Args {
     /// The level: .prt or .bsp
     #[arg(value_name = "LEVEL.prt|LEVEL.bsp")]
     input: PathBuf,
-    /// Write the rows as text: a line a cluster, `c n: id id ...`
+    /// Write the rows as text: a line per cluster, `c n: id id ...`
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
     /// The level to write, for a .bsp [default: LEVEL.bsp itself, with a backup LEVEL.bsp.bak]
     #[arg(short, long, value_name = "OUT.bsp")]
     output: Option<PathBuf>,
-    /// Leave the ambient levels of a .bsp as they are: how loud each leaf hears water, sky and lava
+    /// Keep the ambient levels of a .bsp: the loudness of water, sky and lava in each leaf
     #[arg(long)]
     no_ambient: bool,
     #[command(flatten)]
@@ -48,22 +48,22 @@ pub struct Args {
 }
 
 impl Args {
-    /// Whether the level itself is written.
+    /// Whether the level is written in place.
     fn is_in_place(&self) -> bool {
         let is_bsp = self.input.extension().is_some_and(|e| e.eq_ignore_ascii_case("bsp"));
         is_bsp && self.output.is_none()
     }
 
-    /// The level to write, if there is one.
+    /// The level to write, if any.
     fn level_to_write(&self, input: &Input) -> Result<Option<PathBuf>, CliError> {
         match (&self.output, &input.bsp) {
-            (Some(out), None) => Err(at(out, "-o takes a level that is a .bsp; the rows of a .prt go to --rows")),
+            (Some(out), None) => Err(at(out, "-o writes a .bsp; the rows of a .prt go to --rows")),
             (Some(out), Some(_)) => Ok(Some(out.clone())),
             (None, _) => Ok(self.is_in_place().then(|| self.input.clone())),
         }
     }
 
-    /// What is read and written.
+    /// Input and output files.
     pub fn files(&self) -> Files {
         let alone = self.workers.folder().is_none();
         let state = state_path((&self.input, "vis-state")).filter(|_| alone);
@@ -83,14 +83,14 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 
 fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let begin = Instant::now();
-    // 1. The level, and whatever can be wrong with the flags, before the long part.
+    // 1. The level, and errors of flags, before the long part.
     let input = Input::read(&args.input)?;
     input.notes.iter().for_each(|n| eprintln!("{n}"));
     let output = args.level_to_write(&input)?;
     let theirs = args.search.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
 
-    // 2. Both sides of what is visible.
+    // 2. Both bounds.
     let options = args.search.options(args.run.seed);
     let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
     let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
@@ -109,7 +109,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         result => result.map_err(|e| CliError(e.to_string()))?,
     };
 
-    // 3. What comes of it. The state is done with only once everything is written.
+    // 3. Output files. The state is deleted last.
     kept.ends();
     let writing = Instant::now();
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
@@ -138,17 +138,17 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
-/// What was written of a level.
+/// Output besides rows.
 #[derive(Default)]
 struct Written {
-    /// Its ambient levels, if it got some.
+    /// The level's new ambient levels, if any.
     ambient: Option<Vec<[u8; 4]>>,
-    /// The copy of the level before, where it was written in place.
+    /// The copy of the old level, if it was written in place.
     backup: Option<PathBuf>,
 }
 
 impl Written {
-    /// Puts it into a report.
+    /// Adds it to a report.
     fn tell(&self, report: &mut Value) {
         if let Some(levels) = &self.ambient {
             let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
@@ -160,7 +160,7 @@ impl Written {
     }
 }
 
-/// Writes what was asked for.
+/// Writes the requested files.
 fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> Result<Written, CliError> {
     if let Some(path) = &args.rows {
         let written = replace_file(path, |out| match result {
@@ -180,13 +180,13 @@ fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> R
     Ok(Written { ambient, backup })
 }
 
-/// What was found: all of it, where something needs that, or rows.
+/// The result: complete if an output needs that, or rows only.
 enum Found {
     Whole(Vis),
     Rows(VisRows),
 }
 
-/// What a report tells of it.
+/// Numbers for the report.
 pub(super) struct Totals {
     lower: u64,
     upper: u64,
@@ -212,7 +212,7 @@ impl Found {
     }
 }
 
-/// Runs with a bar.
+/// Runs with a progress bar.
 fn followed(
     kept: &Kept,
     stages: &mut Stages,
@@ -245,7 +245,7 @@ fn stage_seconds(read: f64, stages: &Stages, write: f64) -> Value {
     seconds.into()
 }
 
-/// The keys of `vis --json`; docs/cli.md says what each means.
+/// The keys of `vis --json`, as in docs/cli.md.
 pub(super) fn report(input: &Input, found: &Totals) -> Value {
     let cells = input.level.cells;
     let Totals { lower, upper, lines, stats } = found;
@@ -278,20 +278,20 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
     let kept = 100.0 * s("/upper_pairs") / s("/total_pairs").max(1.0);
     let mut lines = vec![
         format!("{} clusters, {} portals ({from}), {} leaves", n("/clusters"), n("/portals"), n("/leaves")),
-        format!("{kept:.0} % of the pairs of clusters are kept: {:.1} are visible from one on average", s("/mean_visible")),
+        format!("{kept:.0} % of the pairs of clusters are kept: {:.1} clusters per row on average", s("/mean_visible")),
     ];
     if s("/slivers") > 0.0 {
-        lines.push(format!("{} portals narrower than the level's own rounding were left out", n("/slivers")));
+        lines.push(format!("{} portals narrower than the level's rounding are left out", n("/slivers")));
     }
     if s("/capped") > 0.0 {
-        lines.push(format!("{} searches ran out of steps (--steps) and kept what might be seen", n("/capped")));
+        lines.push(format!("{} searches ran out of steps (--steps): their undecided pairs stay in the rows", n("/capped")));
     }
     lines.extend(files.into_iter().flatten().map(|f| format!("{} written", f.display())));
-    lines.extend(report["backup"].as_str().map(|backup| format!("{backup}: the level as it was before")));
+    lines.extend(report["backup"].as_str().map(|backup| format!("{backup}: a copy of the old level")));
     lines.join("\n")
 }
 
-/// A way through portals: `2 * portal + side`, as portal numbers with the side that is entered.
+/// A chain of portals (`2 * portal + side`) as pairs of a portal number and the entered side.
 pub(super) fn chain(portals: &[u32]) -> Value {
     portals.iter().map(|p| json!([p / 2, p % 2])).collect()
 }

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// The .pvs file
     file: PathBuf,
-    /// The model that the file was baked for
+    /// The file's model
     #[arg(long)]
     model: PathBuf,
     #[command(flatten)]
@@ -37,7 +37,7 @@ pub struct Args {
         value_name = "MODE",
         default_value = "both",
         help = format!(
-            "How to cull: {}, or all of these; or exact: only what is visible, in milliseconds per frame. May be repeated",
+            "Culling mode: {}, or all of these; or exact: visible triangles only, in milliseconds per frame. May be repeated",
             Mode::ALL.map(Mode::name).join(", ")
         )
     )]
@@ -48,8 +48,7 @@ pub struct Args {
     /// Size of the pictures, pixels
     #[arg(long, default_value = "640x360", value_name = "WxH")]
     size: String,
-    /// Leave out objects that cover fewer than N pixels, judged by their boxes; 1 leaves out objects that cover none, 0 is no
-    /// limit. Each value is a walk of its own
+    /// Leave out objects whose boxes cover fewer than N pixels; 1 leaves out those that cover none, 0 is no limit. Each value is a separate walk
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_value = "0")]
     min_pixels: Vec<u32>,
     /// Compare every frame with a picture of everything; exit 1 if a conservative file misses a pixel, or --min-pixels pixels of
@@ -72,7 +71,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Where the cameras are.
+/// Positions of the cameras.
 #[derive(Clone)]
 pub enum Views {
     Path(PathBuf),
@@ -176,8 +175,7 @@ fn read(args: &Args) -> Result<(PvsFile, Scene), CliError> {
     let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
     let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
     if scene.hash() != file.model_hash {
-        let what =
-            format!("is not the model that {} was baked for; bake it again, or give the other model", args.file.display());
+        let what = format!("is not the model of {}; bake the file again, or give its model", args.file.display());
         return Err(at(&args.model, what));
     }
     Ok((file, scene))
@@ -220,8 +218,8 @@ fn prose(s: &Summary, all_triangles: u64) -> String {
         line += &format!(", {lost} visible objects left out");
     }
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
-        let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind holes that count as opaque"));
-        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} triangles really visible");
+        let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind closed holes"));
+        line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} exactly visible triangles");
     }
     line
 }

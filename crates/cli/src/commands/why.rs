@@ -10,17 +10,17 @@ use enfilade::proof::{Asker, Doubt, Goal, Sight, Why};
 use enfilade::pvs::pair_proof::Separation;
 use enfilade::{CellId, DirectedPortal, ObjectId};
 use enfilade_formats::import;
-use glam::DVec3;
+use enfilade_measure::why::{Pair, way};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Most separations of a pair, and names in a message.
+/// Limit of separations of a pair, and of names in a message.
 const MOST_SHOWN: usize = 20;
 
 /// Flags.
 #[derive(clap::Args)]
 pub struct Args {
-    /// The file that `bake --rows both` wrote, or a level
+    /// The file from `bake --rows both`, or a level
     #[arg(value_name = "OUT.pvs|LEVEL.prt|LEVEL.bsp")]
     file: PathBuf,
     /// The cell to look from: 3, cell:3, or a room's name; in a level a cluster's number, or a point in it, as 480,-352,88
@@ -29,7 +29,7 @@ pub struct Args {
     /// The target: an object (17, object:17), another cell (cell:4), or a name; in a level as A
     #[arg(value_name = "B", allow_hyphen_values = true)]
     to: String,
-    /// The model that the file was baked for: witnesses and occluders are tested against its triangles
+    /// The file's model: witnesses and occluders are tested against its triangles
     #[arg(long, value_name = "INPUT")]
     model: Option<PathBuf>,
     #[command(flatten)]
@@ -133,31 +133,27 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let scene = model.map(|path| import(path, &options).map_err(|e| at(path, e))).transpose()?;
     let asker = Asker::new(&file, scene.as_ref()).map_err(|e| at(model.unwrap_or(&args.file), e))?;
     let why = asker.why(from, to).map_err(|e| at(&args.file, e))?;
-    let teller = Teller { file: &file, from, to };
+    let answer = Answer(Pair { file: &file, from, to });
     if args.json {
-        super::answer(&format!("{:#}", teller.json(&why)))?;
+        super::answer(&format!("{:#}", answer.json(&why)))?;
     } else {
-        super::answer(&teller.prose(&why))?;
+        super::answer(&answer.prose(&why))?;
     }
     let is_refuted = matches!(&why, Why::Witnessed(Sight { clear: Some(false), .. }));
     Ok(if is_refuted { Outcome::Failed } else { Outcome::Done })
 }
 
-/// Explains an answer in words.
-pub(super) struct Teller<'f> {
-    pub file: &'f PvsFile,
-    pub from: CellId,
-    pub to: Goal,
-}
+/// The answer as JSON or as text.
+struct Answer<'f>(Pair<'f>);
 
-impl Teller<'_> {
+impl Answer<'_> {
     fn json(&self, why: &Why) -> Value {
-        let mut out = json!({ "from": self.cell_json(self.from), "to": self.goal_json() });
+        let mut out = json!({ "from": self.cell_json(self.0.from), "to": self.goal_json() });
         let entries: &[(&str, Value)] = &match why {
             Why::Itself => vec![("verdict", "itself".into())],
             Why::Witnessed(sight) => vec![
                 ("verdict", "witnessed".into()),
-                ("segment", json!([sight.from, sight.to].map(|p| (p + self.file.origin).to_array()))),
+                ("segment", json!([sight.from, sight.to].map(|p| (p + self.0.file.origin).to_array()))),
                 ("cells", sight.cells.iter().map(|c| c.0).collect()),
                 ("chain", ids(&sight.portals)),
                 ("clear", sight.clear.into()),
@@ -196,13 +192,13 @@ impl Teller<'_> {
     }
 
     fn cell_json(&self, cell: CellId) -> Value {
-        json!({ "cell": cell, "name": self.file.cells[cell.index()].name })
+        json!({ "cell": cell, "name": self.0.file.cells[cell.index()].name })
     }
 
     fn goal_json(&self) -> Value {
-        match self.to {
+        match self.0.to {
             Goal::Cell(cell) => self.cell_json(cell),
-            Goal::Object(object) => json!({ "object": object, "node": self.file.objects[object.index()].node }),
+            Goal::Object(object) => json!({ "object": object, "node": self.0.file.objects[object.index()].node }),
         }
     }
 
@@ -216,18 +212,18 @@ impl Teller<'_> {
 
     /// A plane in the model's own coordinates.
     fn plane(&self, p: &enfilade::geom::Plane) -> [f64; 4] {
-        [p.n.x, p.n.y, p.n.z, p.d + p.n.dot(self.file.origin)]
+        [p.n.x, p.n.y, p.n.z, p.d + p.n.dot(self.0.file.origin)]
     }
 
     fn prose(&self, why: &Why) -> String {
-        let mut lines = vec![self.sentence(why)];
+        let mut lines = vec![self.0.sentence(why)];
         match why {
             Why::Witnessed(sight) => {
                 let cells: Vec<String> = sight.cells.iter().map(ToString::to_string).collect();
                 lines.push(format!("  through {}, cells {}", way(&sight.portals), cells.join(" ")));
                 match sight.clear {
-                    Some(true) => lines.push("  tested against the model: nothing opaque is in the way".into()),
-                    Some(false) => lines.push("  but the model has something opaque in the way".into()),
+                    Some(true) => lines.push("  tested against the model: unobstructed".into()),
+                    Some(false) => lines.push("  tested against the model: an opaque triangle blocks it".into()),
                     None => {}
                 }
             }
@@ -239,7 +235,7 @@ impl Teller<'_> {
             },
             Why::Separated(found) | Why::Undecided(Doubt::Separated(found)) => {
                 for s in found.iter().take(MOST_SHOWN) {
-                    let end = if s.planes.is_empty() { ": impassable" } else { ": all beyond is inside" };
+                    let end = if s.planes.is_empty() { ": impassable" } else { ": lines beyond stay inside" };
                     lines.push(format!("  {}{end}", way(&s.chain)));
                     let plane = |p| self.plane(p);
                     lines.extend(s.planes.iter().map(plane).map(|[x, y, z, d]| format!("    {:?} . p <= {d}", [x, y, z])));
@@ -252,86 +248,8 @@ impl Teller<'_> {
         }
         lines.iter().map(|l| format!("{l}\n")).collect()
     }
-
-    /// The answer in one line.
-    pub fn sentence(&self, why: &Why) -> String {
-        let [a, b] = [self.cell_name(self.from), self.goal_name()];
-        let point = |p: DVec3| format!("{:?}", (p + self.file.origin).to_array());
-        match why {
-            Why::Itself => format!("{a} sees itself"),
-            Why::Witnessed(s) => format!("{a} sees {b}: the segment from {} to {}", point(s.from), point(s.to)),
-            Why::Known(portals) => {
-                format!("{a} sees {b}, proven by a segment that the file doesn't keep, through {}", way(portals))
-            }
-            Why::Apart => format!("{a} doesn't see {b}: no chain of portals connects them"),
-            Why::Separated(found) => {
-                format!("{a} doesn't see {b}: {}", separation_summary(found))
-            }
-            Why::Occluded(s) => {
-                format!(
-                    "{a} doesn't see {b}: the portals allow a line, through {}, but triangles block every line",
-                    way(&s.chain)
-                )
-            }
-            Why::Behind => format!("{a} doesn't see {b}: every triangle that it could see faces away"),
-            Why::Joined(1) => format!("{a} doesn't see {b}: proven before cells were joined"),
-            Why::Joined(cells) => {
-                format!("{a} doesn't see {b}: proven for each of the {cells} cells that it was joined from")
-            }
-            Why::Undecided(doubt) => format!("{a} and {b}: undecided; {}", reason(doubt)),
-        }
-    }
-
-    /// The answer in one line without the first cell's name.
-    pub fn remark(&self, why: &Why) -> String {
-        match why {
-            Why::Undecided(doubt) => format!("{}: {}", self.goal_name(), reason(doubt)),
-            why => self.sentence(why),
-        }
-    }
-
-    fn cell_name(&self, cell: CellId) -> String {
-        match self.file.cells[cell.index()].name.as_str() {
-            "" => format!("cell {cell}"),
-            name if name == format!("cell {cell}") => name.to_owned(),
-            name => format!("cell {cell} ({name})"),
-        }
-    }
-
-    fn goal_name(&self) -> String {
-        match self.to {
-            Goal::Cell(cell) => self.cell_name(cell),
-            Goal::Object(object) => format!("object {object} ({})", self.file.objects[object.index()].node),
-        }
-    }
-}
-
-fn reason(doubt: &Doubt) -> String {
-    match doubt {
-        Doubt::Inside => "it is in that cell, but no ray has hit it".to_owned(),
-        Doubt::Open(portals) => format!("a line may pass {}, but no unobstructed one was found", way(portals)),
-        Doubt::OutOfSteps => "the search ran out of steps".to_owned(),
-        Doubt::Separated(found) => format!("searched alone, {}", separation_summary(found)),
-    }
-}
-
-fn separation_summary(found: &[Separation]) -> String {
-    match found.len() {
-        0 => "the portals' planes exclude every chain".to_owned(),
-        1 => "one chain of portals, and no line passes it".to_owned(),
-        n => format!("{n} chains of portals, and no line passes any of them"),
-    }
 }
 
 fn ids(portals: &[DirectedPortal]) -> Value {
     chain(&portals.iter().map(|p| p.0).collect::<Vec<_>>())
-}
-
-fn way(portals: &[DirectedPortal]) -> String {
-    let names: Vec<String> = portals.iter().map(|p| p.portal().to_string()).collect();
-    match names.len() {
-        0 => "no portal".to_owned(),
-        1 => format!("portal {}", names[0]),
-        _ => format!("portals {}", names.join(" ")),
-    }
 }

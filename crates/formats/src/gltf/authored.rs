@@ -266,7 +266,7 @@ impl Authored {
             for (room, name) in rooms.iter_mut().zip(&portal.names).filter(|(_, name)| !name.is_empty()) {
                 *room = self.by_name.get(name).and_then(|&r| place[r]);
                 if room.is_none() {
-                    notes.push(Note::fault(format!("{}: leads to `{name}`, and there is no such room", portal.id)));
+                    notes.push(Note::fault(format!("{}: leads to `{name}`: there is no such room", portal.id)));
                 }
             }
             if rooms[0].is_some() && rooms[0] == rooms[1] {

@@ -184,7 +184,7 @@ impl<'a> Buffers<'a> {
             (None, None) => return Err(wrong("no bufferView: its data is missing or compressed".into())),
             // Zeros take no bytes, so nothing else limits this count.
             (None, Some(s)) if entry.count > self.room_of(s.values.buffer_view) => {
-                return Err(wrong(format!("{} elements, of which {} are stored", entry.count, s.count)));
+                return Err(wrong(format!("{} elements, but {} are stored", entry.count, s.count)));
             }
             _ => {}
         }

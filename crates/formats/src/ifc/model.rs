@@ -151,7 +151,7 @@ impl Model {
         let broken = scanner.malformed_record_starts();
         if let Some(&first) = broken.first() {
             let line = line_of(&self.bytes, first);
-            let what = format!("line {line}: a record that can't be read was skipped ({} in all)", broken.len());
+            let what = format!("line {line}: skipped an unreadable record ({} in all)", broken.len());
             self.notes.push(Note::fault(what));
         }
         if scanner.skipped_oversized_ids() > 0 {

@@ -98,7 +98,7 @@ pub(super) fn openings(
         let rooms = source.rooms([Some(product.id), element.opening]);
         hints.push(OpeningHint { id: global_id(&entity), kind, winding, thickness, rooms });
     }
-    let what = "openings that the geometry reader left closed are cut into their walls as rectangles";
+    let what = "openings are cut into their walls as rectangles, since the geometry reader left them closed";
     super::reader::note_list(notes, Note::taken, &format!("{} {what}", uncut.len()), &uncut);
     super::reader::note_list(notes, Note::fault, "doors and windows without a shape", &shapeless);
     hints

@@ -123,7 +123,7 @@ fn resolve_overlaps(model: &IndoorGml, solids: &mut [Vec<Convex>], eps: f64, not
             let taken = volume(&solids[other]) - volume(&rest);
             solids[other] = joined(rest, eps);
             let id = |i: usize| &model.spaces[i].id;
-            let what = format!("{} and {} overlap in {taken:.2} m3, which {} keeps", id(small), id(large), id(winner));
+            let what = format!("{} and {} overlap in {taken:.2} m3; {} keeps it", id(small), id(large), id(winner));
             notes.push(Note::taken(what));
         }
     }

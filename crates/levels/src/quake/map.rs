@@ -100,7 +100,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
     if is_closed {
         let between = derive(&tree, true);
         if between.slivers > 0 {
-            let what = format!("{} portals that are too narrow for a compiled level left out", between.slivers);
+            let what = format!("{} portals too narrow for a compiled level left out", between.slivers);
             builder.source.notes.push(Note::detail(what));
         }
         let shutters = shutters(&between.portals, &area_portals);
@@ -188,7 +188,7 @@ fn close(tree: &mut Tree, origins: &[Origin], builder: &mut SceneBuilder) -> boo
 }
 
 /// Note about a map that is not closed.
-const OPEN: &str = "the map is baked with all its faces, as a model seen from outside, too";
+const OPEN: &str = "the map is baked with all its faces, so also as seen from outside";
 
 /// The portals on the faces of area portals. The tree has a plane for each face, so a portal is either on it or not.
 fn shutters(portals: &[LevelPortal], area_portals: &[(String, Brush)]) -> Vec<(u32, String)> {
@@ -288,7 +288,7 @@ fn sorted(map: &QuakeMap, notes: &mut Vec<Note>) -> Result<Sorted, ImportError> 
         notes.push(Note::fault(format!("{} brushes without a volume left out: {first}", flat.len())));
     }
     if absent > 0 {
-        notes.push(Note::detail(format!("{absent} brushes of triggers and for the compiler are not drawn")));
+        notes.push(Note::detail(format!("{absent} brushes for triggers or the compiler are not drawn")));
     }
     Ok(Sorted { structure, other, area_portals, origins })
 }

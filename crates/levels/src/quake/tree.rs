@@ -60,7 +60,7 @@ impl Tree {
             return Err(entry(
                 MODELS,
                 0,
-                format!("has {vis_leaves} leaves, the file {} beside the solid one", leaves.len() - 1),
+                format!("has {vis_leaves} leaves, the file {} besides the solid one", leaves.len() - 1),
             ));
         }
         countable(vis_leaves)?;

@@ -80,9 +80,7 @@ pub(super) fn scene(
     }
     if !walls.is_empty() {
         let count = walls.len();
-        let note = format!(
-            "{count} faces with textures named {{... count as walls, as for the compiler that wrote the .prt beside the level"
-        );
+        let note = format!("{count} faces with textures named {{... count as walls, as in the .prt beside the level");
         builder.source.notes.push(Note::taken(note));
     }
 

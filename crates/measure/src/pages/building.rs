@@ -209,7 +209,7 @@ impl BuildingReport<'_> {
         out.push_str(
             "<li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"portal opening lying\" d=\"M1 6H31\"/></svg>to another \
              storey</li><li><svg viewBox=\"0 0 32 12\" aria-hidden=\"true\"><path class=\"wall\" d=\"M1 6H31\"/></svg>the \
-             model where it is cut</li></ul>\n",
+             model's section</li></ul>\n",
         );
         let plans = Plans::new(self.file, self.scene, storeys).with_numbers();
         let note = |cell: CellId| {

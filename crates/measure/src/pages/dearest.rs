@@ -41,7 +41,7 @@ fn rooms(file: &PvsFile, storeys: &[Storey], out: &mut String) {
     }
     let all = file.objects.iter().map(|o| u64::from(o.triangles)).sum();
     out.push_str(
-        "<p>The row of a room holds everything that may be visible from somewhere in it. Check long rows first: a screen, a bend in a \
+        "<p>A room's row holds everything possibly visible from it. Check long rows first: a screen, a bend in a \
          passage or smaller objects make them shorter.</p>\n<div class=\"scroll\"><table><caption>Rooms with most triangles in their row</caption><thead><tr>\
          <th>room</th><th>storey</th><th>triangles</th><th>of the model</th><th>objects</th></tr></thead>\n<tbody>\n",
     );
@@ -64,7 +64,7 @@ fn portals(file: &PvsFile, costs: &[PortalCost], out: &mut String) {
         return;
     }
     out.push_str(
-        "<p>The cost of a portal is the mean number of triangles that a frame saves if it is shut, on a walk through every cell. \
+        "<p>The cost of a portal is the mean number of triangles saved per frame by shutting it, on a walk through every cell. \
          The plan shows its number.</p>\n<div class=\"scroll\"><table><caption>Most expensive doors and other \
          portals</caption><thead><tr><th>portal</th><th class=\"text\">kind</th><th class=\"text\">between</th><th>triangles a frame</th></tr>\
          </thead>\n<tbody>\n",

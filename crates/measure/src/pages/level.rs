@@ -147,8 +147,8 @@ impl LevelReport<'_> {
         );
         out.push_str(&self.gap_chart(result).html());
         out.push_str(
-            "<figcaption>The gap between the bounds, and the pairs that random lines alone miss. Random lines find easy pairs at once \
-             and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
+            "<figcaption>The gap between the bounds, and the visible pairs missed by random lines alone. Random lines \
+             find easy pairs at once and hardly any others. They prove nothing hidden.</figcaption>\n</figure>\n",
         );
     }
 
@@ -204,7 +204,7 @@ impl LevelReport<'_> {
         let mut curves = vec![self.side(name, "upper", |m| m.upper - m.lower)];
         if let Some(most) = self.lines_alone.last() {
             let missing = |l: &LinesAlone| result.lower.saturating_sub(l.lower);
-            let name = format!("visible pairs that random lines alone missed, at last {}", thousands(missing(most)));
+            let name = format!("visible pairs missed by random lines alone, at last {}", thousands(missing(most)));
             curves.push(self.alone(name, missing));
         }
         Chart {

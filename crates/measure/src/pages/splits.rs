@@ -88,9 +88,9 @@ impl Splits {
             band: None,
         };
         format!(
-            "<h2>View cells by cost</h2>\n<p>Each split halves the space that saves most triangles. The line begins without view cells. The \
-             mark is where the bake stopped. Figures are estimates: a byte for each object that is visible from a view cell, and the mean of \
-             visible triangles over eyes.</p>\n<figure>\n{}</figure>\n",
+            "<h2>View cells by cost</h2>\n<p>Each split halves the space with the largest saving of triangles. The line \
+             begins without view cells. The mark shows where the bake stopped. Figures are estimates: a byte for each \
+             visible object of a view cell, and the mean of visible triangles over eyes.</p>\n<figure>\n{}</figure>\n",
             chart.html()
         )
     }

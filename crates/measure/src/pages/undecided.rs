@@ -60,9 +60,9 @@ pub fn closed_and_open(file: &PvsFile) -> [Pairs; 2] {
 pub fn kinds(file: &PvsFile) -> [(&'static str, u64); 4] {
     let Gap { tolerance, inside, budget, open, .. } = file.gap.unwrap_or_default();
     [
-        ("in the closed cell itself, behind other objects or within a wall: no ray has met them", inside),
+        ("in the closed cell itself, behind other objects or within a wall: no ray has hit them", inside),
         ("beyond a closed cell's portals: the budget ended before a witness or a proof was found", budget),
-        ("met by rays or narrowed down, but neither proven visible nor hidden down to the tolerance", tolerance),
+        ("hit by rays or narrowed down, but neither proven visible nor hidden within the tolerance", tolerance),
         ("from open cells, which are culled in each frame", open),
     ]
 }

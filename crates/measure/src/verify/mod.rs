@@ -94,9 +94,7 @@ impl Default for CheckOptions {
 #[non_exhaustive]
 pub enum CheckError {
     /// A different model, or one imported with other options.
-    #[error(
-        "is not the model that the file was baked for (hash {model:032x}, expected {file:032x}); bake again or give that model"
-    )]
+    #[error("is not the file's model (hash {model:032x}, expected {file:032x}); give the file's model, or bake again")]
     OtherModel {
         /// The model's hash.
         model: u128,

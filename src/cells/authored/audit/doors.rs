@@ -102,7 +102,7 @@ impl Doors<'_> {
         let mut findings = Vec::new();
         if sides[0] != sides[1] && !self.has_portal(opening, sides) {
             let [one, other] = names();
-            let text = format!("is walled up: nothing is open between {one} and {other}");
+            let text = format!("is walled up: there is no opening between {one} and {other}");
             findings.push(tell(FindingKind::DoorWalledUp, &rooms, text));
         }
         // 2. Do the relations agree?

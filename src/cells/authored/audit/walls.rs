@@ -44,11 +44,7 @@ fn finding(room: &RoomHint, rays: &RayScene<'_>, metre: f64) -> Option<Finding> 
     (off > 0).then(|| Finding {
         kind: FindingKind::Shifted,
         ids: vec![room.id.clone()],
-        text: format!(
-            "{}: {off} of its {} sides lie off the walls that bound them, by up to {farthest:.2} m",
-            called(room),
-            sides.len()
-        ),
+        text: format!("{}: {off} of its {} sides are off their walls, by up to {farthest:.2} m", called(room), sides.len()),
     })
 }
 

@@ -59,7 +59,7 @@ fn rooms_and_portals_are_read_from_node_names() {
     winding.sort_unstable();
     assert_eq!(winding, [[1, 0, 1], [1, 1, 1], [2, 0, 1], [2, 1, 1]]);
     assert_eq!(geom::newell(&openings[0].winding).normalize(), DVec3::Z);
-    assert_eq!(scene.source.notes, ["attic-portal: leads to `attic`, and there is no such room"]);
+    assert_eq!(scene.source.notes, ["attic-portal: leads to `attic`: there is no such room"]);
 }
 
 #[test]

@@ -5,7 +5,6 @@ use super::{Args, command, name, write};
 use crate::commands::bake::{ViewCells, peak_rss_mb, progress_bar};
 use crate::commands::resume::{Kept, Of};
 use crate::commands::stage_times::{Clock, Stages};
-use crate::commands::why::Teller;
 use crate::commands::{CliError, Outcome, at};
 use enfilade::CellId;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, ObjectSizes, bake, digest, find_cells};
@@ -26,6 +25,7 @@ use enfilade_measure::pages::undecided::{Pairs, closed_and_open, hardest};
 use enfilade_measure::walkthrough::expected::expected_draw;
 use enfilade_measure::walkthrough::portal_costs::{PortalCost, portal_costs};
 use enfilade_measure::walkthrough::tour::tour;
+use enfilade_measure::why::Pair;
 use glam::Vec3;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -114,7 +114,7 @@ impl Worked {
     }
 }
 
-/// What the page tells of the command.
+/// The command, as the page shows it.
 struct Command<'a> {
     building: &'a str,
     /// The line that repeats it.
@@ -410,7 +410,7 @@ fn reasons(file: &PvsFile, scene: &Scene) -> Result<Vec<Remark>, enfilade::proof
     let ask = |(cell, object): (CellId, enfilade::ObjectId)| {
         let goal = Goal::Object(object);
         let why = asker.why(cell, goal)?;
-        let text = Teller { file, from: cell, to: goal }.remark(&why);
+        let text = Pair { file, from: cell, to: goal }.remark(&why);
         Ok(Remark { about: format!("{cell} {object}"), text })
     };
     hardest(file, ASKED).into_iter().map(ask).collect()

@@ -193,7 +193,7 @@ fn reason(why: &PairProof) -> String {
     let way = |portals: &[u32]| portals.iter().map(|p| (p / 2).to_string()).collect::<Vec<_>>().join(" ");
     match why {
         PairProof::Undecided(portals) if portals.is_empty() => "a search ran out of steps".to_owned(),
-        PairProof::Undecided(portals) => format!("portals {}: no line was found, and none is excluded", way(portals)),
+        PairProof::Undecided(portals) => format!("portals {}: neither a line nor a proof was found", way(portals)),
         // A pair that is searched alone has all the steps for itself.
         PairProof::Separated(_) => "searched alone: proven hidden".to_owned(),
         PairProof::Witnessed(line) => format!("searched alone: a line through portals {}", way(&line.portals)),

@@ -21,7 +21,7 @@ const MOST_PERCENT: f64 = 1e6;
 #[derive(clap::Args)]
 pub struct Flags {
     /// Measure loading instead of culling: memory for objects, bytes (K, M or G) or a share of all. The camera walks at 1.4 m/s,
-    /// 60 frames a second; prints which objects are missing when they are loaded by rows, and when they are loaded on demand
+    /// 60 frames a second; prints the objects missing if loaded by rows, and if loaded on demand
     #[arg(
         long,
         value_name = "SIZE|PERCENT%",
@@ -29,7 +29,7 @@ pub struct Flags {
         conflicts_with_all = ["modes", "frames", "size", "verify_pixels", "min_pixels", "every"]
     )]
     budget: Option<Budget>,
-    /// The disk: bytes a second, and the seconds that each load takes besides
+    /// The disk: bytes per second, and extra seconds per load
     #[arg(long, value_name = "SIZE,SECONDS", value_parser = disk, default_value = "20M,0.05", requires = "budget")]
     disk: Disk,
 }
@@ -48,17 +48,17 @@ fn budget(text: &str) -> Result<Budget, String> {
     percent.map(Budget::Percent).ok_or_else(|| "takes bytes, as in 512M, or percent, as in 20%".into())
 }
 
-/// What objects are loaded from.
+/// The source of objects.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Disk {
     /// Bytes a second.
     bandwidth: u64,
-    /// Seconds that each load takes besides.
+    /// Extra seconds per load.
     latency: f64,
 }
 
 fn disk(text: &str) -> Result<Disk, String> {
-    let wrong = || "takes bytes a second and seconds, as in 20M,0.05".to_owned();
+    let wrong = || "takes bytes per second and seconds per load, as in 20M,0.05".to_owned();
     let (bandwidth, latency) = text.split_once(',').ok_or_else(wrong)?;
     let latency = latency.parse().ok().filter(|s: &f64| *s >= 0.0 && s.is_finite()).ok_or_else(wrong)?;
     Ok(Disk { bandwidth: size(bandwidth).map_err(|_| wrong())?, latency })
@@ -108,8 +108,8 @@ fn prose(s: &LoadingSummary, budget: u64, all: u64) -> String {
     let percent = |part: u64, of: u64| part as f64 * 1e2 / of.max(1) as f64;
     let megabytes = |bytes: u64| bytes as f64 / 1e6;
     format!(
-        "{:9} {} frames, {} with something missing ({:.3} %), {} objects; {} more after {} jumps; {:.1} MB loaded; at most {:.1} MB in memory, \
-         budget {:.1} of {:.1} MB; {} frames see more than that; {:.1} us (p99 {:.1})",
+        "{:9} {} frames, {} with missing objects ({:.3} %), {} objects; {} more after {} jumps; {:.1} MB loaded; at most {:.1} MB in memory, \
+         budget {:.1} of {:.1} MB; {} frames need more than that; {:.1} us (p99 {:.1})",
         s.method,
         s.frames,
         s.frames_missing,

@@ -7,6 +7,7 @@ use super::super::{CliError, Outcome, answer, at, say};
 use super::{Args, MOST_SHOWN};
 use enfilade::job::Job;
 use enfilade_levels::{PairProof, Term, VisOptions, vis, why};
+use enfilade_measure::why::{no_line_passes, numbered};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -60,26 +61,19 @@ fn term_json(term: &Term) -> Value {
 
 fn explain([a, b]: [u32; 2], why: &PairProof) -> String {
     let mut out = String::new();
-    let way = |portals: &[u32]| {
-        let names: Vec<String> = portals.iter().map(|p| (p / 2).to_string()).collect();
-        if names.is_empty() { "no portal".to_owned() } else { format!("portals {}", names.join(" ")) }
-    };
+    let way = |portals: &[u32]| numbered(portals.iter().map(|p| (p / 2).to_string()));
     match why {
         PairProof::Witnessed(line) => {
             say!(out, "{a} and {b} see each other: the line from {:?} to {:?}", line.from.to_array(), line.to.to_array());
             say!(out, "  through {}", way(&line.portals));
         }
         PairProof::Separated(separations) => {
-            say!(
-                out,
-                "{a} and {b} don't see each other: {} chains of portals, and no line passes any of them",
-                separations.len()
-            );
+            say!(out, "{a} and {b} don't see each other: {}", no_line_passes(separations.len()));
             for s in separations.iter().take(MOST_SHOWN) {
                 let end = match (s.planes.is_empty(), s.sums.is_empty()) {
-                    (false, _) => ": all beyond is inside",
+                    (false, _) => ": lines beyond stay inside",
                     (_, true) => ": impassable",
-                    _ => ": impassable, or a sum of positive terms would be zero",
+                    _ => ": impassable: a line would make a sum of positive terms zero",
                 };
                 say!(out, "  {}{end}", way(&s.chain));
                 for sum in &s.sums {

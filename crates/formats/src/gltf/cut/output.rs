@@ -19,7 +19,7 @@ pub struct Output {
 
 pub fn too_large() -> ImportError {
     ImportError::Unsupported {
-        what: "a model that grows more than 256 times when it is exported".to_owned(),
+        what: "a model that grows more than 256 times on export".to_owned(),
         hint: "export it in parts",
     }
 }

@@ -25,8 +25,8 @@ impl BuildingReport<'_> {
         let Some(upper) = upper else { return };
         let _ = writeln!(
             out,
-            "<p>Each mark is a separate run. {} views, 96 &times; 54 pixels each, that no strategy used show which share of a picture \
-             the witnessed pairs alone would miss. The rows of this file contain more than these pairs and miss none of it.</p>",
+            "<p>Each mark is a separate run. {} held-out views of 96 &times; 54 pixels measure the share of a picture \
+             that the witnessed pairs alone would miss. The rows of this file contain more pairs and miss nothing.</p>",
             thousands(self.views as u64)
         );
         for chart in charts(self.curves, upper) {
@@ -85,7 +85,7 @@ fn charts(curves: &[Curve], upper: u64) -> [Chart<'static>; 3] {
             "cell-object pairs (logarithmic)",
             Scale::Logarithmic,
             &[Series {
-                what: "without a witness, of the pairs that no run proved hidden",
+                what: "without a witness and not proven hidden in any run",
                 broken: false,
                 value: |p, upper| Some(upper.saturating_sub(p.lower_pairs) as f64),
             }],
@@ -97,7 +97,7 @@ fn charts(curves: &[Curve], upper: u64) -> [Chart<'static>; 3] {
             Scale::Shares { least: LEAST_SHARE },
             &[
                 Series { what: "missing in the worst view", broken: true, value: |p, _| Some(p.false_pixels[2]) },
-                Series { what: "missing in the mean", broken: false, value: |p, _| Some(p.false_pixels[0]) },
+                Series { what: "missing on average", broken: false, value: |p, _| Some(p.false_pixels[0]) },
             ],
             share,
         ),

@@ -4,7 +4,6 @@ use super::{BuildingReport, Tile, cards};
 use crate::pages::html::{number, percent, share, thousands};
 use crate::pages::undecided::{Pairs, closed_and_open, kinds};
 use enfilade::file::CONFIDENCE;
-use enfilade::types::guarantee::Guarantee;
 use std::fmt::Write;
 
 impl BuildingReport<'_> {
@@ -57,10 +56,10 @@ impl BuildingReport<'_> {
     }
 
     pub(super) fn certified(&self, out: &mut String) {
-        let (file, promise, statement) = (self.file, self.file.guarantee.in_words(), Guarantee::STATEMENT);
+        let (file, promise) = (self.file, self.file.guarantee.in_words());
         let _ = writeln!(
             out,
-            "<p>Rows are {promise}. {statement} The clearance is {:.3} mm; openings narrower than {:.3} mm may be sealed. Seed {}.</p>",
+            "<p>Rows are {promise}. The clearance from all surfaces is {:.3} mm; openings narrower than {:.3} mm may be sealed. Seed {}.</p>",
             1e3 * file.clearance(),
             1e3 * file.smallest_hole,
             self.seed,
@@ -68,7 +67,7 @@ impl BuildingReport<'_> {
         out.push_str(&cards(&self.sure_tiles()));
         out.push_str(
             "<p>A pair of a cell and an object is <em>witnessed</em> if an unobstructed segment between them is kept as proof. \
-             It is <em>hidden</em> if portals or triangles prove that there is none. All other pairs are undecided: they are the \
+             It is <em>hidden</em> if portals or triangles provably block every segment. All other pairs are undecided: they are the \
              certified error.</p>\n<div class=\"scroll\"><table><thead><tr><th></th><th>cells</th><th>pairs</th>\
              <th>witnessed</th><th>not proven hidden</th><th>undecided</th><th>gap</th></tr></thead>\n<tbody>\n",
         );
@@ -115,14 +114,14 @@ impl BuildingReport<'_> {
         let stats = &self.file.stats;
         for (count, what) in [
             (stats.flow_over_budget, "searches ran out of steps; their undecided objects stay in the rows"),
-            (stats.kept_unproven, "pairs were met only by rays within the clearance of a surface, and count as visible"),
+            (stats.kept_unproven, "pairs were hit only by rays within the clearance of a surface, and count as visible"),
             (
                 stats.left_out_unproven,
-                "pairs were met only by rays within the clearance of a surface; the rows leave them out, since they would cost 1 % or more",
+                "pairs were hit only by rays within the clearance of a surface; the rows omit them, since they would cost 1 % or more",
             ),
             (
                 stats.contradictions,
-                "pairs that portal flow found hidden were proven visible, and are kept: please report this fault",
+                "pairs hidden by portal flow were proven visible, and are kept: please report this fault",
             ),
         ] {
             if count > 0 {
