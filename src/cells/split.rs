@@ -431,7 +431,7 @@ mod tests {
     fn a_hall_that_takes_in_all_its_stalls_at_once_is_told_as_coarser() {
         let scene = stalls();
         let with = |plan_options: &PlanOptions| {
-            let asked = (Strategy::Plan, "asked for".to_owned());
+            let asked = (Strategy::Plan, "requested".to_owned());
             let found =
                 from_columns(&scene, HumanScale::METRES, asked, &SplitOptions::default(), plan_options, &Job::quiet());
             found.expect("nobody stops it")
