@@ -1,7 +1,7 @@
 //! The benefit of portals: the share of the frustum that they draw, from eyes over floors.
 
 use crate::BitMatrix;
-use crate::cells::{CellGraph, place_objects};
+use crate::cells::{Cell, CellGraph, place_objects};
 use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
 use crate::math::random::SplitMix;
@@ -24,14 +24,34 @@ const ASPECT: f64 = 16.0 / 9.0;
 pub(super) fn cameras(rays: &RayScene<'_>) -> Vec<Camera> {
     let mut random = SplitMix::new(0);
     let eyes = Floors::of(rays.scene()).eyes(rays, EYES, &mut random);
-    let around = |eye: DVec3| {
+    around(eyes, &mut random)
+}
+
+/// Cameras in the closed cells of some graphs, as many in each graph: a visitor of every room. Empty without closed cells.
+pub(super) fn cameras_in(graphs: &[&CellGraph]) -> Vec<Camera> {
+    let eye = |cell: &Cell| {
+        let pieces = cell.pieces.iter().map(|piece| piece.bounds);
+        pieces.max_by(|a, b| a.size().element_product().total_cmp(&b.size().element_product())).map(|b| b.centre())
+    };
+    let mut eyes = Vec::new();
+    for graph in graphs {
+        let closed: Vec<&Cell> = graph.cells.iter().filter(|cell| !cell.open).collect();
+        let count = (EYES / graphs.len()).min(closed.len());
+        eyes.extend((0..count).filter_map(|i| eye(closed[i * closed.len() / count])));
+    }
+    around(eyes, &mut SplitMix::new(0))
+}
+
+/// Cameras at some eyes, each in all directions.
+fn around(eyes: Vec<DVec3>, random: &mut SplitMix) -> Vec<Camera> {
+    let look = |eye: DVec3| {
         let turn = random.unit() * FRAC_PI_2;
         (0..DIRECTIONS).map(move |k| {
             let angle = turn + TAU * k as f64 / DIRECTIONS as f64;
             Camera::look_at(eye, eye + DVec3::new(angle.cos(), 0.0, angle.sin()), FOV_Y, ASPECT)
         })
     };
-    eyes.into_iter().flat_map(around).collect()
+    eyes.into_iter().flat_map(look).collect()
 }
 
 /// Ratio of the triangles drawn with portals to those in the frustum, in the mean of cameras; 1 without cameras.
