@@ -1,6 +1,6 @@
 //! What is in a building is found, told, gone to and hidden.
 
-use crate::common::{building, needs_device, path, quickly_baked};
+use crate::common::{self, needs_device, path, quickly_baked, villa};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::{Culler, Mode};
 use enfilade::scene::rays::RayScene;
@@ -129,8 +129,7 @@ fn what_was_found_is_ahead() {
 #[test]
 fn what_is_hidden_has_no_pixel_and_nobody_misses_it() {
     needs_device!();
-    let villa = building("villa_rotonda");
-    [Oracle::Software, Oracle::Device].into_iter().for_each(|oracle| hide_and_show(&villa, oracle));
+    [Oracle::Software, Oracle::Device].into_iter().for_each(|oracle| hide_and_show(villa(), oracle));
 }
 
 fn hide_and_show(villa: &Building, oracle: Oracle) {

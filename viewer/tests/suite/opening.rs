@@ -1,6 +1,6 @@
 //! A model that nothing was baked of is opened: what there is meanwhile, what a stop leaves, what becomes of an older file.
 
-use crate::common::shipped;
+use crate::common::{folder, shipped};
 use enfilade::file::PvsFile;
 use enfilade_viewer::building::{Building, EARLY};
 use std::path::{Path, PathBuf};
@@ -9,12 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A folder of its own with a model.
 fn model(test: &str, name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).unwrap();
-    }
-    std::fs::create_dir_all(&folder).unwrap();
-    let model = folder.join("model.glb");
+    let model = folder(test).join("model.glb");
     std::fs::copy(shipped(name, "glb"), &model).unwrap();
     model
 }

@@ -1,24 +1,18 @@
 //! Where a visit begins, by hand and in real models: a person fits there, stands on a floor, in the room that anybody would choose. What
 //! is free is measured here on every triangle, slice by slice; nothing of that is the viewer's.
 
-use crate::common::{building, quickly_baked};
+use crate::common::body::{EYE, corners, free, free_and_on_a_floor, nearest_beside};
+use crate::common::{building, made, quickly_baked};
 use enfilade::file::FileCell;
 use enfilade::scene::{Role, Scene};
 use enfilade::{BitMatrix, cells::PortalKind};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
-use enfilade_viewer::looks::Looks;
 use enfilade_viewer::start::start;
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::{DVec2, DVec3};
 use testing::boxes::{self, block, p};
 use testing::data::data;
-
-/// Of a person, metres.
-const EYE: f64 = 1.6;
-const KNEE: f64 = 0.45;
-const HEAD: f64 = 1.8;
-/// What must be free on all sides, metres.
-const FREE: f64 = 0.4;
+use testing::meshes::cuboid;
 
 /// Where a visit begins, in the model's own coordinates, and where it looks.
 fn begun(building: &Building) -> (DVec3, DVec3) {
@@ -27,79 +21,14 @@ fn begun(building: &Building) -> (DVec3, DVec3) {
     (eye + building.scene.origin, along)
 }
 
-/// Made by hand.
-fn made(building: boxes::Building) -> Building {
-    let (scene, file) = building.finish();
-    Building::new(scene, file, Looks::default())
-}
-
-fn corners(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-    scene.triangles.iter().map(|t| t.map(|i| scene.positions[i as usize] + scene.origin))
-}
-
-/// Distance in the plan of the nearest triangle to an axis between two heights: each triangle is cut at many heights, into lines.
-fn nearest_beside(scene: &Scene, at: DVec3, low: f64, high: f64) -> f64 {
-    let mut nearest = f64::INFINITY;
-    for triangle in corners(scene) {
-        for i in 0..=60 {
-            let y = low + (high - low) * f64::from(i) / 60.0;
-            let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j]));
-            let crossed = sides.into_iter().filter(|(a, b)| (a.y < y) != (b.y < y));
-            let cut: Vec<DVec2> = crossed.map(|(a, b)| (a + (b - a) * ((y - a.y) / (b.y - a.y))).xz()).collect();
-            if let [a, b] = cut[..] {
-                let t = ((at.xz() - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
-                nearest = nearest.min((a + (b - a) * t).distance(at.xz()));
-            }
-        }
-    }
-    nearest
-}
-
-/// Heights of all triangles over a point of the plan.
-fn surfaces(scene: &Scene, at: DVec2) -> Vec<f64> {
-    let over = |[a, b, c]: [DVec3; 3]| {
-        let side = |p: DVec3, q: DVec3| (q.xz() - p.xz()).perp_dot(at - p.xz());
-        let (u, v, w) = (side(b, c), side(c, a), side(a, b));
-        let is_within = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        (is_within && u + v + w != 0.0).then(|| (a.y * u + b.y * v + c.y * w) / (u + v + w))
-    };
-    corners(scene).filter_map(over).collect()
-}
-
-/// That a person fits where the eye is; the height of the floor below.
-fn free_and_on_a_floor(what: &str, scene: &Scene, eye: DVec3) -> f64 {
-    let below = surfaces(scene, eye.xz()).into_iter().filter(|y| *y < eye.y).fold(f64::NEG_INFINITY, f64::max);
-    assert!((eye.y - below - EYE).abs() < 1e-3, "{what}: {eye} is {} above what is below", eye.y - below);
-    free(what, scene, eye);
-    below
-}
-
-fn free(what: &str, scene: &Scene, eye: DVec3) {
-    let feet = eye.y - EYE;
-    let nearest = nearest_beside(scene, eye, feet + KNEE, feet + HEAD);
-    assert!(nearest >= FREE - 1e-3, "{what}: {eye}: something is {nearest} m beside");
-    for i in 0..16 {
-        let way = DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 16.0) * FREE * f64::from(i % 2);
-        let across = surfaces(scene, eye.xz() + way).into_iter().find(|y| (feet + KNEE..feet + HEAD).contains(y));
-        assert!(across.is_none(), "{what}: {eye}: a surface at {across:?}");
-    }
-}
-
-/// The faces of a box, their fronts out of it.
-fn box_faces(min: DVec3, max: DVec3) -> Vec<[DVec3; 3]> {
-    let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]].map(|half| half.map(corner))).collect()
-}
-
 /// A room of slabs and walls, 0.2 m thick, around free space.
 fn walls(house: &mut boxes::Building, min: DVec3, max: DVec3) {
     let (low, high) = (min - 0.2, max + 0.2);
     for axis in 0..3 {
         let (mut below, mut above) = (high, low);
         (below[axis], above[axis]) = (min[axis], max[axis]);
-        house.mesh("wall", Role::Structure, true, box_faces(low, below));
-        house.mesh("wall", Role::Structure, true, box_faces(above, high));
+        house.mesh("wall", Role::Structure, true, cuboid(low, below));
+        house.mesh("wall", Role::Structure, true, cuboid(above, high));
     }
 }
 
@@ -192,7 +121,7 @@ fn a_furnished_room_comes_before_a_larger_bare_one() {
     // Beams are no furniture; nor is what reaches from room to room.
     for i in 0..6 {
         let x = 0.5 + f64::from(i);
-        house.mesh("beam", Role::Structure, true, box_faces(p(x, 2.5, 0.0), p(x + 0.2, 2.7, 6.0)));
+        house.mesh("beam", Role::Structure, true, cuboid(p(x, 2.5, 0.0), p(x + 0.2, 2.7, 6.0)));
     }
     house.solid("railing", Role::Furnishing, true, p(6.5, 0.9, 5.0), p(7.5, 1.0, 5.1));
     let house = made(house);
@@ -232,8 +161,8 @@ fn a_visit_begins_within_a_level_whose_walls_show_one_side() {
     let (low, high) = (p(0.0, 0.0, 0.0), p(8.0, 4.0, 8.0));
     let (below, above) = (p(-20.0, -1.0, -20.0), p(20.0, 5.0, 20.0));
     let mut level = boxes::Building::default();
-    level.mesh("hall", Role::Unknown, true, box_faces(low, high).into_iter().map(|[a, b, c]| [a, c, b]).collect());
-    level.mesh("shell", Role::Unknown, true, box_faces(below, above));
+    level.mesh("hall", Role::Unknown, true, cuboid(low, high).into_iter().map(|[a, b, c]| [a, c, b]).collect());
+    level.mesh("shell", Role::Unknown, true, cuboid(below, above));
     for i in 0..8 {
         level.thing("stone", p(-15.0, -1.0, -15.0 + f64::from(i)), p(-14.5, 0.0, -14.5 + f64::from(i)));
     }

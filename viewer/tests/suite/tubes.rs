@@ -1,6 +1,6 @@
 //! Tubes on a device: their pixels against triangles that are worked out here, thin ones against what they cover, and no mode misses one.
 
-use crate::common::{needs_device, path, shipped};
+use crate::common::{self, needs_device, path, shipped};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
