@@ -1,44 +1,27 @@
 //! The bsp strategy: scenes with known rooms, and facts that hold whatever the unit, the turn and the mess.
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::bake;
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split, validate};
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use enfilade::scene::Scene;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{Role, Scene};
 use glam::DVec3;
-use testing::meshes::{Triangle, builder, cuboid, soup};
+use testing::bakes::with_rays;
+use testing::meshes::{Triangle, cuboid, parts as scene};
 use testing::random::Random;
+use testing::rooms;
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {
     DVec3::new(x, y, z)
-}
-
-fn scene(parts: &[Vec<Triangle>]) -> Scene {
-    let mut builder = builder();
-    for (i, part) in parts.iter().enumerate() {
-        builder.add(soup(&format!("part {i}"), Role::Structure, true, part)).unwrap();
-    }
-    builder.finish("scene").unwrap()
 }
 
 fn by_walls(scene: &Scene, smallest_occluder: Option<f64>) -> CellGraph {
     split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), smallest_occluder, ..SplitOptions::default() }).unwrap()
 }
 
-/// Two rooms of 4 x 5 m along x, walls of 0.2 m, a doorway of 0.9 x 2.1 m between them, or none.
+/// Two rooms, with a doorway between them or none.
 fn house(has_doorway: bool) -> Vec<Vec<Triangle>> {
-    let mut parts = vec![
-        cuboid(v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
-        cuboid(v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
-        cuboid(v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
-        cuboid(v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
-        cuboid(v(0., 0., -0.2), v(8.2, 2.8, 0.)),
-        cuboid(v(0., 0., 5.), v(8.2, 2.8, 5.2)),
-        cuboid(v(4., 0., 0.), v(4.2, 2.8, 2.)),
-        cuboid(v(4., 0., 2.9), v(4.2, 2.8, 5.)),
-        cuboid(v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
-    ];
+    let mut parts = rooms::house();
     if !has_doorway {
         parts.push(cuboid(v(4., 0., 2.), v(4.2, 2.1, 2.9)));
     }
@@ -187,8 +170,7 @@ fn a_soup_becomes_one_open_cell_and_says_so() {
         })
         .collect();
     let scene = scene(&[part]);
-    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
-    let baked = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap();
+    let baked = bake(&scene, with_rays(100_000), &Job::quiet()).unwrap();
     let (file, details) = (baked.file, baked.details);
     assert_eq!((file.cells.len(), file.portals.len(), file.cells[0].open), (1, 0, true));
     assert!(file.reason.contains("one open cell"), "{}", file.reason);

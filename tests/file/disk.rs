@@ -1,40 +1,30 @@
 //! From a bake to a file, on disk, and on the command line.
 
 use crate::cli::{self, folder, run_words};
-use enfilade::cells::{Cell, CellGraph, Piece, Placement, Portal, PortalKind, PortalState, Strategy, read_cells};
+use enfilade::cells::{Cell, CellGraph, Placement, Portal, PortalKind, PortalState, Strategy, read_cells};
 use enfilade::file::{Container, FileError, Gap, PvsFile, entropy_bits_per_pair, replace_file};
-use enfilade::geom::{Aabb, Plane};
+use enfilade::geom::Plane;
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd, Witness};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade::types::note::Note;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use std::path::Path;
 use testing::forge::sample;
+use testing::meshes::{scene, soup};
+use testing::rooms::box_piece;
 
 /// A wall, a chair and a table.
 fn things() -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    let triangle = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 0.1, 0.0, 1.0), DVec3::new(x, 1.0, 0.1)].to_vec();
-    for (node, x) in [("wall", 1000.0), ("chair", 998.0), ("table", 1001.9)] {
-        let mesh = Mesh {
-            node: node.into(),
-            role: Role::Unknown,
-            opaque: true,
-            positions: triangle(x),
-            triangles: vec![[0, 1, 2]],
-        };
-        builder.add(mesh).unwrap();
-    }
-    builder.finish("two rooms").unwrap()
+    let triangle = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 0.1, 0.0, 1.0), DVec3::new(x, 1.0, 0.1)];
+    let things = [("wall", 1000.0), ("chair", 998.0), ("table", 1001.9)];
+    scene(things.map(|(node, x)| soup(node, Role::Unknown, true, &[triangle(x)])))
 }
 
 /// Two rooms of 4 x 3 x 4 m joined by a door at x = 0 (scene coordinates).
 fn rooms() -> CellGraph {
     let room = |name: &str, min: [f64; 3], max: [f64; 3]| {
-        let (min, max) = (DVec3::from_array(min), DVec3::from_array(max));
-        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
-        let pieces = vec![Piece { planes, bounds: Aabb { min, max } }];
+        let pieces = vec![box_piece(min, max, DVec3::ZERO)];
         Cell { name: name.into(), pieces, ..Cell::default() }
     };
     let winding = [[0., 0., -0.5], [0., 2., -0.5], [0., 2., 0.5], [0., 0., 0.5]].map(DVec3::from_array).to_vec();
@@ -297,19 +287,15 @@ fn dump_gives_what_a_cells_file_takes() {
     assert!(text(&["dump", path]).contains("cell 1 \"east\": 1 pieces\n"));
 }
 
+/// What any bad file does on the command line is in tests/commands/errors.rs.
 #[test]
-fn bad_files_are_one_line_and_exit_2() {
-    let folder = folder("bad");
-    let path = folder.join("a.pvs");
+fn what_is_no_file_is_told_with_the_remedy() {
+    let path = folder("bad").join("a.pvs");
     std::fs::write(&path, "not one of ours").unwrap();
-    let path = path.to_str().unwrap();
-    for args in
-        [&["info", path][..], &["dump", path, "--json"], &["info", "/nowhere/a.pvs"], &["dump", path, "--obj", "x.obj"]]
-    {
-        let output = run_words(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(output.stdout.is_empty());
-    }
-    let message = String::from_utf8(run_words(&["info", path]).stderr).unwrap();
-    assert_eq!(message, format!("enfilade: {path}: not a .pvs file; give one that `enfilade bake` wrote\n"));
+    let remedy = format!(
+        "enfilade: {}: not a .pvs file; give one that `enfilade bake` wrote
+",
+        path.display()
+    );
+    assert_eq!(String::from_utf8(run_words(&["info", path.to_str().unwrap()]).stderr).unwrap(), remedy);
 }

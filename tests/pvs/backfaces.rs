@@ -1,25 +1,19 @@
 //! What is seen from one side only: a room beside a pit, and a crawlway at the bottom of it, whose pairs are known.
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
 use enfilade::proof::{Asker, Goal, Why};
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{Mesh, Role, Scene};
 use enfilade::{CellId, ObjectId};
 use glam::{DMat3, DVec3};
+use testing::bakes;
 use testing::meshes::{Quad, builder};
 use testing::rooms::{box_piece, graph, portal};
 
 /// A rectangle, flat along one axis.
 fn rectangle(min: [f64; 3], max: [f64; 3]) -> Quad {
     let axis = (0..3).find(|&k| min[k] == max[k]).expect("flat along an axis");
-    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-    [(min, min), (max, min), (max, max), (min, max)].map(|(at_u, at_v)| {
-        let mut corner = min;
-        (corner[u], corner[v]) = (at_u[u], at_v[v]);
-        DVec3::from(corner)
-    })
+    portal([0, 1], axis, min, max, DVec3::ZERO).winding.try_into().expect("four corners")
 }
 
 /// x from 1: the room, 3 m long; the pit, 2 m long and deep; the crawlway, 1 m long and high. All are 2 m wide.
@@ -91,9 +85,7 @@ fn baked(scene: &Scene, turn: DMat3) -> PvsFile {
         portal.winding.iter_mut().for_each(|p| *p = place(*p));
         portal.plane = enfilade::geom::Plane::through(portal.winding[0], turn * portal.plane.n);
     }
-    let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, given: Some(given), keep_bounds: true, ..BakeOptions::default() };
-    bake(scene, options, &Job::quiet()).unwrap().file
+    bakes::baked(scene, BakeOptions { given: Some(given), keep_bounds: true, ..bakes::with_rays(200_000) })
 }
 
 #[test]

@@ -5,10 +5,12 @@ use enfilade::geom::Aabb;
 use enfilade::job::Job;
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::rays::{Hit, RayScene};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
 use enfilade::{CellId, ObjectId};
+use enfilade_formats::import;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use testing::bakes::on;
 use testing::data::data;
 use testing::meshes::{scene, solid, soup as mesh};
 use testing::random::Places;
@@ -315,9 +317,8 @@ fn a_gap_between_cells_is_bridged() {
 fn one_thread_and_two_give_the_same() {
     let run = |threads: usize, seed: u64| {
         let (scene, graph) = rooms::office(3, 4);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let options = PvsOptions { ray_budget: 400_000, seed, ..PvsOptions::default() };
-        pool.install(|| bake(&scene, graph, &options, &Job::quiet()).unwrap())
+        on(threads, || bake(&scene, graph, &options, &Job::quiet()).unwrap())
     };
     assert_eq!(run(1, 0), run(2, 0));
     assert_ne!(run(2, 0).witnesses, run(2, 1).witnesses, "the seed matters");
@@ -392,25 +393,8 @@ fn exact_scenes() -> Vec<PathBuf> {
 /// A scene with the exact answer: its triangles, its cells' boxes, its pairs.
 fn read_exact(folder: &Path) -> (Scene, Vec<Aabb>, Vec<serde_json::Value>) {
     let text = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a file of the scene");
-    let (mut positions, mut meshes) = (Vec::new(), Vec::<Mesh>::new());
-    for line in text("scene.obj").lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words.as_slice() {
-            ["o", name] => meshes.push(mesh(name, Role::Unknown, true, &[])),
-            ["v", x, y, z] => positions.push(DVec3::from([x, y, z].map(|s| s.parse().expect("a number")))),
-            ["f", corners @ ..] => {
-                let index = |s: &&str| s.split('/').next().and_then(|s| s.parse::<u32>().ok()).expect("an index") - 1;
-                meshes.last_mut().expect("o before f").triangles.push(std::array::from_fn(|k| index(&corners[k])));
-            }
-            _ => {}
-        }
-    }
     let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
-    let mut builder = SceneBuilder::new(&options, Source::default());
-    for m in meshes {
-        builder.add(Mesh { positions: positions.clone(), ..m }).expect("a sound mesh");
-    }
-    let scene = builder.finish("exact").expect("a scene");
+    let scene = import(&folder.join("scene.obj"), &options).expect("a scene");
     let json = |name: &str| serde_json::from_str::<serde_json::Value>(&text(name)).expect("JSON");
     let cells = json("cells.json")["cells"]
         .as_array()

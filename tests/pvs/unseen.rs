@@ -13,27 +13,7 @@ use glam::DVec3;
 use std::path::Path;
 use testing::data;
 use testing::meshes::{self, solid};
-
-/// A generator of its own, so that nothing is shared with what is tested (Marsaglia, *Xorshift RNGs*, 2003).
-struct Xorshift(u64);
-
-impl Xorshift {
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let p = DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
-            if (1e-3..1.0).contains(&p.length()) {
-                return p.normalize();
-            }
-        }
-    }
-}
+use testing::random::Random;
 
 /// Triangles in the order of the scene, tested one by one (Möller, Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997).
 fn first_object(triangles: &[([DVec3; 3], usize)], from: DVec3, direction: DVec3) -> Option<usize> {
@@ -81,13 +61,14 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
             triangles.extend((object.triangles.start..object.triangles.end).map(|t| (scene.corners(t as usize), o)));
         }
         // How much of all that there is to see from a view cell each object is.
-        let mut random = Xorshift(0x9e37_79b9_7f4a_7c15);
+        let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
         let solid = |view: &ViewCell| {
             let bounds = view.pieces[0].bounds;
             assert_eq!((view.pieces.len(), view.pieces[0].planes.len()), (1, 6), "a box");
             let mut counts = vec![0u32; scene.objects.len()];
             for _ in 0..rays_of_truth {
-                let at = bounds.min + bounds.size() * DVec3::new(random.unit(), random.unit(), random.unit());
+                let at = bounds.min
+                    + bounds.size() * DVec3::new(random.real(0.0, 1.0), random.real(0.0, 1.0), random.real(0.0, 1.0));
                 if let Some(object) = first_object(&triangles, at, random.direction()) {
                     counts[object] += 1;
                 }
@@ -179,9 +160,9 @@ fn the_error_that_was_asked_for_holds_for_rays_that_had_no_part_in_it() {
     assert!(!closed.is_empty());
     let graph = baked.file.graph();
     let locator = Locator::new(&graph);
-    let (mut random, mut missed, mut cast) = (Xorshift(0x2545_f491_4f6c_dd1d), 0, 0u32);
+    let (mut random, mut missed, mut cast) = (Random::new(0x2545_f491_4f6c_dd1d), 0, 0u32);
     while cast < 20_000 {
-        let within = DVec3::new(8.2 * random.unit(), 3.0 * random.unit(), 4.0 * random.unit());
+        let within = DVec3::new(8.2 * random.real(0.0, 1.0), 3.0 * random.real(0.0, 1.0), 4.0 * random.real(0.0, 1.0));
         let (at, direction) = (within - scene.origin, random.direction());
         let Some((cell, _)) = locator.locate(at).filter(|(cell, _)| closed.contains(&cell.index())) else { continue };
         cast += 1;

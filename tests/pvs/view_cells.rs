@@ -1,7 +1,7 @@
 //! View cells: against exact answers (`exact/` in the data folder; its README says how they were found), against the cells of a
 //! building, and on the command line.
 
-use crate::cli;
+use crate::cli::{self, enfilade};
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{ViewCell, read_view_cells, undivided};
@@ -15,12 +15,12 @@ use enfilade_formats::import;
 use glam::DVec3;
 use serde_json::Value;
 use std::path::Path;
+use testing::bakes::{self, with_rays};
 use testing::data;
 use testing::meshes::{scene, solid};
 
 fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
-    let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, keep_bounds: true, view_cells, ..BakeOptions::default() };
+    let options = BakeOptions { keep_bounds: true, view_cells, ..with_rays(rays) };
     let baked = bake(scene, options, &Job::quiet()).unwrap();
     let views = baked.views.clone().expect("view cells were given");
     assert_eq!(views.lower.first_outside(&views.upper), None);
@@ -85,8 +85,7 @@ fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
 fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     let model = cli::building("villa_rotonda.glb");
     let scene = import(&model, &ImportOptions::default()).unwrap();
-    let options = BakeOptions { pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() }, ..BakeOptions::default() };
-    let cells = bake(&scene, options, &Job::quiet()).unwrap().file.cells;
+    let cells = bakes::baked(&scene, with_rays(0)).cells;
     // The first three closed ones, as the file has them.
     let plane = |n: glam::DVec3, d: f64| serde_json::json!([n.x, n.y, n.z, d + n.dot(scene.origin)]);
     let closed: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].open).take(3).collect();
@@ -260,13 +259,13 @@ fn view_cells_that_make_no_sense_are_refused() {
     let model = two_closed_rooms(&folder);
     let (views, out) = (folder.join("views.json"), folder.join("rooms.pvs"));
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {WEST}]}}"#)).unwrap();
-    let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
+    let refused = enfilade!("bake", &model, "--view-cells", &views, "-o", &out);
     cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
     for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {
-        let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), Path::new(wrong), "-o".as_ref(), &out]);
+        let refused = enfilade!("bake", &model, "--view-cells", wrong, "-o", &out);
         cli::refused(&refused, &[says]);
     }
     let none = folder.join("none.json");
-    let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &none, "-o".as_ref(), &out]);
+    let refused = enfilade!("bake", &model, "--view-cells", &none, "-o", &out);
     cli::refused(&refused, &["none.json"]);
 }

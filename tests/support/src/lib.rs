@@ -1,12 +1,15 @@
 //! What tests and benches share: scenes by hand, seeded numbers, files taken apart.
 
+pub mod bakes;
 pub mod boxes;
 pub mod crowd;
 pub mod cube_times;
 pub mod data;
 pub mod explain;
 pub mod eyes;
+pub mod floor;
 pub mod forge;
+pub mod glb;
 pub mod grid;
 pub mod ground;
 pub mod ground_file;
@@ -25,6 +28,7 @@ pub mod random;
 pub mod rooms;
 pub mod sights;
 pub mod solids;
+pub mod sound;
 pub mod stretches;
 pub mod tiffs;
 pub mod truth;

@@ -1,6 +1,6 @@
 //! Quads, boxes and triangles as meshes, and scenes of them.
 
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Mesh, Object, Role, Scene, SceneBuilder, Source};
 use glam::DVec3;
 
 pub type Triangle = [DVec3; 3];
@@ -67,4 +67,20 @@ pub fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
     let mut builder = builder();
     meshes.into_iter().for_each(|m| builder.add(m).expect("a sound mesh"));
     builder.finish("hand-made").expect("a scene")
+}
+
+/// A scene of parts, each an opaque object.
+pub fn parts(parts: &[Vec<Triangle>]) -> Scene {
+    scene(parts.iter().enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
+}
+
+/// Triangles of an object, in the coordinates of the model.
+pub fn corners(scene: &Scene, object: &Object) -> Vec<Triangle> {
+    object.triangles.clone().map(|t| scene.corners(t as usize).map(|p| p + scene.origin)).collect()
+}
+
+/// The same scene after each triangle has been changed.
+pub fn changed(of: &Scene, change: impl Fn(Triangle) -> Triangle) -> Scene {
+    let triangles = |object: &Object| corners(of, object).into_iter().map(&change).collect::<Vec<_>>();
+    scene(of.objects.iter().map(|object| soup(&object.node, object.role, object.opaque, &triangles(object))))
 }

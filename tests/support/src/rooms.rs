@@ -1,6 +1,6 @@
 //! Hand-made rooms: a grid of boxes with doors between neighbours, each with a wall of finite thickness, and its cell graph.
 
-use crate::meshes::{scene, solid};
+use crate::meshes::{Triangle, cuboid, scene, solid};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::scene::{Mesh, Role, Scene};
@@ -37,6 +37,24 @@ pub fn box_piece(min: [f64; 3], max: [f64; 3], origin: DVec3) -> Piece {
         .flat_map(|&n| [Plane { n, d: n.dot(bounds.max) }, Plane { n: -n, d: -n.dot(bounds.min) }])
         .collect();
     Piece { planes, bounds }
+}
+
+/// Solids of two rooms, 4 x 5 m along x and 2.8 m high, walls of 0.2 m, and a doorway of 0.9 x 2.1 m between them.
+pub const HOUSE: [[[f64; 3]; 2]; 9] = [
+    [[-0.2, -0.2, -0.2], [8.4, 0.0, 5.2]],
+    [[-0.2, 2.8, -0.2], [8.4, 3.0, 5.2]],
+    [[-0.2, 0.0, -0.2], [0.0, 2.8, 5.2]],
+    [[8.2, 0.0, -0.2], [8.4, 2.8, 5.2]],
+    [[0.0, 0.0, -0.2], [8.2, 2.8, 0.0]],
+    [[0.0, 0.0, 5.0], [8.2, 2.8, 5.2]],
+    [[4.0, 0.0, 0.0], [4.2, 2.8, 2.0]],
+    [[4.0, 0.0, 2.9], [4.2, 2.8, 5.0]],
+    [[4.0, 2.1, 2.0], [4.2, 2.8, 2.9]],
+];
+
+/// The same as triangles, solid by solid.
+pub fn house() -> Vec<Vec<Triangle>> {
+    HOUSE.map(|[min, max]| cuboid(min.into(), max.into())).to_vec()
 }
 
 /// A rectangular portal across `axis` from the cell on the low side to the one on the high side.

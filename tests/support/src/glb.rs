@@ -9,6 +9,12 @@ pub struct Glb {
     pub bin: Vec<u8>,
 }
 
+impl Default for Glb {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Glb {
     pub fn new() -> Self {
         let json = json!({
