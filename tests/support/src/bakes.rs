@@ -4,7 +4,9 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::pvs::PvsOptions;
+use enfilade::runtime::Mode;
 use enfilade::scene::{ImportOptions, Scene};
+use enfilade_measure::walkthrough::walk::WalkOptions;
 use enfilade_scenes::{Generated, Kind, generate};
 
 /// A generated model and its scene.
@@ -32,4 +34,11 @@ pub fn baked(scene: &Scene, options: BakeOptions) -> PvsFile {
 /// Runs something on so many threads.
 pub fn on<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads").install(run)
+}
+
+/// A walk whose pixels are compared in every frame.
+pub fn walk(modes: impl IntoIterator<Item = Mode>, [width, height]: [usize; 2]) -> WalkOptions {
+    let modes = modes.into_iter().map(Into::into).collect();
+    let min_pixels = vec![0];
+    WalkOptions { modes, width, height, verify_pixels: true, pictures: None, every: 1, doors_as_found: false, min_pixels }
 }

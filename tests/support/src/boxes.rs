@@ -1,9 +1,9 @@
 //! Buildings made of boxes, by hand: scenes and `.pvs` files with known answers.
+use crate::files::pvs;
 use crate::meshes::soup;
-use enfilade::cells::{Cell, CellGraph, Piece, Placement, Portal, PortalKind, PortalState, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
-use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
@@ -118,26 +118,10 @@ impl Building {
         self.meshes.into_iter().for_each(|mesh| builder.add(mesh).unwrap());
         let scene = builder.finish("building").unwrap();
         let graph = relative_graph(self.cells, self.portals, &scene);
-        let (n, m) = (graph.cells.len(), scene.objects.len());
         let placement = placement(&graph, &scene);
         let [mut cells, mut objects] = joined_rows(&graph, &placement);
         rows(&mut cells, &mut objects);
-        let pvs = Pvs {
-            graph,
-            cells_lower: cells.clone(),
-            cells_upper: cells,
-            objects_lower: objects.clone(),
-            objects_upper: objects,
-            placement: Placement { matrix: placement, boxes: None },
-            unresolved: BitMatrix::new(n, m),
-            witnesses: Vec::new(),
-            guarantee: Guarantee::Conservative,
-            clusters: Vec::new(),
-            repairs: Vec::new(),
-            unseen: None,
-            sampling_end: SamplingEnd::Rays,
-            stats: PvsStats::default(),
-        };
+        let pvs = pvs(graph, [cells.clone(), cells], [objects.clone(), objects], placement);
         let file = PvsFile::from_bake(&scene, &options, &pvs, false);
         (scene, file)
     }

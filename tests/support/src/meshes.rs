@@ -84,3 +84,18 @@ pub fn changed(of: &Scene, change: impl Fn(Triangle) -> Triangle) -> Scene {
     let triangles = |object: &Object| corners(of, object).into_iter().map(&change).collect::<Vec<_>>();
     scene(of.objects.iter().map(|object| soup(&object.node, object.role, object.opaque, &triangles(object))))
 }
+
+/// Named boxes as the text of an OBJ file.
+pub fn obj(boxes: &[(String, [f64; 3], [f64; 3])]) -> String {
+    let mut text = String::new();
+    for (i, (name, min, max)) in boxes.iter().enumerate() {
+        text += &format!("o {name}\n");
+        for p in (0..8).map(|i| corner(DVec3::from(*min), DVec3::from(*max), i)) {
+            text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+        for [a, b, c, d] in SIDES.map(|side| side.map(|k| 8 * i as u32 + k + 1)) {
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    text
+}

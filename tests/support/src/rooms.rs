@@ -57,6 +57,17 @@ pub fn house() -> Vec<Vec<Triangle>> {
     HOUSE.map(|[min, max]| cuboid(min.into(), max.into())).to_vec()
 }
 
+/// Ground of 60 x 20 m with walls across it at x = 20 and x = 40, 12 m high and longer than it is wide, and twenty pebbles between each two.
+pub fn three_yards() -> Vec<(String, [f64; 3], [f64; 3])> {
+    let mut boxes = vec![("ground".to_owned(), [0.0, -1.0, 0.0], [60.0, 0.0, 20.0])];
+    boxes.extend([20.0, 40.0].map(|x| ("wall".to_owned(), [x - 0.1, -0.5, -3.0], [x + 0.1, 12.0, 23.0])));
+    for (yard, i) in (0..3).flat_map(|yard| (0..20).map(move |i| (yard, i))) {
+        let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
+        boxes.push((format!("pebble of yard {yard}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]));
+    }
+    boxes
+}
+
 /// A rectangular portal across `axis` from the cell on the low side to the one on the high side.
 pub fn portal(cells: [u32; 2], axis: usize, min: [f64; 3], max: [f64; 3], origin: DVec3) -> Portal {
     let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
