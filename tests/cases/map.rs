@@ -1,22 +1,19 @@
 //! Cases of maps and levels.
 #![cfg(feature = "quake")]
 
-use super::case;
+use super::{case, passes};
 use crate::cli::{folder, json, run};
-use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, SplitError, SplitOptions, Strategy, split};
 use enfilade::file::PvsFile;
 use enfilade::geom::Plane;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportError, ImportOptions, Leaves, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade_formats::import;
 use enfilade_levels::prt::read_prt;
 use enfilade_levels::quake::import_map_bytes;
-use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use testing::bakes;
 use testing::map::{block, entity, shell, start, two_rooms};
 
 /// What a map of a case becomes.
@@ -40,15 +37,7 @@ fn closed(path: &Path) -> [usize; 2] {
 
 /// A file of few rays.
 fn baked(scene: &Scene) -> PvsFile {
-    let pvs = PvsOptions { ray_budget: 20_000, ..PvsOptions::default() };
-    bake(scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file
-}
-
-/// Whether the check passes.
-#[track_caller]
-fn passes(file: &PvsFile, scene: &Scene) {
-    let report = check(file, scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
-    assert!(report.passed, "{report:?}");
+    bakes::baked(scene, bakes::with_rays(20_000))
 }
 
 /// The files of a folder with an extension, by name.

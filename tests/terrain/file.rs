@@ -6,6 +6,7 @@ use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, Ma
 use glam::DVec3;
 use std::io::Cursor;
 use std::time::Duration;
+use testing::bakes;
 use testing::ground::Raster;
 use testing::ground_file::{GroundFile, hills};
 
@@ -17,10 +18,9 @@ fn number(c: u32, r: u32) -> u16 {
 const SIZE: [u32; 2] = [230, 225];
 
 fn made(threads: usize) -> Vec<u8> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut raster = Raster { lattice: Some(1.0), ..Raster::of(SIZE, |c, r| f64::from(number(c, r))) };
     let mut out = Cursor::new(Vec::new());
-    pool.install(|| make(&mut raster, &MakeOptions::default(), &mut out)).unwrap();
+    bakes::on(threads, || make(&mut raster, &MakeOptions::default(), &mut out)).unwrap();
     out.into_inner()
 }
 

@@ -4,6 +4,7 @@ use crate::cli::folder;
 use enfilade_scenes::ground;
 use enfilade_terrain::raster::{Raster, RasterError, RasterOptions};
 use std::path::PathBuf;
+use testing::bakes;
 use testing::data::data;
 use testing::tiffs::Tiff;
 
@@ -308,9 +309,8 @@ fn real_rasters_are_as_they_are_described() {
 fn a_ground_has_the_same_bytes_on_every_machine() {
     let folder = folder("ground");
     let bytes = |threads: usize, name: &str, size: u32| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let path = folder.join(name);
-        let made = pool.install(|| ground(size, 30.0, 7, &path)).unwrap();
+        let made = bakes::on(threads, || ground(size, 30.0, 7, &path)).unwrap();
         (made, std::fs::read(path).unwrap())
     };
     let (made, small) = bytes(2, "a.tif", 129);

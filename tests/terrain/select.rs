@@ -7,6 +7,7 @@ use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, Ma
 use glam::{DVec2, DVec3};
 use std::io::Cursor;
 use std::path::PathBuf;
+use testing::bakes;
 use testing::data::data;
 use testing::ground::{Raster, Scripted, judge};
 
@@ -185,10 +186,7 @@ fn tiles_that_are_late_leave_no_hole_and_nothing_waits_for_them() {
 
 #[test]
 fn the_same_tiles_give_the_same_patches_and_threads_the_same_bytes() {
-    let make_on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| bytes_of(&mut hills([700, 300], true), &MakeOptions::default()))
-    };
+    let make_on = |threads| bakes::on(threads, || bytes_of(&mut hills([700, 300], true), &MakeOptions::default()));
     assert!(make_on(1) == make_on(2), "threads matter");
     let (_, ground) = ground("same", &mut hills([700, 300], true));
     let camera = flight(&ground, 200.0, 3)[1];
