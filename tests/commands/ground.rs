@@ -1,11 +1,13 @@
 //! `enfilade ground` from the command line: what it prints, and what it says of bad input.
 
+#[cfg(target_os = "linux")]
+use crate::cli::limited;
 use crate::cli::{command, done, enfilade, folder, json, refused, run};
 use enfilade_scenes::{Kind, generate};
 use enfilade_terrain::Ground;
 use serde_json::json;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use testing::tiffs::Tiff;
 
 /// Metres of a plane, 30 m a sample, the corner at 500,000 m east and so many metres north.
@@ -194,17 +196,13 @@ fn where_nobody_may_write_is_told() {
     refused(&run(&[Path::new("ground"), &a, Path::new("-o"), Path::new("/dev/full")]), &["/dev/full: "]);
 }
 
-/// As it is with a limit of so many KiB on any file: a disk that is full.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_leaves_the_old_file_and_nothing_else() {
     let world = World::new("full");
     let a = world.write("a.tif", &plain().bytes());
     let ground = command(&[Path::new("ground"), &a, Path::new("-o"), &world.out]);
-    let script = "trap '' XFSZ; ulimit -f 1; exec \"$@\"";
-    let mut limited = Command::new("bash");
-    limited.args(["-c", script, "bash"]).arg(ground.get_program()).args(ground.get_args());
-    refused(&limited.output().unwrap(), &["o.ground: File too large"]);
+    refused(&limited(&ground, 1), &["o.ground: File too large"]);
     assert_eq!(std::fs::read(&world.out).unwrap(), OLD);
     assert_eq!(std::fs::read_dir(&world.folder).unwrap().count(), 2);
 }

@@ -1,10 +1,11 @@
 //! Rooms, doors and things, anywhere, at any size: scenes and cell graphs with known answers.
 
 use enfilade::CellId;
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState};
 use enfilade::geom::{Aabb, Plane, middle, newell};
 use enfilade::scene::{Role, Scene};
 use glam::{DQuat, DVec3};
+use testing::grid;
 use testing::meshes::{Quad, builder, quads};
 
 /// A point.
@@ -162,17 +163,9 @@ impl World {
                 source: None,
             }
         };
-        let mut graph = CellGraph {
-            strategy: Strategy::Given,
-            reason: "by hand".into(),
-            cells: self.rooms.iter().map(cell).collect(),
-            portals: self.doors.iter().map(portal).collect(),
-            smallest_hole: scene.tolerance().smallest_hole(),
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        };
-        graph.link();
-        graph
+        let cells = self.rooms.iter().map(cell).collect();
+        let graph = grid::graph(cells, self.doors.iter().map(portal).collect());
+        CellGraph { smallest_hole: scene.tolerance().smallest_hole(), ..graph }
     }
 }
 

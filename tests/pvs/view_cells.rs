@@ -17,7 +17,8 @@ use serde_json::Value;
 use std::path::Path;
 use testing::bakes::{self, with_rays};
 use testing::data;
-use testing::meshes::{scene, solid};
+use testing::meshes::{obj, scene, solid};
+use testing::rooms::three_yards;
 
 fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
     let options = BakeOptions { keep_bounds: true, view_cells, ..with_rays(rays) };
@@ -113,22 +114,9 @@ fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     }
 }
 
-/// Ground of 60 x 20 m with walls across it at x = 20 and x = 40, 12 m high and longer than it is wide, and twenty pebbles between each two.
-fn three_yards() -> Scene {
-    let mut meshes = vec![solid("ground", [0.0, -1.0, 0.0], [60.0, 0.0, 20.0])];
-    meshes.extend([20.0, 40.0].map(|x| solid("wall", [x - 0.1, -0.5, -3.0], [x + 0.1, 12.0, 23.0])));
-    for yard in 0..3 {
-        for i in 0..20 {
-            let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
-            meshes.push(solid(&format!("pebble of yard {yard}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]));
-        }
-    }
-    scene(meshes)
-}
-
 #[test]
 fn view_cells_by_cost_part_three_yards_under_one_sky() {
-    let scene = three_yards();
+    let scene = scene(three_yards().iter().map(|(name, min, max)| solid(name, *min, *max)));
     let options = |bytes: u64| BakeOptions {
         given: Some(undivided(&scene)),
         view_cell_bytes: Some(bytes),
@@ -172,30 +160,19 @@ fn view_cells_by_cost_part_three_yards_under_one_sky() {
 
 /// A box of 6 x 3 x 4 m with a wall at x = 3 that has no door, its outside 0.2 m off, as an OBJ file.
 fn two_closed_rooms(folder: &Path) -> std::path::PathBuf {
-    let mut obj = String::new();
-    let mut corners = 0;
-    let mut solid = |name: &str, min: [f64; 3], max: [f64; 3]| {
-        obj += &format!("o {name}\n");
-        for i in 0..8 {
-            let [x, y, z] = std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] });
-            obj += &format!("v {x} {y} {z}\n");
-        }
-        for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
-            obj += &format!("f {} {} {} {}\n", a + corners + 1, b + corners + 1, c + corners + 1, d + corners + 1);
-        }
-        corners += 8;
-    };
-    solid("floor", [-0.2, -0.2, -0.2], [6.2, 0.0, 4.2]);
-    solid("ceiling", [-0.2, 3.0, -0.2], [6.2, 3.2, 4.2]);
-    solid("west", [-0.2, -0.1, -0.2], [0.0, 3.1, 4.2]);
-    solid("east", [6.0, -0.1, -0.2], [6.2, 3.1, 4.2]);
-    solid("south", [-0.1, -0.1, -0.2], [6.1, 3.1, 0.0]);
-    solid("north", [-0.1, -0.1, 4.0], [6.1, 3.1, 4.2]);
-    solid("middle", [2.9, -0.1, -0.1], [3.1, 3.1, 4.1]);
-    solid("chair", [1.0, 0.0, 1.0], [1.4, 0.4, 1.4]);
-    solid("table", [4.5, 0.0, 1.0], [5.0, 0.7, 1.6]);
+    let boxes = [
+        ("floor", [-0.2, -0.2, -0.2], [6.2, 0.0, 4.2]),
+        ("ceiling", [-0.2, 3.0, -0.2], [6.2, 3.2, 4.2]),
+        ("west", [-0.2, -0.1, -0.2], [0.0, 3.1, 4.2]),
+        ("east", [6.0, -0.1, -0.2], [6.2, 3.1, 4.2]),
+        ("south", [-0.1, -0.1, -0.2], [6.1, 3.1, 0.0]),
+        ("north", [-0.1, -0.1, 4.0], [6.1, 3.1, 4.2]),
+        ("middle", [2.9, -0.1, -0.1], [3.1, 3.1, 4.1]),
+        ("chair", [1.0, 0.0, 1.0], [1.4, 0.4, 1.4]),
+        ("table", [4.5, 0.0, 1.0], [5.0, 0.7, 1.6]),
+    ];
     let path = folder.join("rooms.obj");
-    std::fs::write(&path, obj).unwrap();
+    std::fs::write(&path, obj(&boxes.map(|(name, min, max)| (name.to_owned(), min, max)))).unwrap();
     path
 }
 
