@@ -10,9 +10,8 @@ mod program;
 use crate::cli::folder;
 use enfilade::bake::BakeOptions;
 use enfilade_scenes::Kind;
-use enfilade_terrain::{MakeOptions, make};
 use testing::bakes;
-use testing::ground::Raster;
+use testing::ground::{Raster, written};
 
 #[test]
 fn ground_is_drawn_through_windows_from_tiles_that_are_there() {
@@ -23,7 +22,7 @@ fn ground_is_drawn_through_windows_from_tiles_that_are_there() {
     bakes::baked(&scene, BakeOptions::default()).save(&pvs).unwrap();
     // More tiles than its cache holds.
     let mut hills = Raster::of([513, 513], |c, r| 90.0 * (f64::from(c) / 31.0).sin() * (f64::from(r) / 23.0).cos());
-    make(&mut hills, &MakeOptions::default(), &mut std::fs::File::create(&ground).unwrap()).unwrap();
+    written(&mut hills, &ground);
     let line = match program::run(&ground, &pvs, Some(&picture)) {
         Err(line) if line.starts_with("no graphics processor") => {
             assert!(std::env::var_os("CI").is_none(), "{line}");

@@ -364,6 +364,4 @@ fn an_interrupted_run_leaves_a_state() {
     assert!(!state.exists());
     done(&enfilade!("vis", &level, "--rows", &whole));
     assert_eq!(std::fs::read(&whole).unwrap(), std::fs::read(&resumed).unwrap());
-    let rows = read_rows(&std::fs::read(&whole).unwrap(), 1506).unwrap();
-    assert!((0..1506).all(|a| rows.ones(a).all(|b| rows.get(b, a))), "rows are symmetric");
 }

@@ -9,6 +9,7 @@ use enfilade_formats::indoorgml::read_indoorgml;
 use enfilade_formats::{import, indoorgml};
 use glam::DVec3;
 use testing::data;
+use testing::meshes::area_of;
 
 type Ring = Vec<[f64; 3]>;
 
@@ -121,13 +122,12 @@ fn spaces_are_cells_and_transitions_portals() {
 #[test]
 fn the_scene_is_the_surfaces_less_the_ways_through() {
     let scene = scene(&house());
-    let area_of =
-        |object: usize| -> f64 { scene.objects[object].triangles.clone().map(|t| area(&scene.corners(t as usize))).sum() };
     let nodes: Vec<&str> = scene.objects.iter().map(|o| o.node.as_str()).collect();
     assert_eq!(nodes, ["A", "B", "C", "D"]);
     // Boxes of 4 x 5 x 3 m have 94 square metres; the door is 2.1, the stairwell 20.
-    for (object, expected) in [94.0 - 2.1 - 20.0, 94.0 - 2.1, 94.0 - 20.0, 32.0].into_iter().enumerate() {
-        assert!((area_of(object) - expected).abs() < 1e-6, "{object}: {} for {expected}", area_of(object));
+    for (object, expected) in scene.objects.iter().zip([94.0 - 2.1 - 20.0, 94.0 - 2.1, 94.0 - 20.0, 32.0]) {
+        let area = area_of(&scene, object);
+        assert!((area - expected).abs() < 1e-6, "{}: {area} for {expected}", object.node);
     }
     let rooms = &scene.hints.rooms;
     let whole: f64 = rooms[0].surface.iter().map(|t| area(t)).sum();

@@ -1,5 +1,6 @@
 //! Quads, boxes and triangles as meshes, and scenes of them.
 
+use enfilade::geom::area;
 use enfilade::scene::{ImportOptions, Mesh, Object, Role, Scene, SceneBuilder, Source};
 use glam::DVec3;
 
@@ -77,6 +78,16 @@ pub fn parts(parts: &[Vec<Triangle>]) -> Scene {
 /// Triangles of an object, in the coordinates of the model.
 pub fn corners(scene: &Scene, object: &Object) -> Vec<Triangle> {
     object.triangles.clone().map(|t| scene.corners(t as usize).map(|p| p + scene.origin)).collect()
+}
+
+/// Square metres of an object.
+pub fn area_of(scene: &Scene, object: &Object) -> f64 {
+    object.triangles.clone().map(|t| area(&scene.corners(t as usize))).sum()
+}
+
+/// Square metres of all objects.
+pub fn area_of_all(scene: &Scene) -> f64 {
+    scene.objects.iter().map(|object| area_of(scene, object)).sum()
 }
 
 /// The same scene after each triangle has been changed.

@@ -4,7 +4,7 @@ use crate::common::{self, differ, drawn, made as by_hand, needs_device, path, vi
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
 use enfilade::runtime::{Camera, Mode, Rect};
-use enfilade_terrain::{Ground, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make};
+use enfilade_terrain::{Ground, GroundView, Limit, Loading, Patch, Placement, drawn as triangles_of};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -21,7 +21,7 @@ use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use testing::boxes::{self, block, p};
-use testing::ground::{Raster, Screen, Scripted};
+use testing::ground::{Raster, Screen, Scripted, written};
 
 const SIZE: [u32; 2] = [320, 180];
 const SKY: [u8; 3] = [204, 222, 240];
@@ -50,7 +50,7 @@ fn mountains() -> Raster {
 /// Writes a ground.
 pub fn made(name: &str, mut raster: Raster) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("ground");
-    make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
+    written(&mut raster, &path);
     path
 }
 
