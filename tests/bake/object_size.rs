@@ -6,14 +6,10 @@ use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source, split_objects};
 use enfilade_formats::import;
-use glam::DVec3;
+use glam::dvec3 as v;
 use std::path::Path;
 use testing::meshes::{Triangle, cuboid, soup};
 use testing::rooms;
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
 
 /// So many stools of 12 triangles, in both rooms by turns.
 fn stools(count: usize) -> Vec<Triangle> {

@@ -5,13 +5,9 @@ use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
 use enfilade::geom;
 use enfilade::job::Job;
 use enfilade::scene::{Role, RoomHint, Scene};
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3, dvec3 as v};
 use testing::meshes::{builder, cuboid, soup};
 use testing::rooms::house;
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
 
 fn scene(parts: &[Vec<[DVec3; 3]>], rooms: Vec<RoomHint>) -> Scene {
     let mut builder = builder();

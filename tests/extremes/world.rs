@@ -9,9 +9,7 @@ use testing::grid;
 use testing::meshes::{Quad, builder, quads};
 
 /// A point.
-pub fn p(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
+pub use glam::dvec3 as p;
 
 /// A box, by its least and greatest corner.
 pub type Box3 = [DVec3; 2];

@@ -1,15 +1,15 @@
 //! IndoorGML, by hand and as others wrote it: a ready graph, and a scene of its own.
 
 use enfilade::CellId;
-use enfilade::cells::{Locator, PortalKind, validate};
+use enfilade::cells::{Locator, PortalKind};
 use enfilade::geom::{Aabb, area};
-use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, OpeningKind, Scene};
 use enfilade_formats::indoorgml::read_indoorgml;
 use enfilade_formats::{import, indoorgml};
 use glam::DVec3;
 use testing::data;
 use testing::meshes::area_of;
+use testing::sound::assert_sealed;
 
 type Ring = Vec<[f64; 3]>;
 
@@ -87,12 +87,7 @@ fn scene(text: &str) -> Scene {
 }
 
 fn sealed(scene: &Scene, text: &str, segments: u64) {
-    let graph = read_indoorgml(text, scene).unwrap();
-    let faults = validate::structure(&graph, 20.0 * scene.tolerance().coplanar);
-    assert!(faults.is_empty(), "{faults:?}");
-    let sealing = validate::sealing(&graph, &RayScene::new(scene), segments, 1);
-    assert!(sealing.segments > segments / 10, "only {} segments were followed", sealing.segments);
-    assert!(sealing.leaks.is_empty(), "{:?}", &sealing.leaks[..sealing.leaks.len().min(5)]);
+    assert_sealed(&read_indoorgml(text, scene).unwrap(), scene, 20.0, segments);
 }
 
 #[test]

@@ -10,16 +10,12 @@ use enfilade_measure::verify::{
     CheckError, CheckOptions, CheckReport, ExactReport, FaultKind, Violation, check, check_exact,
 };
 use enfilade_scenes::{Kind, generate};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4, dvec3 as v};
 use testing::bakes::on;
 use testing::files::bare;
 use testing::meshes::{Quad, builder, quads, sides};
 
 const RAYS: CheckOptions = CheckOptions { rays: 40_000, views: 20, seed: 1, leaks: false };
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
 
 /// A rectangle from a corner along two edges.
 fn sheet(node: &str, opaque: bool, rectangles: &[[DVec3; 3]]) -> Mesh {

@@ -7,17 +7,13 @@ use enfilade::file::PvsFile;
 use enfilade::scene::{ImportOptions, Role, RoomHint, Scene};
 use enfilade_formats::import;
 use enfilade_measure::verify::{CheckOptions, CheckReport, Leak, LeakKind, check};
-use glam::DVec3;
+use glam::{DVec3, dvec3 as v};
 use serde_json::Value;
 use testing::bakes;
 use testing::meshes::{builder, cuboid, obj, quads, sides};
 use testing::solids::{Box3, less};
 
 use crate::cli::{done, enfilade, folder, run_words, text};
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
 
 const LONG: f64 = 8.15;
 const DEEP: f64 = 5.0;
@@ -41,12 +37,7 @@ fn house(holes: &[Box3], roof: bool) -> Vec<Box3> {
     if roof {
         boxes.push([v(-WALL, HIGH, -WALL), v(x + WALL, HIGH + 0.2, z + WALL)]);
     }
-    for &[a, b] in holes {
-        let meets = |[min, max]: &Box3| min.cmplt(b).all() && a.cmplt(*max).all();
-        boxes =
-            boxes.into_iter().flat_map(|s| if meets(&s) { less(s, [a.max(s[0]), b.min(s[1])]) } else { vec![s] }).collect();
-    }
-    boxes
+    holes.iter().fold(boxes, |boxes, &hole| boxes.into_iter().flat_map(|s| less(s, hole)).collect())
 }
 
 fn scene(boxes: &[Box3], rooms: Vec<RoomHint>) -> Scene {
@@ -121,8 +112,7 @@ fn the_line_goes_up_the_chimney() {
     let mut boxes = house(&[], true);
     boxes.push([v(5.7, HIGH + 0.2, 0.7), v(6.3, top, 1.3)]);
     let hole = [a, b];
-    boxes =
-        boxes.into_iter().flat_map(|s| if s[1].y > HIGH { less(s, [a.max(s[0]), b.min(s[1])]) } else { vec![s] }).collect();
+    let boxes: Vec<Box3> = boxes.into_iter().flat_map(|s| less(s, hole)).collect();
     let (_, report) = checked(&scene(&boxes, Vec::new()), Strategy::Plan);
     let leak = leak(&report);
     let start = leak.points[0];

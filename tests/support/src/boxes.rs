@@ -9,9 +9,7 @@ use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 
 /// A point.
-pub fn p(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
+pub use glam::dvec3 as p;
 
 pub fn block(min: DVec3, max: DVec3) -> Piece {
     let planes = (0..3).flat_map(|axis| {

@@ -34,4 +34,5 @@ pub mod stretches;
 pub mod tiffs;
 pub mod times;
 pub mod truth;
+pub mod walls;
 pub mod world;

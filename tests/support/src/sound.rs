@@ -1,6 +1,8 @@
-//! What a scene promises, whatever it was read from.
+//! What scenes and graphs promise, whatever they were made from.
 
+use enfilade::cells::{CellGraph, validate};
 use enfilade::scene::Scene;
+use enfilade::scene::rays::RayScene;
 
 /// Objects of so many triangles at most, one after the other, each within its box; hints about what is there.
 #[track_caller]
@@ -21,4 +23,16 @@ pub fn assert_sound(scene: &Scene, object_triangles: u32) {
         assert!(opening.winding.len() >= 3 && opening.winding.iter().all(|p| p.is_finite()));
         assert!(opening.rooms.iter().flatten().all(|&room| room < scene.hints.rooms.len()));
     }
+}
+
+/// A graph is whole, flat to so many times what counts as one plane, and left through portals only. Returns how many of `segments` were followed.
+#[track_caller]
+pub fn assert_sealed(graph: &CellGraph, scene: &Scene, times: f64, segments: u64) -> u64 {
+    let faults = validate::structure(graph, (times * scene.tolerance().coplanar).max(1e-9));
+    assert!(faults.is_empty(), "{faults:?}");
+    let sealing = validate::sealing(graph, &RayScene::new(scene), segments, 1);
+    assert!(sealing.segments > segments / 10, "only {} segments were followed", sealing.segments);
+    let leaks: Vec<String> = sealing.leaks.iter().take(5).map(ToString::to_string).collect();
+    assert!(leaks.is_empty(), "{leaks:?}");
+    sealing.segments
 }
