@@ -69,6 +69,13 @@ pub fn limited(command: &Command, kib: u64) -> Output {
     bash.args(["-c", &script, "bash"]).arg(command.get_program()).args(command.get_args()).output().unwrap()
 }
 
+/// Waits until a file has so many bytes, or a process has ended.
+pub fn wait_for(child: &mut Child, file: &Path, bytes: u64) {
+    while std::fs::metadata(file).map_or(0, |m| m.len()) < bytes && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
 /// Ends by itself, or by a signal after a while; what it said, and its exit code if it came to its end.
 #[cfg(unix)]
 pub fn signalled(mut child: Child, signal: &str, after: Duration) -> (String, Option<i32>) {

@@ -3,7 +3,7 @@
 
 #[cfg(target_os = "linux")]
 use crate::cli::limited;
-use crate::cli::{command, done, enfilade, folder, json, names, refused};
+use crate::cli::{command, done, enfilade, folder, json, names, refused, wait_for};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::matrix_bytes;
 use enfilade::file::PvsFile;
@@ -89,9 +89,7 @@ fn an_input_that_is_gone_is_an_error_and_one_that_vanishes_is_not_missed() {
     // Once its state is there the model has been read.
     std::fs::copy(gallery(), &model).unwrap();
     let mut child = bake_command(&model, &out, &[]).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    while !folder.join("gallery.bake-state").exists() && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    wait_for(&mut child, &folder.join("gallery.bake-state"), 1);
     std::fs::remove_file(&model).unwrap();
     done(&child.wait_with_output().unwrap());
     assert_eq!(names(&folder), ["gallery.pvs"]);

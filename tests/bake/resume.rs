@@ -1,6 +1,6 @@
 //! Bakes that are cut off go on to the bytes of an undisturbed one: stopped, killed, with a state that is damaged or another's.
 
-use crate::cli::{building, command, enfilade, folder, names, refused, run, signalled};
+use crate::cli::{building, command, enfilade, folder, names, refused, run, signalled, wait_for};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest};
 use enfilade::job::{Job, Journal, JournalError};
 use enfilade::pvs::PvsOptions;
@@ -178,16 +178,11 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let folder = folder("stop");
     let (model, out, state) = (building("office.glb"), folder.join("o.pvs"), folder.join("o.bake-state"));
     let mut first = spawn(&model, &out);
-    let mut wait_for = |bytes: u64| {
-        while std::fs::metadata(&state).map_or(0, |m| m.len()) < bytes && first.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    };
     // The head is written as soon as the file is locked.
-    wait_for(56);
+    wait_for(&mut first, &state, 56);
     let second = enfilade!("bake", &model, "-o", &out);
     refused(&second, &["o.bake-state: another run that writes the same output is under way"]);
-    wait_for(57);
+    wait_for(&mut first, &state, 57);
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command goes on from") && state.exists(), "{said}");
     refused(
@@ -219,9 +214,7 @@ fn ctrl_c_in_a_report_keeps_what_it_has() {
     let flags = ["--views", "2", "--rays", "300k", "-o"].map(Path::new);
     let words: Vec<&Path> = [&[Path::new("report"), &model][..], &flags, &[page.as_path()]].concat();
     let mut first = command(&words).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    while std::fs::metadata(&state).map_or(0, |m| m.len()) < 57 && first.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_for(&mut first, &state, 57);
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("o.report-state") && state.exists() && !page.exists(), "{said}");
     let again = run(&words);
@@ -246,9 +239,7 @@ fn a_signal_stops_a_split_and_leaves_nothing() {
     for signal in ["-INT", "-TERM"] {
         let mut child = spawn(&model, &out);
         // The head of the state is written when the model is there, before it is split.
-        while std::fs::metadata(&state).map_or(0, |m| m.len()) < 56 && child.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(5));
-        }
+        wait_for(&mut child, &state, 56);
         let (said, code) = signalled(child, signal, Duration::ZERO);
         assert!(code == Some(1) && said.contains("nothing was worked out yet"), "{signal}: {said}");
         assert!(!state.exists() && !out.exists(), "{signal}");

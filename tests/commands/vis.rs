@@ -1,11 +1,12 @@
 //! `enfilade vis` and `enfilade check` on levels, as a user runs them.
 
-use crate::cli::{LEVEL, command, done, enfilade, folder, json, refused};
+use crate::cli::{LEVEL, command, done, enfilade, folder, json, refused, signalled, wait_for};
 use enfilade_levels::prt::read_prt;
 use enfilade_levels::rows::read_rows;
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
+use std::time::Duration;
 use testing::data::data;
 use testing::prt::unpacked;
 
@@ -342,13 +343,9 @@ fn an_interrupted_run_leaves_a_state() {
     let arguments = [Path::new("vis"), &level, Path::new("--threads"), Path::new("1")];
     let mut child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // As soon as there is more than a head.
-    while std::fs::metadata(&state).map_or(0, |m| m.len()) <= 56 && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    let out = child.wait_with_output().unwrap();
-    let said = String::from_utf8(out.stderr).unwrap();
-    assert!(out.status.code() == Some(1) && said.contains("the same command goes on from"), "{said}");
+    wait_for(&mut child, &state, 57);
+    let (said, code) = signalled(child, "-INT", Duration::ZERO);
+    assert!(code == Some(1) && said.contains("the same command goes on from"), "{said}");
     // Of other options, or of another level: refused, and kept.
     let other = folder.join("other.prt");
     std::fs::write(&other, LEVEL).unwrap();

@@ -6,13 +6,11 @@ use enfilade::geom::{Aabb, Plane, middle, newell};
 use enfilade::scene::{Role, Scene};
 use glam::{DQuat, DVec3};
 use testing::grid;
-use testing::meshes::{Quad, builder, quads};
+use testing::meshes::{Quad, builder, flat, quads};
+use testing::solids::Box3;
 
 /// A point.
 pub use glam::dvec3 as p;
-
-/// A box, by its least and greatest corner.
-pub type Box3 = [DVec3; 2];
 
 /// What is known of a room and a thing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -90,7 +88,7 @@ impl World {
 
     /// A door between two rooms: a rectangle, flat along an axis.
     pub fn door(&mut self, low: usize, high: usize, min: DVec3, max: DVec3) {
-        self.doors.push(Door { rooms: [low, high], corners: corners(min, max) });
+        self.doors.push(Door { rooms: [low, high], corners: flat(min, max).to_vec() });
     }
 
     /// A box in a room; its number.
@@ -171,20 +169,6 @@ fn ends(b: Aabb) -> Box3 {
     [b.min, b.max]
 }
 
-/// Corners of a box that is flat along an axis, counter-clockwise seen from that axis' far end.
-pub fn corners(min: DVec3, max: DVec3) -> Vec<DVec3> {
-    let axis = (0..3).find(|&a| min[a] == max[a]).expect("flat along an axis");
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    [(false, false), (true, false), (true, true), (false, true)]
-        .map(|(a, b)| {
-            let mut c = min;
-            c[u] = if a { max[u] } else { min[u] };
-            c[v] = if b { max[v] } else { min[v] };
-            c
-        })
-        .to_vec()
-}
-
 /// The six sides of a box, each flat along an axis.
 pub fn faces([min, max]: Box3) -> Vec<Box3> {
     (0..3)
@@ -221,7 +205,7 @@ fn sheet([min, max]: Box3, holes: &[Box3], parts: usize, crack: f64) -> Vec<[DVe
             if !here.iter().any(within) {
                 let (mut a, mut b) = (min, max);
                 (a[u], a[v], b[u], b[v]) = (us[0] + crack, vs[0] + crack, us[1] - crack, vs[1] - crack);
-                out.push(corners(a, b).try_into().expect("four corners"));
+                out.push(flat(a, b));
             }
         }
     }

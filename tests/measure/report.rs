@@ -366,7 +366,7 @@ fn bad_input_is_one_line_and_exit_2() {
     std::fs::write(&level, LEVEL).unwrap();
     let in_folder = |name: &str| folder.join(name).to_str().unwrap().to_owned();
     let (level, villa) = (level.to_str().unwrap(), villa.to_str().unwrap());
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 11] = [
         (&[&in_folder("none.glb")], &["none.glb: "]),
         (&[&in_folder("none.xyz")], &["none.xyz: no importer"]),
         (&[&in_folder("a.pvs")], &["a.pvs: report bakes anew, from a model"]),
@@ -375,8 +375,6 @@ fn bad_input_is_one_line_and_exit_2() {
         (&[level, "--cells", "plan"], &["level.prt: is a level; --cells is for buildings"]),
         (&[level, "--views", "7"], &["level.prt: is a level; --views is for buildings"]),
         (&[level, "--view-cells", "auto"], &["is a level; --view-cells is for buildings"]),
-        (&[villa, "--view-cells", "auto:0"], &["takes bytes, above 0"]),
-        (&[villa, "--view-cells", &in_folder("none.json")], &["none.json"]),
         (&[villa, "--rays=-1"], &["--rays", "takes a whole number"]),
         (&[villa, "-o", &in_folder("page.csv")], &["page.csv: -o names the page"]),
         (&[villa, "--cells", "authored", "-o", &in_folder("p.html")], &["villa_rotonda.glb: the model names no rooms"]),

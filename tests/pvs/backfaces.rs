@@ -7,14 +7,8 @@ use enfilade::scene::{Mesh, Role, Scene};
 use enfilade::{CellId, ObjectId};
 use glam::{DMat3, DVec3};
 use testing::bakes;
-use testing::meshes::{Quad, builder};
+use testing::meshes::{builder, flat};
 use testing::rooms::{box_piece, graph, portal};
-
-/// A rectangle, flat along one axis.
-fn rectangle(min: [f64; 3], max: [f64; 3]) -> Quad {
-    let axis = (0..3).find(|&k| min[k] == max[k]).expect("flat along an axis");
-    portal([0, 1], axis, min, max, DVec3::ZERO).winding.try_into().expect("four corners")
-}
 
 /// x from 1: the room, 3 m long; the pit, 2 m long and deep; the crawlway, 1 m long and high. All are 2 m wide.
 const ROOM: u32 = 0;
@@ -50,9 +44,9 @@ const HIDDEN: [(u32, &str); 4] =
 fn scene(turn: DMat3, is_flipped: bool) -> Scene {
     let mut builder = builder();
     for (node, min, max, opaque) in WALLS {
-        let mut corners = vec![rectangle(min, max)];
+        let mut corners = vec![flat(min.into(), max.into())];
         if node == "crawlway's sides" {
-            corners.push(rectangle([6., -2., 2.], [7., -1., 2.]));
+            corners.push(flat([6., -2., 2.].into(), [7., -1., 2.].into()));
         }
         let positions = corners.concat().into_iter().map(|p| turn * p).collect();
         let halves = (0..corners.len() as u32).flat_map(|q| [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| 4 * q + k)));

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use testing::bakes::on;
 use testing::data::data;
 use testing::meshes::{scene, solid, soup as mesh};
+use testing::plain::{meets, nearest};
 use testing::random::Places;
 use testing::rooms;
 
@@ -32,24 +33,6 @@ fn soup(random: &mut Places, objects: usize, extent: f64) -> Scene {
             .collect();
         mesh(&format!("soup {i}"), Role::Unknown, i % 3 != 0, &triangles)
     }))
-}
-
-/// Where a line meets a triangle, by Cramer's rule.
-fn meets(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let det = |x: DVec3, y: DVec3, z: DVec3| x.dot(y.cross(z));
-    let (e, f, g) = (b - a, c - a, origin - a);
-    let d = det(e, f, -direction);
-    let (u, v, t) = (det(g, f, -direction) / d, det(e, g, -direction) / d, det(e, f, g) / d);
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
-}
-
-/// Distance of a point to a triangle: to its plane where it projects inside, else to an edge.
-fn point_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let n = (b - a).cross(c - a).normalize();
-    let inside = [(a, b), (b, c), (c, a)].iter().all(|&(x, y)| (y - x).cross(p - x).dot(n) >= 0.0);
-    let to_edge =
-        |x: DVec3, y: DVec3| p.distance(x + (y - x) * ((p - x).dot(y - x) / (y - x).length_squared()).clamp(0.0, 1.0));
-    if inside { n.dot(p - a).abs() } else { to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a)) }
 }
 
 fn opaque_triangles(scene: &Scene) -> Vec<usize> {
@@ -127,7 +110,7 @@ fn clearance_agrees_with_distances_measured_point_by_point() {
             .map(|k| a.lerp(b, f64::from(k) / f64::from(steps)))
             .flat_map(|p| opaque.iter().map(move |&t| (p, t)))
             .filter(|&(p, t)| Aabb::of(scene.corners(t)).inflated(1.0).contains(p))
-            .map(|(p, t)| point_to_triangle(p, scene.corners(t)))
+            .map(|(p, t)| nearest(scene.corners(t), p).distance(p))
             .fold(1.0, f64::min);
         // The nearest point lies within half a step of one that was measured.
         let step = a.distance(b) / f64::from(steps) * 0.5;

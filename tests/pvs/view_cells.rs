@@ -186,23 +186,28 @@ fn the_command_keeps_view_cells_and_lists_them() {
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {other}]}}"#)).unwrap();
     let out = folder.join("rooms.pvs");
     let bake = |threads: &str| {
-        let arguments = ["bake", "--view-cells", "--rays", "500k", "--rows", "both", "--json", "--threads", threads, "-o"];
-        let mut command = cli::command(&[]);
-        command.args(&arguments[..2]).arg(&views).args(&arguments[2..]).args([&out, &model]);
-        let done = command.output().unwrap();
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+        let report = cli::json(&enfilade!(
+            "bake",
+            "--view-cells",
+            &views,
+            "--rays",
+            "500k",
+            "--rows",
+            "both",
+            "--json",
+            "--threads",
+            threads,
+            "-o",
+            &out,
+            &model
+        ));
         (report, std::fs::read(&out).unwrap())
     };
     let ((report, one), (_, two)) = (bake("1"), bake("2"));
     assert!(one == two, "one and two threads give different bytes");
     assert_eq!((&report["view_cells"]["count"], &report["view_cells"]["in_no_cell"]), (&3.into(), &1.into()));
 
-    let json = |arguments: &[&str]| -> Value {
-        let done = cli::command(&[]).args(arguments).arg(&out).arg("--json").output().unwrap();
-        serde_json::from_slice(&done.stdout).unwrap()
-    };
-    let dump = json(&["dump"]);
+    let dump = cli::json(&enfilade!("dump", &out, "--json"));
     let ids: Vec<&Value> = dump["view_cells"].as_array().unwrap().iter().map(|v| &v["id"]).collect();
     assert_eq!(serde_json::json!(ids), serde_json::json!(["west room", 7, "stone"]));
     assert_eq!(dump["view_cells"][0]["pieces"][0]["planes"].as_array().unwrap().len(), 6);
@@ -217,9 +222,9 @@ fn the_command_keeps_view_cells_and_lists_them() {
         assert!(east.contains(&"table".into()) && !east.contains(&"chair".into()), "{east:?}");
         assert!(west.contains(&"middle".into()) && east.contains(&"middle".into()) && west.contains(&"west".into()));
     }
-    let only = json(&["dump", "--rows", "view-cells"]);
+    let only = cli::json(&enfilade!("dump", "--rows", "view-cells", &out, "--json"));
     assert_eq!(only["rows"].as_object().unwrap().keys().collect::<Vec<_>>(), ["view_cells"]);
-    assert_eq!(json(&["info"])["view_cells"]["count"], 3);
+    assert_eq!(cli::json(&enfilade!("info", &out, "--json"))["view_cells"]["count"], 3);
     let file = PvsFile::load(&out).unwrap();
     let east = file.view_cell(&7.into()).unwrap();
     let seen: Vec<u64> = file.objects_seen_from_view(east).map(|o| u64::from(o.0)).collect();
@@ -238,11 +243,8 @@ fn view_cells_that_make_no_sense_are_refused() {
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {WEST}]}}"#)).unwrap();
     let refused = enfilade!("bake", &model, "--view-cells", &views, "-o", &out);
     cli::refused(&refused, &["views.json", "cells[1].id", "came before"]);
-    for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {
-        let refused = enfilade!("bake", &model, "--view-cells", wrong, "-o", &out);
-        cli::refused(&refused, &[says]);
+    for wrong in ["auto:0", "auto:many"] {
+        cli::refused(&enfilade!("bake", &model, "--view-cells", wrong, "-o", &out), &["takes bytes, above 0"]);
     }
-    let none = folder.join("none.json");
-    let refused = enfilade!("bake", &model, "--view-cells", &none, "-o", &out);
-    cli::refused(&refused, &["none.json"]);
+    cli::refused(&enfilade!("bake", &model, "--view-cells", &folder.join("none.json"), "-o", &out), &["none.json"]);
 }

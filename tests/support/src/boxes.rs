@@ -1,6 +1,6 @@
 //! Buildings made of boxes, by hand: scenes and `.pvs` files with known answers.
 use crate::files::pvs;
-use crate::meshes::soup;
+use crate::meshes::{flat_along, soup};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
@@ -56,23 +56,7 @@ impl Building {
     /// A portal: the box from `min` to `max` must be flat along one axis; `low` is the cell on the lesser side of it.
     pub fn portal(&mut self, low: CellId, high: CellId, min: DVec3, max: DVec3, kind: PortalKind) {
         let axis = (0..3).find(|&a| min[a] == max[a]).expect("flat along an axis");
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let corner = |a: &DVec3, b: &DVec3| {
-            let mut corner = *a;
-            corner[v] = b[v];
-            corner[u] = a[u];
-            corner
-        };
-        let winding = vec![
-            min,
-            {
-                let mut c = min;
-                c[u] = max[u];
-                c
-            },
-            max,
-            corner(&min, &max),
-        ];
+        let winding = flat_along(axis, min, max).to_vec();
         let plane = Plane { n: DVec3::AXES[axis], d: min[axis] };
         let state = PortalState::of_kind(kind);
         self.portals.push(Portal { cells: [low, high], plane, winding, kind, state, source: None });

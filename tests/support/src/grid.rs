@@ -3,6 +3,7 @@
 //! Walls have no thickness, so a line is in one room or in the next, and crosses a wall inside its door or stops there. Joined
 //! rooms have no wall between them: their cell is an L, a U, a ring.
 
+use crate::meshes::flat_along;
 use crate::random::Random;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
@@ -256,14 +257,7 @@ pub fn inside(b: &Aabb, random: &mut Random) -> DVec3 {
 
 /// A rectangular portal: a box flat along `axis`, leading up that axis.
 pub fn rectangle(cells: [CellId; 2], axis: usize, b: &Aabb) -> Portal {
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let corner = |cu: f64, cv: f64| {
-        let mut p = b.min;
-        (p[u], p[v]) = (cu, cv);
-        p
-    };
-    let winding =
-        vec![corner(b.min[u], b.min[v]), corner(b.max[u], b.min[v]), corner(b.max[u], b.max[v]), corner(b.min[u], b.max[v])];
+    let winding = flat_along(axis, b.min, b.max).to_vec();
     let plane = Plane::through(b.min, DVec3::AXES[axis]);
     let kind = PortalKind::Door;
     Portal { cells, plane, winding, kind, state: PortalState::of_kind(kind), source: None }

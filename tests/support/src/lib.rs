@@ -22,6 +22,7 @@ pub mod maze;
 pub mod meshes;
 pub mod openings;
 pub mod page;
+pub mod plain;
 pub mod prt;
 pub mod prt_texts;
 pub mod quake;

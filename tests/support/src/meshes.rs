@@ -30,6 +30,21 @@ pub fn sides(min: DVec3, max: DVec3) -> Vec<Quad> {
     SIDES.map(|side| side.map(|i| corner(min, max, i))).to_vec()
 }
 
+/// A box that is flat along an axis, counter-clockwise seen from that axis' far end.
+pub fn flat(min: DVec3, max: DVec3) -> Quad {
+    let axis = (0..3).find(|&k| min[k] == max[k]).expect("flat along an axis");
+    flat_along(axis, min, max)
+}
+
+pub fn flat_along(axis: usize, min: DVec3, max: DVec3) -> Quad {
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    [[min, min], [max, min], [max, max], [min, max]].map(|[of_u, of_v]| {
+        let mut corner = min;
+        (corner[u], corner[v]) = (of_u[u], of_v[v]);
+        corner
+    })
+}
+
 /// Two triangles for each quad.
 pub fn halves(quads: &[Quad]) -> Vec<Triangle> {
     quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()

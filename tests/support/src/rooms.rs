@@ -1,6 +1,6 @@
 //! Hand-made rooms: a grid of boxes with doors between neighbours, each with a wall of finite thickness, and its cell graph.
 
-use crate::meshes::{Triangle, cuboid, scene, solid};
+use crate::meshes::{Triangle, cuboid, flat_along, scene, solid};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::scene::{Mesh, Role, Scene};
@@ -70,16 +70,7 @@ pub fn three_yards() -> Vec<(String, [f64; 3], [f64; 3])> {
 
 /// A rectangular portal across `axis` from the cell on the low side to the one on the high side.
 pub fn portal(cells: [u32; 2], axis: usize, min: [f64; 3], max: [f64; 3], origin: DVec3) -> Portal {
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let winding: Vec<DVec3> = [(false, false), (true, false), (true, true), (false, true)]
-        .iter()
-        .map(|&(hu, hv)| {
-            let mut p = min;
-            p[u] = if hu { max[u] } else { min[u] };
-            p[v] = if hv { max[v] } else { min[v] };
-            DVec3::from(p) - origin
-        })
-        .collect();
+    let winding = flat_along(axis, DVec3::from(min) - origin, DVec3::from(max) - origin).to_vec();
     let plane = Plane::through(winding[0], geom::newell(&winding).normalize());
     Portal {
         cells: cells.map(CellId),
