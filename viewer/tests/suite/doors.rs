@@ -1,13 +1,8 @@
 //! Doors: they stop people while they are shut, and no frame misses a pixel beside or behind a leaf, wherever it is.
 
 use crate::common::{self, differ, needs_device, villa};
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use enfilade::bake::BakeOptions;
 use enfilade::runtime::{Camera, Mode};
-use enfilade::scene::ImportOptions;
-use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -21,6 +16,7 @@ use enfilade_viewer::session::Session;
 use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec3;
 use std::path::Path;
+use testing::bakes;
 use testing::random::Random;
 
 const SIZE: [u32; 2] = [160, 90];
@@ -31,12 +27,8 @@ const AT_EDGES: u32 = 1;
 
 /// A generated office: some of its doors are shut.
 fn office(rooms: usize) -> Building {
-    let made = generate(Kind::Office { rooms, storeys: None, furnished: false }, 0).unwrap();
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("doors_office_{rooms}.glb"));
-    std::fs::write(&file, made.glb).unwrap();
-    let scene = import(&file, &ImportOptions::default()).unwrap();
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let (_, scene) = bakes::office(rooms, false);
+    let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(0) });
     Building::new(scene, file, Default::default())
 }
 

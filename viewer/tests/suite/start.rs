@@ -5,7 +5,7 @@ use crate::common::body::{EYE, corners, free, free_and_on_a_floor, nearest_besid
 use crate::common::{building, made, quickly_baked};
 use enfilade::file::FileCell;
 use enfilade::scene::{Role, Scene};
-use enfilade::{BitMatrix, cells::PortalKind};
+use enfilade::{BitMatrix, CellId, cells::PortalKind};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
 use enfilade_viewer::start::start;
@@ -32,11 +32,16 @@ fn walls(house: &mut boxes::Building, min: DVec3, max: DVec3) {
     }
 }
 
+/// Walls, and the cell that they are around.
+fn room(house: &mut boxes::Building, name: &str, min: DVec3, max: DVec3) -> CellId {
+    walls(house, min, max);
+    house.cell(name, vec![block(min, max)])
+}
+
 #[test]
 fn a_table_in_the_middle_is_walked_around() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(6.0, 2.7, 5.0));
-    house.cell("room", vec![block(p(0.0, 0.0, 0.0), p(6.0, 2.7, 5.0))]);
+    room(&mut house, "room", p(0.0, 0.0, 0.0), p(6.0, 2.7, 5.0));
     house.thing("table", p(1.5, 0.0, 1.2), p(4.5, 0.75, 3.8));
     let house = made(house);
     let (eye, along) = begun(&house);
@@ -51,8 +56,7 @@ fn a_table_in_the_middle_is_walked_around() {
 #[test]
 fn a_kitchen_full_of_counters_leaves_its_floor() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(3.4, 2.5, 3.0));
-    house.cell("kitchen", vec![block(p(0.0, 0.0, 0.0), p(3.4, 2.5, 3.0))]);
+    room(&mut house, "kitchen", p(0.0, 0.0, 0.0), p(3.4, 2.5, 3.0));
     // Along three walls, and a block that is too large for anybody within to be near to its sides.
     house.thing("counter", p(0.0, 0.0, 0.0), p(3.4, 0.9, 0.6));
     house.thing("cupboard", p(0.0, 0.0, 0.6), p(0.6, 2.2, 3.0));
@@ -66,12 +70,9 @@ fn a_kitchen_full_of_counters_leaves_its_floor() {
 #[test]
 fn nobody_begins_in_a_plenum() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(5.0, 2.6, 4.0));
-    walls(&mut house, p(5.2, 0.0, 0.0), p(10.0, 2.6, 4.0));
+    let rooms = [(0.0, 5.0), (5.2, 10.0)].map(|(a, b)| room(&mut house, "room", p(a, 0.0, 0.0), p(b, 2.6, 4.0)));
     // Larger than each room, high enough to stand in, full of pipes.
-    walls(&mut house, p(0.0, 2.8, 0.0), p(10.0, 4.9, 4.0));
-    let rooms = [(0.0, 5.0), (5.2, 10.0)].map(|(a, b)| house.cell("room", vec![block(p(a, 0.0, 0.0), p(b, 2.6, 4.0))]));
-    house.cell("plenum", vec![block(p(0.0, 2.8, 0.0), p(10.0, 4.9, 4.0))]);
+    room(&mut house, "plenum", p(0.0, 2.8, 0.0), p(10.0, 4.9, 4.0));
     house.portal(rooms[0], rooms[1], p(5.1, 0.0, 1.0), p(5.1, 2.1, 2.0), PortalKind::Door);
     for i in 0..9 {
         let x = 0.5 + f64::from(i);
@@ -85,9 +86,8 @@ fn nobody_begins_in_a_plenum() {
 #[test]
 fn a_hall_is_begun_on_its_floor_and_not_on_its_ceiling() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0));
     // The author drew one space from slab to slab; a hung ceiling divides it, and a pillar stands in the middle.
-    house.cell("hall", vec![block(p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0))]);
+    room(&mut house, "hall", p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0));
     house.solid("ceiling", Role::Structure, true, p(0.0, 3.0, 0.0), p(8.0, 3.05, 8.0));
     house.solid("pillar", Role::Structure, true, p(3.7, 0.0, 3.7), p(4.3, 3.0, 4.3));
     let house = made(house);
@@ -98,10 +98,8 @@ fn a_hall_is_begun_on_its_floor_and_not_on_its_ceiling() {
 #[test]
 fn a_room_with_a_name_comes_before_a_larger_one_without() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(12.0, 2.7, 9.0));
-    walls(&mut house, p(12.4, 0.0, 0.0), p(15.0, 2.7, 3.0));
-    house.cell("cell 0", vec![block(p(0.0, 0.0, 0.0), p(12.0, 2.7, 9.0))]);
-    house.cell("office", vec![block(p(12.4, 0.0, 0.0), p(15.0, 2.7, 3.0))]);
+    room(&mut house, "cell 0", p(0.0, 0.0, 0.0), p(12.0, 2.7, 9.0));
+    room(&mut house, "office", p(12.4, 0.0, 0.0), p(15.0, 2.7, 3.0));
     let mut house = made(house);
     assert!(begun(&house).0.x < 12.0, "of two without a name, the larger");
     house.file.cells[1].source = Some("office-room".into());
@@ -113,10 +111,8 @@ fn a_room_with_a_name_comes_before_a_larger_one_without() {
 #[test]
 fn a_furnished_room_comes_before_a_larger_bare_one() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0));
-    walls(&mut house, p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0));
-    house.cell("bare", vec![block(p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0))]);
-    house.cell("furnished", vec![block(p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0))]);
+    room(&mut house, "bare", p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0));
+    room(&mut house, "furnished", p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0));
     house.thing("desk", p(7.4, 0.0, 1.0), p(8.2, 0.75, 2.6));
     // Beams are no furniture; nor is what reaches from room to room.
     for i in 0..6 {
@@ -133,10 +129,8 @@ fn a_furnished_room_comes_before_a_larger_bare_one() {
 #[test]
 fn stairs_are_no_room_to_begin_in() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(3.0, 5.0, 6.0));
-    walls(&mut house, p(3.2, 0.0, 0.0), p(6.0, 2.7, 3.0));
-    let stairs = house.cell("stairs", vec![block(p(0.0, 0.0, 0.0), p(3.0, 5.0, 6.0))]);
-    let room = house.cell("room", vec![block(p(3.2, 0.0, 0.0), p(6.0, 2.7, 3.0))]);
+    let stairs = room(&mut house, "stairs", p(0.0, 0.0, 0.0), p(3.0, 5.0, 6.0));
+    let room = room(&mut house, "room", p(3.2, 0.0, 0.0), p(6.0, 2.7, 3.0));
     house.portal(stairs, room, p(3.1, 0.0, 1.0), p(3.1, 2.1, 2.0), PortalKind::Door);
     for i in 0..10 {
         let step = f64::from(i);
@@ -178,8 +172,7 @@ fn a_visit_begins_within_a_level_whose_walls_show_one_side() {
 #[test]
 fn one_looks_along_a_corridor_and_not_at_its_side() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(2.0, 2.7, 20.0));
-    house.cell("corridor", vec![block(p(0.0, 0.0, 0.0), p(2.0, 2.7, 20.0))]);
+    room(&mut house, "corridor", p(0.0, 0.0, 0.0), p(2.0, 2.7, 20.0));
     let house = made(house);
     let (eye, along) = begun(&house);
     let ahead = if along.z > 0.0 { 20.0 - eye.z } else { eye.z };
@@ -208,8 +201,7 @@ fn models_without_any_place_to_stand_begin_somewhere() {
 
     // 2. A doll's house, with its cell and without.
     let mut dolls = boxes::Building::default();
-    walls(&mut dolls, p(0.0, 0.0, 0.0), p(0.6, 0.27, 0.5));
-    dolls.cell("room", vec![block(p(0.0, 0.0, 0.0), p(0.6, 0.27, 0.5))]);
+    room(&mut dolls, "room", p(0.0, 0.0, 0.0), p(0.6, 0.27, 0.5));
     let mut dolls = made(dolls);
     let (eye, _) = begun(&dolls);
     assert!((0.1..0.5).contains(&eye.x) && (0.1..0.2).contains(&eye.y) && (0.1..0.4).contains(&eye.z), "{eye}");

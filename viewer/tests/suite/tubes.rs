@@ -1,11 +1,9 @@
 //! Tubes on a device: their pixels against triangles that are worked out here, thin ones against what they cover, and no mode misses one.
 
 use crate::common::{self, needs_device, path, shipped};
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use enfilade::bake::BakeOptions;
 use enfilade::runtime::{Camera, Mode};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_tubes::{Counts, SIDES, Shape, Tubes, usual_error};
@@ -22,12 +20,13 @@ use enfilade_viewer::mode::ViewMode;
 use glam::{DVec2, DVec3, dvec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
+use testing::bakes;
+use testing::meshes::{corners, soup};
 
 const SIZE: [u32; 2] = [320, 180];
 
 fn building(scene: Scene) -> Building {
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(0) });
     let scene = scene.meshed(|_| 6);
     let looks = Looks::read(&scene, &shipped("villa_rotonda", "glb"), &ImportOptions::default(), &|_| {});
     Building::new(scene, file, looks)
@@ -45,11 +44,7 @@ fn villa() -> &'static Building {
         let villa = import(&shipped("villa_rotonda", "glb"), &ImportOptions::default()).unwrap();
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         for object in &villa.objects {
-            let corners = object.triangles.clone().flat_map(|t| villa.corners(t as usize));
-            let positions: Vec<DVec3> = corners.map(|p| p + villa.origin).collect();
-            let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-            let (node, role, opaque) = (object.node.clone(), object.role, object.opaque);
-            builder.add(Mesh { node, role, opaque, positions, triangles }).unwrap();
+            builder.add(soup(&object.node, object.role, object.opaque, &corners(&villa, object))).unwrap();
         }
         let bounds = villa.bounds();
         let [least, most] = [bounds.min + villa.origin, bounds.max + villa.origin];

@@ -4,9 +4,7 @@ pub mod body;
 #[cfg(target_os = "linux")]
 pub mod display;
 
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use enfilade::bake::BakeOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::CameraPath;
@@ -21,6 +19,7 @@ use enfilade_viewer::session::Session;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use testing::bakes;
 use testing::boxes::{self, block};
 
 /// A building of this repository, with flow's rows only: what is undecided is drawn, so that pictures are whole all the same.
@@ -83,8 +82,7 @@ pub fn baked(scene: Scene, model: &Path) -> Building {
 /// The same, with so many rays.
 pub fn sampled(scene: Scene, model: &Path, ray_budget: u64) -> Building {
     let looks = Looks::read(&scene, model, &options(), &|_| {});
-    let pvs = PvsOptions { ray_budget, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(ray_budget) });
     Building::new(scene, file, looks).told_by(model)
 }
 
