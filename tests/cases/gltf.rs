@@ -68,6 +68,18 @@ fn cases_that_are_as_the_base() {
     }
 }
 
+/// Cases whose objects are others, and whose cells are those of the base.
+#[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
+fn cases_with_the_cells_of_the_base() {
+    // One object of all, without a name for any; copies of one mesh.
+    for (folder, model) in
+        [("12_obj", "merged.obj"), ("16_one_mesh", "one.glb"), ("16_one_mesh", "soup.glb"), ("21_instancing", "inst.glb")]
+    {
+        assert_eq!(counts(&baked(&read(&case(folder).join(model)))), [10, 1, 9], "{model}");
+    }
+}
+
 fn has_note(scene: &Scene, text: &str) -> bool {
     scene.source.notes.iter().any(|note| note.contains(text))
 }
@@ -189,14 +201,6 @@ fn case_11_names() {
 
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_12_obj() {
-    // One object of all, without a name for any.
-    let folder = case("12_obj");
-    assert_eq!(counts(&baked(&read(&folder.join("merged.obj")))), [10, 1, 9]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_13_lod() {
     let folder = case("13_lod");
     is_as_base(&read(&folder.join("msft.glb")));
@@ -234,15 +238,6 @@ fn case_15_gaps() {
 
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_16_one_mesh() {
-    let folder = case("16_one_mesh");
-    for model in ["one.glb", "soup.glb"] {
-        assert_eq!(counts(&baked(&read(&folder.join(model)))), [10, 1, 9], "{model}");
-    }
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_18_sky() {
     let folder = case("18_sky");
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -269,13 +264,6 @@ fn case_19_names_room() {
         scene.source.notes
     );
     baked(&scene);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_21_instancing() {
-    let folder = case("21_instancing");
-    assert_eq!(counts(&baked(&read(&folder.join("inst.glb")))), [10, 1, 9]);
 }
 
 #[test]

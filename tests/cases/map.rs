@@ -87,9 +87,8 @@ fn case_32_map_origin() {
 
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_33_map_door() {
-    let folder = case("33_map_door");
-    for map in files(&folder, "map") {
+fn case_33_map_door_and_case_36_map_far() {
+    for map in ["33_map_door", "36_map_far"].iter().flat_map(|folder| files(&case(folder), "map")) {
         assert_eq!(closed(&map)[0], 7, "{}", map.display());
     }
 }
@@ -152,15 +151,6 @@ fn a_gap_of_a_unit_is_closed_if_asked_for() {
     std::fs::write(&map, &text).unwrap();
     done(&enfilade!("bake", "--smallest-hole", "0.04", "--rays", "20k", "-o", &file, &map));
     done(&enfilade!("check", "--rays", "20k", "--model", &map, &file));
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_36_map_far() {
-    let folder = case("36_map_far");
-    for map in files(&folder, "map") {
-        assert_eq!(closed(&map)[0], 7, "{}", map.display());
-    }
 }
 
 #[test]
