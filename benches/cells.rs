@@ -6,43 +6,34 @@
 //! neighbours: 1 is linear, n log n is 1.1 at these sizes. `--test` takes the smallest alone.
 
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
-use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::import;
-use enfilade_scenes::{Generated, Kind, generate};
+use enfilade::scene::Scene;
+use enfilade_scenes::{Generated, Kind};
 use glam::DVec3;
-use std::path::Path;
-use std::time::Instant;
+use testing::bakes;
+use testing::times::{growth, is_told, timed};
 
 const SIZES: [usize; 3] = [700, 1900, 5000];
 
 fn main() {
-    let is_test = std::env::args().any(|a| a == "--test");
+    let is_test = is_told("--test");
     let sizes = if is_test { &SIZES[..1] } else { &SIZES[..] };
-    let mut before: Option<(f64, f64)> = None;
+    let mut before = None;
     for &offices in sizes {
-        let (rooms, seconds) = measure(Kind::Office { rooms: offices, storeys: None, furnished: false });
-        if let Some((n, s)) = before {
-            println!("growth n^{:.2}", (seconds / s).ln() / (rooms / n).ln());
-        }
-        before = Some((rooms, seconds));
+        measure(Kind::Office { rooms: offices, storeys: None, furnished: false }, &mut before);
     }
     if !is_test {
-        measure(Kind::Maze { rooms: SIZES[2] });
+        measure(Kind::Maze { rooms: SIZES[2] }, &mut None);
     }
 }
 
-/// Splits a building; returns the number of its rooms, and seconds.
-fn measure(kind: Kind) -> (f64, f64) {
-    let building = generate(kind, 0).expect("a building");
-    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cells.glb");
-    std::fs::write(&path, &building.glb).expect("a folder to write to");
-    let scene = import(&path, &ImportOptions::default()).expect("what was generated");
-    let start = Instant::now();
-    let graph = split(&scene, &SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() }).expect("a split");
-    let seconds = start.elapsed().as_secs_f64();
-    let rooms = assert_rooms(&building, &scene, &graph);
-    println!("{rooms} rooms, {} cells, {} portals: {seconds:.1} s", graph.cells.len(), graph.portals.len());
-    (rooms as f64, seconds)
+/// Splits a building; `before` is that of the last one.
+fn measure(kind: Kind, before: &mut Option<(f64, f64)>) {
+    let (building, scene) = bakes::generated(kind, 0);
+    let options = SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() };
+    let (graph, time) = timed(|| split(&scene, &options).expect("a split"));
+    let (rooms, seconds) = (assert_rooms(&building, &scene, &graph), time.as_secs_f64());
+    let growth = growth(before, rooms as f64, seconds);
+    println!("{rooms} rooms, {} cells, {} portals: {seconds:.1} s{growth}", graph.cells.len(), graph.portals.len());
 }
 
 /// The rooms that the generator knows of, each found.

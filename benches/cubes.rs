@@ -8,10 +8,8 @@
 //! Embree (Debian: libembree-dev) is optional: where g++ builds `benches/embree/cubes.cpp`, it is handed the same opaque triangles and eyes.
 
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays};
+use enfilade::scene::Scene;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::builder::build_cwbvh_from_tris;
@@ -20,17 +18,18 @@ use obvhs::triangle::Triangle;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
+use testing::bakes::office;
 use testing::cube_times::{SIZE, cubes, row, timed};
 use testing::explain::{EXACT, is_explained};
 use testing::eyes;
+use testing::times::is_told;
 
 const REPEATS: usize = 7;
 /// Offices: 60,000, 250,000, a million and 4 million triangles.
 const ROOMS: [usize; 4] = [40, 165, 660, 2650];
 
 fn main() {
-    let has = |flag: &str| std::env::args().any(|a| a == flag);
-    let rooms = if has("--test") { &ROOMS[..1] } else { &ROOMS[..if has("--quick") { 3 } else { 4 }] };
+    let rooms = if is_told("--test") { &ROOMS[..1] } else { &ROOMS[..if is_told("--quick") { 3 } else { 4 }] };
     let embree = build_embree();
     if embree.is_none() {
         println!("not run: Embree (g++ or libembree-dev is missing)");
@@ -38,10 +37,7 @@ fn main() {
     println!("| triangles | engine | mean, ms | slowest, ms | made ready, s |");
     println!("| --- | --- | --- | --- | --- |");
     for &rooms in rooms {
-        let office = generate(Kind::Office { rooms, storeys: None, furnished: true }, 0).expect("an office");
-        let path = folder().join(format!("cubes-{rooms}.glb"));
-        std::fs::write(&path, &office.glb).expect("a folder to write to");
-        let scene = import(&path, &ImportOptions::default()).expect("what was generated");
+        let (office, scene) = office(rooms, true);
         measure(&scene, &eyes::of_an_office(&office, &scene), embree.as_deref());
     }
 }

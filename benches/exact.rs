@@ -7,14 +7,13 @@
 //! splitting. `--test` takes the villa and a small office at 512 pixels, `--quick` 1,024.
 
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
+use enfilade::scene::Scene;
 use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::import;
 use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
-use enfilade_scenes::{Generated, Kind, generate};
+use enfilade_scenes::{Generated, Kind};
 use glam::DVec3;
-use std::path::PathBuf;
-use std::time::Instant;
+use testing::bakes::generated;
+use testing::times::{is_told, least, timed};
 
 const EYES: usize = 20;
 const REPEATS: usize = 3;
@@ -24,17 +23,16 @@ const SPLITS: [u32; 8] = [0, 2, 4, 5, 6, 8, 12, MOST_SPLITS];
 const OFFICES: [usize; 6] = [5, 20, 65, 200, 660, 1000];
 
 fn main() {
-    let has = |flag: &str| std::env::args().any(|a| a == flag);
     let office = |rooms| (format!("office of {rooms}"), Kind::Office { rooms, storeys: None, furnished: true });
     let mut scenes = vec![("villa".to_owned(), Kind::House)];
-    let size = if has("--test") {
+    let size = if is_told("--test") {
         scenes.push(office(OFFICES[0]));
         512
     } else {
         scenes.extend(OFFICES.map(office));
         scenes.push(("city, dense".to_owned(), Kind::City { dense: true }));
         scenes.push(("Teapots(500, 30)".to_owned(), Kind::Teapots { count: 500, scale: 30 }));
-        if has("--quick") { 1024 } else { 4096 }
+        if is_told("--quick") { 1024 } else { 4096 }
     };
     println!("item buffer of {size} x {size} a face; means of {EYES} eyes");
     println!(
@@ -49,19 +47,15 @@ fn main() {
 
 /// One row of the first table; returns that of the second.
 fn measure(name: &str, kind: Kind, size: u32) -> String {
-    let made = generate(kind, 0).expect("a scene");
-    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("exact.glb");
-    std::fs::write(&path, &made.glb).expect("a folder to write to");
-    let scene = import(&path, &ImportOptions::default()).expect("what was generated");
-    let start = Instant::now();
-    let ready = ExactScene::new(&scene);
-    let ready_in = start.elapsed().as_secs_f64();
+    let (made, scene) = generated(kind, 0);
+    let (ready, ready_in) = timed(|| ExactScene::new(&scene));
+    let ready_in = ready_in.as_secs_f64();
     let (mut judge, eyes) = (Judge::new(&ready), eyes(&made, &scene));
     // The answers.
     let sets: Vec<Seen> = eyes.iter().map(|&eye| judge.around(eye, MOST_SPLITS)).collect();
     let shown = held_against(&scene, &eyes, &sets, size);
     // The times.
-    let (mean, slowest) = timed(&mut judge, &eyes, MOST_SPLITS, REPEATS);
+    let (mean, slowest) = judged(&mut judge, &eyes, MOST_SPLITS, REPEATS);
     let per_eye = |sum: usize| sum as f64 / eyes.len() as f64;
     let visible = per_eye(sets.iter().map(|s| s.visible.len()).sum());
     let undecided = per_eye(sets.iter().map(|s| s.undecided.len()).sum());
@@ -73,7 +67,7 @@ fn measure(name: &str, kind: Kind, size: u32) -> String {
     );
     let at = |splits: u32| {
         let kept: usize = eyes.iter().map(|&eye| judge.around(eye, splits).triangles().len()).sum();
-        let (mean, _) = timed(&mut judge, &eyes, splits, 1);
+        let (mean, _) = judged(&mut judge, &eyes, splits, 1);
         format!("{:.0} % in {mean:.1} ms", 100.0 * (per_eye(kept) / visible - 1.0))
     };
     format!("| {name} | {} |", SPLITS.map(at).join(" | "))
@@ -90,13 +84,9 @@ fn eyes(made: &Generated, scene: &Scene) -> Vec<DVec3> {
 }
 
 /// Mean and greatest of the least times, milliseconds.
-fn timed(judge: &mut Judge<'_>, eyes: &[DVec3], splits: u32, repeats: usize) -> (f64, f64) {
-    let mut once = |eye: DVec3| {
-        let start = Instant::now();
-        std::hint::black_box(judge.around(eye, splits));
-        start.elapsed().as_secs_f64() * 1e3
-    };
-    let times: Vec<f64> = eyes.iter().map(|&eye| (0..repeats).map(|_| once(eye)).fold(f64::INFINITY, f64::min)).collect();
+fn judged(judge: &mut Judge<'_>, eyes: &[DVec3], splits: u32, repeats: usize) -> (f64, f64) {
+    let once = |&eye: &DVec3| least(repeats, || judge.around(eye, splits)).as_secs_f64() * 1e3;
+    let times: Vec<f64> = eyes.iter().map(once).collect();
     (times.iter().sum::<f64>() / times.len() as f64, times.iter().copied().fold(0.0, f64::max))
 }
 

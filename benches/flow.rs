@@ -14,7 +14,7 @@ use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 use std::hint::black_box;
 
-use testing::grid::{Grid, Recipe, graph, inside, rectangle};
+use testing::grid::{Grid, Recipe, graph, input, rectangle};
 use testing::random::Random;
 
 struct World {
@@ -26,17 +26,8 @@ struct World {
 impl World {
     fn flow(&self) -> FlowResult {
         let (cells, objects) = (self.graph.cells.len(), self.bounds.len());
-        let input = FlowInput {
-            graph: &self.graph,
-            placement: &self.placement,
-            placed_boxes: None,
-            object_bounds: &self.bounds,
-            cells_lower: &BitMatrix::new(cells, cells),
-            objects_lower: &BitMatrix::new(cells, objects),
-            max_steps: 200_000,
-            coplanar: 1e-4,
-            fronts: None,
-        };
+        let nothing = [&BitMatrix::new(cells, cells), &BitMatrix::new(cells, objects)];
+        let input = FlowInput { coplanar: 1e-4, ..input(&self.graph, &self.placement, &self.bounds, nothing, 200_000) };
         flow(&input, &Job::quiet()).expect("nobody stops it")
     }
 
@@ -62,23 +53,7 @@ fn grid_world(rooms: usize) -> World {
     let world = World { graph: grid.graph(), placement: grid.placement(), bounds: grid.object_bounds() };
     let result = world.flow();
     world.describe(&format!("grid {rooms}"), &result);
-    let (mut cells, mut objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
-    let (mut random, mut path) = (Random::new(1), Vec::new());
-    for k in 0..4_000 * rooms {
-        let (room, p, direction) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
-        grid.walk(room, p, direction, &mut path);
-        for &a in &path {
-            for &b in &path {
-                cells.set(a, b);
-            }
-        }
-        let object = random.below(grid.objects.len());
-        let (bounds, room) = grid.objects[object];
-        grid.walk(room, inside(&bounds, &mut random), direction, &mut path);
-        for &a in &path {
-            objects.set(a, object);
-        }
-    }
+    let [cells, objects] = grid.seen(4_000 * rooms, 1);
     assert_eq!(cells.first_outside(&result.cells_upper), None, "a line reaches a cell outside the bound");
     assert_eq!(objects.first_outside(&result.objects_upper), None, "a line reaches an object outside the bound");
     world

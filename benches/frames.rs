@@ -7,19 +7,18 @@
 //! `--test` takes the smallest alone.
 
 use enfilade::ObjectId;
-use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
-use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
 use enfilade::runtime::{Camera, Culler, Mode, Scratch};
-use enfilade::scene::{ImportOptions, Scene};
+use enfilade::scene::Scene;
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::CameraPath;
-use enfilade_scenes::{Kind, generate};
 use glam::DVec3;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
+use testing::bakes::{baked, office, with_rays};
+use testing::cube_times::face;
+use testing::times::{is_told, names};
 
 const ROOMS: [usize; 4] = [30, 100, 300, 1000];
 const ASPECT: f64 = 16.0 / 9.0;
@@ -31,7 +30,7 @@ const SIDE: u32 = 400;
 fn main() {
     println!("| file | mode | cells | objects | us, median | 99 % | slowest | triangles of all | for each that shows |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
-    let files: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let files = names();
     for named in files.chunks(3) {
         let [pvs, model, path] = named else { panic!("give files in threes: FILE.pvs MODEL PATH.json") };
         let file = PvsFile::load(pvs.as_ref()).unwrap_or_else(|e| panic!("{pvs}: {e}"));
@@ -39,14 +38,10 @@ fn main() {
         let path = CameraPath::load(path.as_ref()).unwrap_or_else(|e| panic!("{path}: {e}"));
         measure(pvs.rsplit('/').next().unwrap_or(pvs), &scene, &file, &path);
     }
-    let rooms = if std::env::args().any(|a| a == "--test") { &ROOMS[..1] } else { &ROOMS[..] };
+    let rooms = if is_told("--test") { &ROOMS[..1] } else { &ROOMS[..] };
     for &rooms in rooms.iter().filter(|_| files.is_empty()) {
-        let office = generate(Kind::Office { rooms, storeys: None, furnished: false }, 0).expect("an office");
-        let model = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("frames-{rooms}.glb"));
-        std::fs::write(&model, &office.glb).expect("a folder to write to");
-        let scene = import(&model, &ImportOptions::default()).expect("what was generated");
-        let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
-        let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).expect("a bake").file;
+        let (office, scene) = office(rooms, false);
+        let file = baked(&scene, with_rays(2_000_000));
         let path = serde_json::to_string(&office.path).expect("a path");
         measure(&format!("office of {rooms}"), &scene, &file, &CameraPath::from_json(&path).expect("a path"));
     }
@@ -89,24 +84,15 @@ fn check(scene: &Scene, culler: &Culler, cameras: &[Camera], modes: &[Mode]) -> 
     opaque.objects.iter_mut().for_each(|o| o.opaque = true);
     let (ready, mut cube, mut scratch) = (CubeScene::new(&opaque), Cube::default(), Scratch::for_culler(culler));
     let (mut shown, mut taken) = (0, vec![0; modes.len()]);
-    let pixels = (SIDE * SIDE) as usize;
     let triangles = |objects: &[ObjectId]| objects.iter().map(|&o| u64::from(culler.triangles(o))).sum::<u64>();
     for i in 0..EYES.min(cameras.len()) {
         let eye = cameras[i * cameras.len() / EYES.min(cameras.len())].eye;
         let view = CubeView::new(eye.as_dvec3(), SIDE);
         Raster::new(&ready).cube(&view, &mut cube);
-        for face in 0..6 {
-            let at = |x: u32, y: u32| view.direction(face * pixels + (y * SIDE + x) as usize);
-            let last = SIDE - 1;
-            let (across, down) = (at(last, 0) - at(0, 0), at(0, last) - at(0, 0));
-            let w = (at(0, 0) + at(last, last)).normalize();
-            let rows = [across.normalize(), -down.normalize(), w].map(DVec3::as_vec3);
-            let camera = Camera { eye, x: rows[0], y: rows[1], w: rows[2] };
-            let ids = (face * pixels..).zip(&cube.triangles[face * pixels..][..pixels]);
-            let mut seen: Vec<ObjectId> =
-                ids.filter(|&(_, &t)| t != NONE).map(|(_, &t)| scene.object_of(t as usize)).collect();
-            seen.sort_unstable();
-            seen.dedup();
+        for side in 0..6 {
+            let ([x, y, w], seen) = face(scene, &view, &cube, side);
+            let [x, y, w] = [x, y, w].map(DVec3::as_vec3);
+            let camera = Camera { eye, x, y, w };
             shown += triangles(&seen);
             for (taken, &mode) in taken.iter_mut().zip(modes) {
                 let mut set = culler.cull(&camera, mode, &mut scratch).objects.to_vec();

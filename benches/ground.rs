@@ -10,9 +10,10 @@ use enfilade_scenes::ground;
 use enfilade_terrain::raster::{Raster as File, RasterOptions};
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Patch, flight, make};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use testing::ground::{Raster, judge};
 use testing::ground_picture::Picture;
+use testing::times::{least, names, us};
 
 const SIZE: [u32; 2] = [1920, 1080];
 const LIMITS: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
@@ -29,7 +30,7 @@ const TIMES: usize = 3;
 const NEAR: f64 = 1e-3;
 
 fn main() {
-    let named: Vec<PathBuf> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).map(PathBuf::from).collect();
+    let named: Vec<PathBuf> = names().into_iter().map(PathBuf::from).collect();
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
     let files = if named.is_empty() {
         let made = folder.join("ground-1025.tif");
@@ -99,20 +100,10 @@ fn fly(ground: &Ground, truth: Option<&Raster>, cameras: &[Camera], limit: Limit
             let patches = ground.select(&view, limit, &mut scratch).to_vec();
             flown.judge(ground, truth, (&view, limit), &patches, &format!("{what}, frame {k}"));
         }
-        let time = || {
-            let start = Instant::now();
-            ground.select(&view, limit, &mut scratch);
-            start.elapsed()
-        };
-        flown.times.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
+        flown.times.push(least(TIMES, || _ = ground.select(&view, limit, &mut scratch)));
         flown.drawn += scratch.triangles();
-        let time = || {
-            let start = Instant::now();
-            let patches = ground.select(&view, limit, &mut scratch);
-            horizon.hide(ground, &view, NEAR, patches);
-            start.elapsed()
-        };
-        flown.both.push(std::iter::repeat_with(time).take(TIMES).min().unwrap_or_default());
+        let both = || _ = horizon.hide(ground, &view, NEAR, ground.select(&view, limit, &mut scratch));
+        flown.both.push(least(TIMES, both));
         flown.shown += horizon.triangles();
         ground.select(&view, Limit::Pixels(-1.0), &mut scratch);
         flown.whole += scratch.triangles();
@@ -152,7 +143,6 @@ impl Flown {
     /// A line of the table, after `what`.
     fn print(&self, what: &str) {
         let Self { drawn, shown, whole, worst, samples, open, steps, looked, times, both } = self;
-        let us = |of: &[Duration], at: usize| of[at * of.len() / 100].as_secs_f64() * 1e6;
         println!(
             "| {what} | {samples} | {worst:.3} | {open} | {steps} | {} | {:.3} | {:.0} | {:.0} | {:.3} | {:.0} | {:.0} | {:.3} |",
             drawn / FRAMES as u64,

@@ -12,6 +12,7 @@ use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use testing::ground::Scripted;
+use testing::times::{names, us};
 
 const SIZE: [u32; 2] = [1920, 1080];
 const CACHE: u64 = 32 << 20;
@@ -26,7 +27,7 @@ const AHEAD: f64 = 0.25;
 const PIXELS: Limit = Limit::Pixels(1.0);
 
 fn main() {
-    let named = std::env::args().skip(1).find(|a| !a.starts_with("--")).map(PathBuf::from);
+    let named = names().first().map(PathBuf::from);
     let path = named.unwrap_or_else(made);
     let table = Ground::open(&path, 0).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let mut real = Ground::open(&path, CACHE).expect("as before");
@@ -37,11 +38,10 @@ fn main() {
         start = Instant::now();
     });
     times.sort_unstable();
-    let us = |at: usize| times[at].as_secs_f64() * 1e6;
     println!(
         "frames of the file's own thread, selection and loading: {:.0} us median, {:.0} at 99 %",
-        us(FRAMES / 2),
-        us(FRAMES * 99 / 100)
+        us(&times, 50),
+        us(&times, 99)
     );
     if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
         let of = |name: &str| status.lines().find(|l| l.starts_with(name)).unwrap_or_default().to_owned();

@@ -8,8 +8,9 @@ use enfilade::runtime::{Camera, Rect};
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Things};
 use glam::DVec3;
 use std::path::Path;
-use std::time::Instant;
+use std::time::Duration;
 use testing::ground_picture::Picture;
+use testing::times::{names, timed, us};
 
 const SIZE: [usize; 2] = [640, 360];
 const NEAR: f64 = 0.01;
@@ -20,7 +21,7 @@ const PIXELS: Limit = Limit::Pixels(1.0);
 const REPEATS: usize = 7;
 
 fn main() {
-    let args: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let args = names();
     let [ground, file, step, rings @ ..] = &args[..] else {
         println!("wanted: X.ground F.pvs STEP RING...");
         return;
@@ -46,8 +47,8 @@ struct Sums {
     in_view: u32,
     behind: u32,
     found: u32,
-    /// Microseconds of hiding tiles, and of that with objects.
-    times: [Vec<f64>; 2],
+    /// Of hiding tiles, and of that with objects.
+    times: [Vec<Duration>; 2],
 }
 
 impl Sums {
@@ -67,12 +68,8 @@ impl Sums {
             let view = GroundView { camera, size: SIZE.map(|s| s as u32), windows: &[Rect::FULL] };
             let patches = ground.select(&view, PIXELS, &mut scratch);
             for _ in 0..REPEATS {
-                let start = Instant::now();
-                horizon.hide(ground, &view, NEAR, patches);
-                self.times[0].push(start.elapsed().as_secs_f64() * 1e6);
-                let start = Instant::now();
-                horizon.hide_with(ground, &view, NEAR, patches, &things, 0..boxes.len());
-                self.times[1].push(start.elapsed().as_secs_f64() * 1e6);
+                self.times[0].push(timed(|| _ = horizon.hide(ground, &view, NEAR, patches)).1);
+                self.times[1].push(timed(|| _ = horizon.hide_with(ground, &view, NEAR, patches, &things, 0..boxes.len())).1);
             }
             let picture = Picture::new(ground, &camera, SIZE, NEAR, patches);
             for (thing, &corners) in boxes.iter().enumerate() {
@@ -87,8 +84,8 @@ impl Sums {
 
     fn tell(mut self, objects: usize, ring: f64) {
         let [alone, with] = self.times.each_mut().map(|times| {
-            times.sort_by(f64::total_cmp);
-            [times.len() / 2, times.len() * 99 / 100].map(|k| times.get(k).map_or(0.0, |us| us.round()))
+            times.sort_unstable();
+            [50, 99].map(|percent| if times.is_empty() { 0.0 } else { us(times, percent).round() })
         });
         let Self { in_view, behind, found, .. } = self;
         println!("{objects} objects, ring of {ring} m: {in_view} in view, {behind} behind ground, {found} found;");

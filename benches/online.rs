@@ -16,13 +16,12 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::stats::OnlineStats;
 use enfilade::occlusion::view::{Frustum, View};
-use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster};
-use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
+use enfilade::scene::Scene;
 use glam::DVec3;
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use testing::bakes::office;
+use testing::cube_times::face;
+use testing::times::{is_told, least, timed, us};
 
 const SIZE: [usize; 2] = [1920, 1080];
 const NEAR: f64 = 0.05;
@@ -33,12 +32,9 @@ const FRAMES: usize = 60;
 const ROOMS: [usize; 3] = [40, 165, 660];
 
 fn main() {
-    let rooms = if std::env::args().any(|a| a == "--test") { &ROOMS[..1] } else { &ROOMS[..] };
+    let rooms = if is_told("--test") { &ROOMS[..1] } else { &ROOMS[..] };
     for &rooms in rooms {
-        let office = generate(Kind::Office { rooms, storeys: None, furnished: true }, 0).expect("an office");
-        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("online-{rooms}.glb"));
-        std::fs::write(&path, &office.glb).expect("a folder to write to");
-        let scene = import(&path, &ImportOptions::default()).expect("what was generated");
+        let (office, scene) = office(rooms, true);
         measure(&scene, &eyes(&office.rooms, &scene));
     }
 }
@@ -77,17 +73,9 @@ fn check(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
     for &eye in eyes {
         let cube_view = CubeView::new(eye, SIDE);
         Raster::new(&ready).cube(&cube_view, &mut cube);
-        let pixels = (SIDE * SIDE) as usize;
-        for face in 0..6 {
-            let at = |x: u32, y: u32| cube_view.direction(face * pixels + (y * SIDE + x) as usize);
-            let last = SIDE - 1;
-            let (across, down) = (at(last, 0) - at(0, 0), at(0, last) - at(0, 0));
-            let w = (at(0, 0) + at(last, last)).normalize();
-            let view = View { eye, x: across.normalize(), y: -down.normalize(), w, near: 1e-3, far: f64::INFINITY };
-            let ids = &cube.triangles[face * pixels..][..pixels];
-            let mut seen: Vec<ObjectId> = ids.iter().filter(|&&t| t != NONE).map(|&t| scene.object_of(t as usize)).collect();
-            seen.sort_unstable();
-            seen.dedup();
+        for side in 0..6 {
+            let ([x, y, w], seen) = face(scene, &cube_view, &cube, side);
+            let view = View { eye, x, y, w, near: 1e-3, far: f64::INFINITY };
             let frustum = Frustum::new(&view);
             buffer.begin(&view);
             let mut drawn = vec![chc.cull(tree, &frustum, &mut buffer).to_vec()];
@@ -99,16 +87,6 @@ fn check(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
             }
         }
     }
-}
-
-fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    let out = work();
-    (out, start.elapsed())
-}
-
-fn least(mut work: impl FnMut()) -> f64 {
-    (0..REPEATS).map(|_| timed(&mut work).1).min().expect("a time").as_secs_f64()
 }
 
 /// The camera of a frame: it turns about the eye once.
@@ -131,15 +109,14 @@ fn boxes(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
         let asked: Vec<Bounds> = inside.iter().map(bounds).filter(|b| !frustum.meets_near(b)).collect();
         buffer.begin(&view);
         let visible = Chc::default().cull(tree, &frustum, &mut buffer).to_vec();
-        drawing += least(|| {
+        drawing += least(REPEATS, || {
             buffer.begin(&view);
             visible.iter().for_each(|&o| buffer.draw(o));
-        });
+        })
+        .as_secs_f64();
         triangles += visible.iter().map(|o| scene.objects[o.index()].triangles.len()).sum::<usize>();
         shown += asked.iter().filter(|b| buffer.shows(b)).count();
-        all += least(|| {
-            std::hint::black_box(asked.iter().filter(|b| buffer.shows(b)).count());
-        });
+        all += least(REPEATS, || asked.iter().filter(|b| buffer.shows(b)).count()).as_secs_f64();
         count += asked.len();
     }
     let a_thousand = all / count as f64 * 1e6;
@@ -207,7 +184,7 @@ fn queries(scene: &Scene, tree: &Hierarchy, eyes: &[DVec3]) {
             };
         }
         times.sort_unstable();
-        let (median, slowest) = (times[times.len() / 2].as_secs_f64() * 1e6, times[times.len() - 1].as_secs_f64() * 1e6);
+        let [median, slowest] = [50, 100].map(|percent| us(&times, percent));
         let mean = |n: u64| n as f64 / times.len() as f64;
         let [objects, by_software, queries, batches] = [sum.objects, by_software, sum.queries, batches].map(mean);
         print!("| {name} | {median:.0} | {slowest:.0} | {objects:.0} | {by_software:.0} ");
@@ -238,7 +215,7 @@ fn row(
         }
     }
     times.sort_unstable();
-    let (median, slowest) = (times[times.len() / 2].as_secs_f64() * 1e6, times[times.len() - 1].as_secs_f64() * 1e6);
+    let [median, slowest] = [50, 100].map(|percent| us(&times, percent));
     let mean = |n: u64| n / times.len() as u64;
     let OnlineStats { objects, queries, nodes, .. } = sum;
     println!(

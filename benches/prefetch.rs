@@ -5,19 +5,14 @@
 //! First: with memory for all and loads that take no time nothing is missing, by either way. In every walk, what is in memory is never more than
 //! the budget, and what a frame draws is its set less what is missing.
 
-use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Culler, Scratch};
-use enfilade::scene::ImportOptions;
-use enfilade_formats::import;
 use enfilade_measure::walkthrough::loading::{
     LoadingFrame, LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading,
 };
 use enfilade_measure::walkthrough::stroll::Stroll;
-use enfilade_scenes::{Kind, generate};
-use std::path::PathBuf;
+use testing::bakes::{baked, office, with_rays};
+use testing::times::{is_told, names};
 
 /// Offices: 1,182 rooms, with corridors, stairs and the like.
 const OFFICES: usize = 1000;
@@ -35,11 +30,10 @@ const CHECKED: u64 = 100;
 const FIRST: usize = 20_000;
 
 fn main() {
-    let named: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
-    let small = std::env::args().any(|a| a == "--test");
-    let file = match &named[..] {
+    let small = is_told("--test");
+    let file = match &names()[..] {
         [pvs] => PvsFile::load(pvs.as_ref()).unwrap_or_else(|e| panic!("{pvs}: {e}")),
-        _ => made(if small { 30 } else { OFFICES }),
+        _ => baked(&office(if small { 30 } else { OFFICES }, true).1, with_rays(1_000_000)),
     };
     let culler = Culler::new(&file);
     let bytes = object_bytes(&file);
@@ -129,13 +123,4 @@ impl Walk<'_> {
         assert_eq!(summary.frames + summary.after_jumps, self.stroll.frames() as u64);
         (summary, open)
     }
-}
-
-fn made(rooms: usize) -> PvsFile {
-    let office = generate(Kind::Office { rooms, storeys: None, furnished: true }, 0).expect("an office");
-    let model = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("prefetch.glb");
-    std::fs::write(&model, &office.glb).expect("a folder to write to");
-    let scene = import(&model, &ImportOptions::default()).expect("what was generated");
-    let pvs = PvsOptions { ray_budget: 1_000_000, ..PvsOptions::default() };
-    bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).expect("a bake").file
 }

@@ -6,14 +6,14 @@
 //! fastest of several.
 //! `--test` takes the smallest alone.
 
-use enfilade::cells::{PortalKind, PortalState, Strategy};
-use enfilade::file::{Container, FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
+use enfilade::cells::{PortalKind, PortalState};
+use enfilade::file::{Container, FileCell, FileObject, FilePortal, PairCounts, PvsFile};
 use enfilade::file::{SectionId, entropy_bits_per_pair};
-use enfilade::pvs::{Guarantee, PvsStats};
 use enfilade::{BitMatrix, CellId};
-use glam::{DVec3, Vec3, Vec4};
-use std::time::Instant;
-use testing::random::Random;
+use glam::{Vec3, Vec4};
+use testing::files::bare;
+use testing::floor::{Floor, floor};
+use testing::times::{is_told, least, names, timed};
 
 const SIDES: [usize; 4] = [8, 16, 32, 64];
 const OBJECTS: usize = 10;
@@ -21,31 +21,24 @@ const OBJECTS: usize = 10;
 const TIMES: usize = 10;
 
 fn main() {
-    let files: Vec<String> = std::env::args().skip(1).filter(|a| a.ends_with(".pvs")).collect();
+    let files = names();
     println!("| file | rows of | rows | columns | density | bits a pair | entropy | ratio | read, ms |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for path in &files {
         let file = PvsFile::load(path.as_ref()).unwrap_or_else(|e| panic!("{path}: {e}"));
         measure(path.rsplit('/').next().unwrap_or(path), &file);
     }
-    let sides = if std::env::args().any(|a| a == "--test") { &SIDES[..1] } else { &SIDES[..] };
+    let sides = if is_told("--test") { &SIDES[..1] } else { &SIDES[..] };
     for &side in sides.iter().filter(|_| files.is_empty()) {
-        measure(&format!("floor of {} rooms", side * side), &floor(side));
+        measure(&format!("floor of {} rooms", side * side), &of_floor(side));
     }
 }
 
 fn measure(name: &str, file: &PvsFile) {
-    let begin = Instant::now();
-    let bytes = file.write();
-    let write = begin.elapsed().as_secs_f64();
+    let (bytes, write) = timed(|| file.write());
     assert!(PvsFile::read(&bytes).expect("its own bytes") == *file, "{name}");
     let container = Container::parse(&bytes).expect("its own bytes");
-    let mut read = f64::INFINITY;
-    for _ in 0..TIMES {
-        let begin = Instant::now();
-        std::hint::black_box(PvsFile::read(&bytes).expect("its own bytes"));
-        read = read.min(begin.elapsed().as_secs_f64());
-    }
+    let read = least(TIMES, || PvsFile::read(&bytes).expect("its own bytes")).as_secs_f64();
     for (id, what, matrix) in
         [(SectionId::CellRows, "cells", &file.cell_rows), (SectionId::ObjectRows, "objects", &file.object_rows)]
     {
@@ -62,82 +55,38 @@ fn measure(name: &str, file: &PvsFile) {
             read * 1e3,
         );
     }
-    eprintln!("{name}: written in {write:.2} s, {} bytes", bytes.len());
+    eprintln!("{name}: written in {:.2} s, {} bytes", write.as_secs_f64(), bytes.len());
 }
 
-/// A floor of `side` x `side` rooms, most doors open at random: a room sees along its row and its column until a door is shut,
-/// and of the objects that stand there the fewer the further they are.
-fn floor(side: usize) -> PvsFile {
-    let random = &mut Random::new(9);
-    let rooms = side * side;
-    let doors: Vec<[bool; 2]> = (0..rooms).map(|_| [(); 2].map(|()| !random.word().is_multiple_of(5))).collect();
-    let reach: Vec<u64> = (0..rooms * OBJECTS).map(|_| 1 + random.word() % 9).collect();
-    let (mut cells, mut objects) = (BitMatrix::new(rooms, rooms), BitMatrix::new(rooms, rooms * OBJECTS));
-    let mut placement = BitMatrix::new(rooms, rooms * OBJECTS);
+/// A file of a floor of `side` x `side` rooms. Rows of cells are read by the portals.
+fn of_floor(side: usize) -> PvsFile {
+    let Floor { doors, cells, objects } = floor(side, OBJECTS);
+    let mut placement = BitMatrix::new(cells.rows(), objects.columns());
+    (0..objects.columns()).for_each(|o| assert!(placement.set(o / OBJECTS, o)));
     let mut portals = Vec::new();
-    for room in 0..rooms {
-        (room * OBJECTS..(room + 1) * OBJECTS).for_each(|o| assert!(placement.set(room, o)));
-        let mut see = |other: usize, far: u64| {
-            cells.set(room, other);
-            (other * OBJECTS..(other + 1) * OBJECTS).filter(|&o| reach[o] > far).for_each(|o| assert!(objects.set(room, o)));
-        };
-        see(room, 0);
-        for (axis, step, place) in [(0, 1, room % side), (1, side, room / side)] {
-            (1..side - place)
-                .take_while(|k| doors[room + (k - 1) * step][axis])
-                .for_each(|k| see(room + k * step, k as u64));
-            (1..=place).take_while(|k| doors[room - k * step][axis]).for_each(|k| see(room - k * step, k as u64));
-            if place + 1 < side && doors[room][axis] {
-                portals.push(FilePortal {
-                    cells: [room, room + step].map(|c| CellId(c as u32)),
-                    plane: Vec4::X,
-                    winding: vec![Vec3::ZERO, Vec3::Y, Vec3::Z],
-                    kind: PortalKind::Door,
-                    state: PortalState::of_kind(PortalKind::Door),
-                    source: None,
-                });
-            }
+    for (room, axis) in (0..doors.len()).flat_map(|room| [(room, 0), (room, 1)]) {
+        let (step, place) = [(1, room % side), (side, room / side)][axis];
+        if place + 1 < side && doors[room][axis] {
+            portals.push(FilePortal {
+                cells: [room, room + step].map(|c| CellId(c as u32)),
+                plane: Vec4::X,
+                winding: vec![Vec3::ZERO, Vec3::Y, Vec3::Z],
+                kind: PortalKind::Door,
+                state: PortalState::of_kind(PortalKind::Door),
+                source: None,
+            });
         }
     }
-    file_of(cells, objects, placement, portals)
-}
-
-/// A conservative file with these rows.
-fn file_of(cells: BitMatrix, objects: BitMatrix, placement: BitMatrix, portals: Vec<FilePortal>) -> PvsFile {
     let cell = || FileCell { name: String::new(), source: None, open: false, pieces: Vec::new() };
     let object = || FileObject { node: String::new(), triangles: 1, bounds: [Vec3::ZERO; 2] };
     PvsFile {
-        model_hash: 0,
-        origin: DVec3::ZERO,
-        guarantee: Guarantee::Conservative,
-        import: Import {
-            object_triangles: 1,
-            metres_per_unit: None,
-            tube_radius: None,
-            tubes: true,
-            z_up: false,
-            smallest_hole: None,
-        },
-        strategy: Strategy::Given,
-        reason: String::new(),
-        smallest_hole: 0.0,
-        closed_holes: Vec::new(),
-        clusters: Vec::new(),
-        left_out: Vec::new(),
-        notes: Vec::new(),
         cells: (0..cells.rows()).map(|_| cell()).collect(),
         portals,
         objects: (0..objects.columns()).map(|_| object()).collect(),
         placement,
-        placed: None,
         pairs: PairCounts { lower: 0, upper: objects.count_ones(), cell_lower: 0, cell_upper: cells.count_ones() },
         cell_rows: Some(cells),
         object_rows: Some(objects),
-        bounds: None,
-        repairs: Vec::new(),
-        unseen: None,
-        gap: None,
-        stats: PvsStats::default(),
-        views: Default::default(),
+        ..bare()
     }
 }

@@ -9,7 +9,8 @@ use enfilade_scenes::{Kind, generate};
 use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::{DVec3, Vec3};
 use serde_json::Value;
-use std::time::Instant;
+use testing::glb::parts;
+use testing::times::{growth, is_told, least};
 
 const SIZES: [usize; 3] = [20_000, 320_000, 5_120_000];
 const RUNS: usize = 3;
@@ -17,8 +18,8 @@ const RUNS: usize = 3;
 const ROUNDING: f64 = 1e-4;
 
 fn main() {
-    let sizes = if std::env::args().any(|a| a == "--test") { &SIZES[..1] } else { &SIZES[..] };
-    let mut before: Option<(f64, f64)> = None;
+    let sizes = if is_told("--test") { &SIZES[..1] } else { &SIZES[..] };
+    let mut before = None;
     for &size in sizes {
         let made = generate(Kind::Pipes { sections: size }, 1).expect("pipes");
         let [counted, pipes] = ["sections", "pipes"].map(|key| made.expected[key].as_u64().expect("a number") as usize);
@@ -30,19 +31,12 @@ fn main() {
         let divided = tubes.divided().sections.len();
         assert!(divided.abs_diff(counted) <= 1 + counted / 1000, "{divided} sections, not {counted}");
         assert_ends(&lines, &tubes);
-        let run = |_| {
-            let start = Instant::now();
-            std::hint::black_box(self::tubes(&lines));
-            start.elapsed().as_secs_f64()
-        };
-        let seconds = (0..RUNS).map(run).fold(f64::INFINITY, f64::min);
+        let seconds = least(RUNS, || self::tubes(&lines)).as_secs_f64();
         let count = tubes.sections.len() as f64;
-        let growth =
-            before.map_or(String::new(), |(n, s)| format!(", growth n^{:.2}", (seconds / s).ln() / (count / n).ln()));
+        let growth = growth(&mut before, count, seconds);
         let points: usize = lines.iter().map(|line| line.points.len()).sum();
         let nanoseconds = 1e9 * seconds / count;
         println!("{pipes} lines of {points} points: {count} sections in {seconds:.3} s, {nanoseconds:.0} ns each{growth}");
-        before = Some((count, seconds));
     }
 }
 
@@ -82,9 +76,7 @@ fn assert_ends(lines: &[Line], tubes: &Tubes) {
 
 /// The lines of a generated file with their radii.
 fn lines(glb: &[u8]) -> Vec<Line> {
-    let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().expect("four bytes")) as usize;
-    let (json, bytes) = (&glb[20..20 + word(12)], &glb[28 + word(12)..]);
-    let document: Value = serde_json::from_slice(json).expect("JSON");
+    let (document, bytes) = parts(glb);
     let number = |value: &Value| value.as_u64().unwrap_or(0) as usize;
     let tubes = document["nodes"].as_array().expect("nodes").iter().filter_map(|node| {
         let tube = &node["extras"]["enfilade"]["tube"];

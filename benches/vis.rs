@@ -6,6 +6,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::job::Job;
 use enfilade_levels::{Level, Vis, VisOptions, vis};
 use std::hint::black_box;
+use testing::bakes::on;
 use testing::prt;
 
 /// Levels, and the CPU seconds that the reference takes for each at one thread, on a machine that is not this one.
@@ -23,10 +24,6 @@ fn run(level: &Level) -> Vis {
     vis(level, &VisOptions::default(), None, &Job::quiet()).expect("a sound level")
 }
 
-fn on(threads: usize) -> rayon::ThreadPool {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool")
-}
-
 fn vis_over_levels(criterion: &mut Criterion) {
     let Some(folder) = prt::folder() else {
         eprintln!("not run: vis_over_levels: no data folder");
@@ -37,7 +34,7 @@ fn vis_over_levels(criterion: &mut Criterion) {
     for (name, reference_seconds) in LEVELS {
         let level = prt::level(&folder.join(format!("{name}.prt")));
         let reference = prt::rows(&folder.join(format!("{name}.vis.txt.gz")), level.cells);
-        let result = on(1).install(|| run(&level));
+        let result = on(1, || run(&level));
         let (upper, lower) = (result.upper.count_ones(), result.lower.count_ones());
         assert!(upper < reference.count_ones(), "{name}: {upper} upper pairs");
         assert!((upper - lower) * 1000 <= upper, "{name}: {} undecided", upper - lower);
@@ -55,8 +52,7 @@ fn vis_over_levels(criterion: &mut Criterion) {
             result.stats.steps,
         );
         for threads in [1, 2] {
-            let pool = on(threads);
-            group.bench_function(format!("{name}/{threads}"), |b| b.iter(|| black_box(pool.install(|| run(&level)))));
+            group.bench_function(format!("{name}/{threads}"), |b| on(threads, || b.iter(|| black_box(run(&level)))));
         }
     }
     group.finish();

@@ -3,7 +3,8 @@
 use serde_json::Value;
 use std::panic::Location;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output};
+use std::time::{Duration, Instant};
 
 /// Four rooms in a row along x; the last door is so far aside that the first and the last room don't see each other.
 pub const LEVEL: &str = "PRT1\n4\n3\n\
@@ -50,6 +51,44 @@ macro_rules! enfilade {
 }
 #[allow(unused_imports)]
 pub(crate) use enfilade;
+
+/// Names of what is in a folder, in order.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+/// Runs a command with a limit of so many KiB on any file, as on a disk that is full.
+#[cfg(target_os = "linux")]
+pub fn limited(command: &Command, kib: u64) -> Output {
+    // The shell's blocks are of 512 bytes or of 1024. Ignored, the signal becomes an error of the write.
+    let script = format!("trap '' XFSZ; ulimit -f {kib}; exec \"$@\"");
+    let mut bash = Command::new("bash");
+    bash.args(["-c", &script, "bash"]).arg(command.get_program()).args(command.get_args()).output().unwrap()
+}
+
+/// Waits until a file has so many bytes, or a process has ended.
+pub fn wait_for(child: &mut Child, file: &Path, bytes: u64) {
+    while std::fs::metadata(file).map_or(0, |m| m.len()) < bytes && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Ends by itself, or by a signal after a while; what it said, and its exit code if it came to its end.
+#[cfg(unix)]
+pub fn signalled(mut child: Child, signal: &str, after: Duration) -> (String, Option<i32>) {
+    let begin = Instant::now();
+    while begin.elapsed() < after && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    if child.try_wait().unwrap().is_none() {
+        Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+    }
+    let out = child.wait_with_output().unwrap();
+    (String::from_utf8(out.stderr).unwrap(), out.status.code())
+}
 
 /// A path as a word.
 pub fn text(path: &Path) -> &str {

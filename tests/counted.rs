@@ -4,6 +4,5 @@
 mod cli;
 mod hostile;
 mod no_alloc;
-mod prt_mutants;
 #[allow(dead_code, reason = "some of it is for `fuzz/`")]
 mod targets;

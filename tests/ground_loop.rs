@@ -8,25 +8,21 @@
 mod program;
 
 use crate::cli::folder;
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::scene::ImportOptions;
-use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
-use enfilade_terrain::{MakeOptions, make};
-use testing::ground::Raster;
+use enfilade::bake::BakeOptions;
+use enfilade_scenes::Kind;
+use testing::bakes;
+use testing::ground::{Raster, written};
 
 #[test]
 fn ground_is_drawn_through_windows_from_tiles_that_are_there() {
     let folder = folder("ground-loop");
     let [model, pvs, ground, picture] = ["glb", "pvs", "ground", "png"].map(|end| folder.join("office").with_extension(end));
-    let office = generate(Kind::Office { rooms: 6, storeys: None, furnished: false }, 5).unwrap();
+    let (office, scene) = bakes::generated(Kind::Office { rooms: 6, storeys: None, furnished: false }, 5);
     std::fs::write(&model, &office.glb).unwrap();
-    let scene = import(&model, &ImportOptions::default()).unwrap();
-    bake(&scene, BakeOptions::default(), &Job::quiet()).unwrap().file.save(&pvs).unwrap();
+    bakes::baked(&scene, BakeOptions::default()).save(&pvs).unwrap();
     // More tiles than its cache holds.
     let mut hills = Raster::of([513, 513], |c, r| 90.0 * (f64::from(c) / 31.0).sin() * (f64::from(r) / 23.0).cos());
-    make(&mut hills, &MakeOptions::default(), &mut std::fs::File::create(&ground).unwrap()).unwrap();
+    written(&mut hills, &ground);
     let line = match program::run(&ground, &pvs, Some(&picture)) {
         Err(line) if line.starts_with("no graphics processor") => {
             assert!(std::env::var_os("CI").is_none(), "{line}");

@@ -164,10 +164,10 @@ fn a_warm_engine_allocates_nothing() {
 /// Ground: choosing, and loading from a file by its thread, after the first frames.
 #[test]
 fn ground_allocates_nothing() {
-    use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, flight, make};
+    use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, flight};
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
     let mut raster = testing::ground::Raster::of([700, 500], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
-    make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
+    testing::ground::written(&mut raster, &path);
     // Less than the file: it is loaded as it is flown over.
     let mut ground = Ground::open(&path, 200_000).unwrap();
     let cameras = flight(&ground, 40.0, 400);

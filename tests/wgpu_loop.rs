@@ -8,20 +8,17 @@
 mod program;
 
 use crate::cli::folder;
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::scene::ImportOptions;
-use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
+use enfilade::bake::BakeOptions;
+use enfilade_scenes::Kind;
+use testing::bakes;
 
 #[test]
 fn frames_are_those_of_everything_unless_rows_lie() {
     let folder = folder("frames");
     let [model, pvs, lying] = ["glb", "pvs", "lying.pvs"].map(|end| folder.join("wgpu_loop").with_extension(end));
-    let office = generate(Kind::Office { rooms: 6, storeys: None, furnished: true }, 5).unwrap();
+    let (office, scene) = bakes::generated(Kind::Office { rooms: 6, storeys: None, furnished: true }, 5);
     std::fs::write(&model, &office.glb).unwrap();
-    let scene = import(&model, &ImportOptions::default()).unwrap();
-    let mut file = bake(&scene, BakeOptions::default(), &Job::quiet()).unwrap().file;
+    let mut file = bakes::baked(&scene, BakeOptions::default());
     file.save(&pvs).unwrap();
     let line = match program::run(&pvs, &model, None) {
         Err(line) if line.starts_with("no graphics processor") => {

@@ -4,25 +4,23 @@ use crate::cli::building;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::runtime::Mode;
 use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::{gltf::from_slice, import};
+use enfilade_formats::import;
 use enfilade_measure::verify::{CheckOptions, check};
 use enfilade_measure::walkthrough::path::CameraPath;
-use enfilade_measure::walkthrough::walk::{WalkOptions, walk};
-use enfilade_scenes::{Kind, generate};
+use enfilade_measure::walkthrough::walk::walk;
+use enfilade_scenes::Kind;
 use std::path::Path;
+use testing::bakes;
 
 fn options() -> BakeOptions {
-    let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
-    BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }
+    BakeOptions { keep_bounds: true, ..bakes::with_rays(2_000_000) }
 }
 
 /// Import and bake on a number of threads.
 fn baked(model: &Path, threads: usize) -> (Scene, Baked) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    pool.install(|| {
+    bakes::on(threads, || {
         let scene = import(model, &ImportOptions::default()).unwrap();
         let baked = bake(&scene, options(), &Job::quiet()).unwrap();
         (scene, baked)
@@ -59,17 +57,7 @@ fn the_villa_is_baked_the_same_everywhere_and_passes_its_check() {
 fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
     let (scene, file) = check_bake("gallery100");
     let path = CameraPath::load(&building("gallery100.path.json")).unwrap();
-    let modes = vec![Mode::Frustum.into(), Mode::PortalsAndPvs.into()];
-    let options = WalkOptions {
-        modes,
-        width: 160,
-        height: 90,
-        verify_pixels: true,
-        pictures: None,
-        every: 1,
-        doors_as_found: false,
-        min_pixels: vec![0],
-    };
+    let options = bakes::walk([Mode::Frustum, Mode::PortalsAndPvs], [160, 90]);
     let summaries = walk(&scene, &file, &path, &options, &mut |_| ()).unwrap();
     for summary in &summaries {
         assert_eq!((summary.frames, summary.missed_pixels), (path.frames.len(), Some(0)), "{}", summary.mode);
@@ -81,8 +69,8 @@ fn the_gallery_draws_a_tenth_of_the_frustum_and_misses_no_pixel() {
 /// One closed room: nothing to part, so no portals; nothing hidden in it from itself, so no rows.
 #[test]
 fn a_hall_is_one_cell_and_its_file_has_no_rows() {
-    let scene = from_slice(&generate(Kind::Hall, 1).unwrap().glb, "hall", None, &ImportOptions::default()).unwrap();
-    let file = PvsFile::read(&bake(&scene, options(), &Job::quiet()).unwrap().file.write()).unwrap();
+    let (_, scene) = bakes::generated(Kind::Hall, 1);
+    let file = PvsFile::read(&bakes::baked(&scene, options()).write()).unwrap();
     assert_eq!(file.cells.iter().map(|cell| cell.open).collect::<Vec<_>>(), [true, false], "outside and the hall");
     assert!(file.portals.is_empty() && file.cell_rows.is_none() && file.object_rows.is_none());
     assert!(file.left_out.iter().any(|line| line.starts_with("rows: one closed cell")), "{:?}", file.left_out);

@@ -1,25 +1,26 @@
 //! What goes wrong around a bake: no space, no right to write, an input that vanishes, two bakes at one output, too little memory. Each
 //! ends with one line and exit 2 or with the right file, leaves what stood there before, and no litter. (Kills: `resume.rs`.)
 
-use crate::cli::{command, folder, refused, run};
+#[cfg(target_os = "linux")]
+use crate::cli::limited;
+use crate::cli::{command, done, enfilade, folder, json, names, refused, wait_for};
 use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::matrix_bytes;
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::pvs::{PvsOptions, SamplingEnd};
-use enfilade::scene::{ImportOptions, Scene};
-use enfilade_formats::gltf;
+use enfilade::scene::Scene;
 use enfilade_measure::verify::{CheckOptions, check};
 use enfilade_scenes::{Kind, generate};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime};
+use testing::bakes;
 
 /// A gallery of 36 rooms.
 fn scene() -> Scene {
-    let glb = generate(Kind::Gallery { rooms: 36 }, 1).unwrap().glb;
-    gltf::from_slice(&glb, "gallery", None, &ImportOptions::default()).unwrap()
+    bakes::generated(Kind::Gallery { rooms: 36 }, 1).1
 }
 
 /// A gallery of nine rooms, quick to bake.
@@ -41,22 +42,6 @@ fn bake_command(model: &Path, out: &Path, more: &[&str]) -> Command {
     command
 }
 
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
-}
-
-/// As it is with a limit of so many KiB on any file: a disk that is full.
-#[cfg(target_os = "linux")]
-fn limited(out: &Path, kib: u32) -> Output {
-    let bake = bake_command(&gallery(), out, &[]);
-    // The shell's blocks are of 512 bytes or of 1024. Ignored, the signal becomes an error of the write.
-    let script = format!("trap '' XFSZ; ulimit -f {kib}; exec \"$@\"");
-    Command::new("bash").args(["-c", &script, "bash"]).arg(bake.get_program()).args(bake.get_args()).output().unwrap()
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_leaves_the_old_file_and_nothing_else() {
@@ -64,14 +49,14 @@ fn a_full_disk_leaves_the_old_file_and_nothing_else() {
     let out = folder.join("gallery.pvs");
     // Room for the head of a state, and for nothing more.
     std::fs::write(&out, "the old file").unwrap();
-    let error = limited(&out, 1);
+    let error = limited(&bake_command(&gallery(), &out, &[]), 1);
     refused(&error, &["gallery.pvs: File too large"]);
     assert_eq!(std::fs::read_to_string(&out).unwrap(), "the old file");
     // The state is what the next bake goes on from, once there is room.
     assert_eq!(names(&folder), ["gallery.bake-state", "gallery.pvs"]);
-    assert!(bake_command(&gallery(), &out, &[]).output().unwrap().status.success());
+    done(&bake_command(&gallery(), &out, &[]).output().unwrap());
     let whole = folder.join("whole.pvs");
-    assert!(bake_command(&gallery(), &whole, &[]).output().unwrap().status.success());
+    done(&bake_command(&gallery(), &whole, &[]).output().unwrap());
     assert!(std::fs::read(&out).unwrap() == std::fs::read(&whole).unwrap());
     assert_eq!(names(&folder), ["gallery.pvs", "whole.pvs"]);
 }
@@ -99,22 +84,19 @@ fn a_folder_where_nobody_may_write_is_an_error() {
 fn an_input_that_is_gone_is_an_error_and_one_that_vanishes_is_not_missed() {
     let folder = folder("vanished");
     let (model, out) = (folder.join("gallery.glb"), folder.join("gallery.pvs"));
-    refused(&run(&[Path::new("bake"), &model]), &["gallery.glb: "]);
+    refused(&enfilade!("bake", &model), &["gallery.glb: "]);
     assert_eq!(names(&folder), [""; 0]);
     // Once its state is there the model has been read.
     std::fs::copy(gallery(), &model).unwrap();
     let mut child = bake_command(&model, &out, &[]).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    while !folder.join("gallery.bake-state").exists() && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    wait_for(&mut child, &folder.join("gallery.bake-state"), 1);
     std::fs::remove_file(&model).unwrap();
-    let said = child.wait_with_output().unwrap();
-    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    done(&child.wait_with_output().unwrap());
     assert_eq!(names(&folder), ["gallery.pvs"]);
     // What a vanished model's file was baked for can't be checked, and says so; the file stays.
     let before = std::fs::read(&out).unwrap();
-    refused(&run(&[Path::new("check"), &out, Path::new("--model"), &model]), &["gallery.glb: "]);
-    refused(&run(&[Path::new("bake"), &model, Path::new("-o"), &out]), &["gallery.glb: "]);
+    refused(&enfilade!("check", &out, "--model", &model), &["gallery.glb: "]);
+    refused(&enfilade!("bake", &model, "-o", &out), &["gallery.glb: "]);
     assert!(std::fs::read(&out).unwrap() == before);
     assert_eq!(names(&folder), ["gallery.pvs"]);
 }
@@ -136,7 +118,7 @@ fn what_a_killed_write_left_behind_is_taken_away() {
     drop(old("other.pvs.999999.pvs.tmp"));
     drop(old("gallery.pvs.mine.pvs.tmp"));
     drop(std::fs::File::create(folder.join("gallery.pvs.999997.pvs.tmp")).unwrap());
-    assert!(bake_command(&gallery(), &out, &[]).output().unwrap().status.success());
+    done(&bake_command(&gallery(), &out, &[]).output().unwrap());
     let left = [
         "gallery.pvs",
         "gallery.pvs.999997.pvs.tmp",
@@ -152,9 +134,8 @@ fn what_a_killed_write_left_behind_is_taken_away() {
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn too_little_memory_gives_coarser_rows_that_miss_nothing() {
     let scene = scene();
-    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
     let baked = |memory: u64| {
-        let options = BakeOptions { pvs: pvs.clone(), keep_bounds: true, memory, ..BakeOptions::default() };
+        let options = BakeOptions { keep_bounds: true, memory, ..bakes::with_rays(100_000) };
         bake(&scene, options, &Job::quiet()).unwrap()
     };
     let whole = baked(8 << 30);
@@ -181,8 +162,7 @@ fn proofs_beyond_their_share_leave_pairs_undecided() {
     let scene = scene();
     let baked = |most_witnesses: usize| {
         let pvs = PvsOptions { ray_budget: 100_000, most_witnesses, ..PvsOptions::default() };
-        let options = BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() };
-        bake(&scene, options, &Job::quiet()).unwrap().file
+        bakes::baked(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() })
     };
     let (whole, few) = (baked(usize::MAX), baked(100));
     assert!(whole.pairs.lower > 500 && few.pairs.lower == 100, "{} {}", whole.pairs.lower, few.pairs.lower);
@@ -201,9 +181,7 @@ fn proofs_beyond_their_share_leave_pairs_undecided() {
 fn memory_is_an_option_and_counted() {
     let folder = folder("memory");
     let out = folder.join("gallery.pvs");
-    let said = bake_command(&gallery(), &out, &["--memory", "1K", "--json"]).output().unwrap();
-    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
-    let json: serde_json::Value = serde_json::from_slice(&said.stdout).unwrap();
+    let json = json(&bake_command(&gallery(), &out, &["--memory", "1K", "--json"]).output().unwrap());
     let [found, kept] = ["cells_found", "cells"].map(|k| json[k].as_u64().unwrap());
     assert!(found > kept, "{found} cells found, {kept} kept");
     for bad in ["", "0", "1.5G", "12T", "M", "99999999999999G"] {

@@ -1,33 +1,15 @@
 //! How large objects are: splitting afterwards is importing with a limit, and what is chosen costs least.
 
-use crate::cli::{building, enfilade, folder, text};
+use crate::cli::{building, done, enfilade, folder, text};
 use enfilade::bake::{BakeOptions, DRAW_CALL, size_objects};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source, split_objects};
 use enfilade_formats::import;
-use glam::DVec3;
+use glam::dvec3 as v;
 use std::path::Path;
 use testing::meshes::{Triangle, cuboid, soup};
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
-
-/// Walls, floor and ceiling of two rooms of 4 x 5 m with a doorway between.
-fn walls() -> [(DVec3, DVec3); 9] {
-    [
-        (v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
-        (v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
-        (v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
-        (v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
-        (v(0., 0., -0.2), v(8.2, 2.8, 0.)),
-        (v(0., 0., 5.), v(8.2, 2.8, 5.2)),
-        (v(4., 0., 0.), v(4.2, 2.8, 2.)),
-        (v(4., 0., 2.9), v(4.2, 2.8, 5.)),
-        (v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
-    ]
-}
+use testing::rooms;
 
 /// So many stools of 12 triangles, in both rooms by turns.
 fn stools(count: usize) -> Vec<Triangle> {
@@ -43,8 +25,8 @@ fn stools(count: usize) -> Vec<Triangle> {
 fn house(count: usize) -> Scene {
     let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
     let mut builder = SceneBuilder::new(&options, Source::default());
-    for (i, (min, max)) in walls().into_iter().enumerate() {
-        builder.add(soup(&format!("wall {i}"), Role::Structure, true, &cuboid(min, max))).unwrap();
+    for (i, wall) in rooms::house().iter().enumerate() {
+        builder.add(soup(&format!("wall {i}"), Role::Structure, true, wall)).unwrap();
     }
     if count > 0 {
         builder.add(soup("stools", Role::Furnishing, true, &stools(count))).unwrap();
@@ -102,7 +84,7 @@ fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
 fn a_house_that_is_one_mesh_has_its_rooms() {
     let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
     let mut builder = SceneBuilder::new(&options, Source::default());
-    let mut all: Vec<Triangle> = walls().into_iter().flat_map(|(min, max)| cuboid(min, max)).collect();
+    let mut all: Vec<Triangle> = rooms::house().concat();
     all.extend(stools(60));
     builder.add(soup("house", Role::Unknown, true, &all)).unwrap();
     let scene = builder.finish("house").unwrap();
@@ -122,8 +104,7 @@ fn a_bake_chooses_and_its_file_says_how_its_model_is_read() {
         let file = folder.join(name);
         let mut words = vec!["bake", text(&model), "-o", text(&file), "--rays", "20k"];
         words.extend(flags);
-        let output = crate::cli::run_words(&words);
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        done(&crate::cli::run_words(&words));
         PvsFile::load(&file).unwrap()
     };
     let [chosen, whole, given] =
@@ -133,8 +114,7 @@ fn a_bake_chooses_and_its_file_says_how_its_model_is_read() {
         let options = file.import.options();
         assert_eq!(import(&model, &options).unwrap().hash(), file.model_hash);
     }
-    let checked = enfilade!("check", &folder.join("a.pvs"), "--model", &model, "--rays", "50k");
-    assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stdout));
+    done(&enfilade!("check", &folder.join("a.pvs"), "--model", &model, "--rays", "50k"));
     let refused = enfilade!("bake", &model, "--object-triangles", Path::new("0"));
     assert_eq!(refused.status.code(), Some(2));
 }

@@ -1,29 +1,28 @@
 //! Bakes that are cut off go on to the bytes of an undisturbed one: stopped, killed, with a state that is damaged or another's.
 
-use crate::cli::{building, command, folder, refused, run};
+use crate::cli::{building, command, enfilade, folder, names, refused, run, signalled, wait_for};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest};
 use enfilade::job::{Job, Journal, JournalError};
 use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use std::time::{Duration, Instant};
+use testing::bakes;
 use testing::random::Random;
 
 fn villa() -> (Scene, BakeOptions) {
     let scene = import(&building("villa_rotonda.glb"), &ImportOptions::default()).unwrap();
-    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
-    (scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() })
+    (scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(100_000) })
 }
 
 /// A bake on some threads that is stopped when it has told `most` times how far it is; the file's bytes where it came to an end.
 fn baked(scene: &Scene, options: &BakeOptions, journal: &Journal, threads: usize, most: u32) -> Option<Vec<u8>> {
     let (stop, told) = (AtomicBool::new(false), AtomicU32::new(0));
     let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let result = pool.install(|| {
+    let result = bakes::on(threads, || {
         bake(scene, options.clone(), &Job::new(&progress).until(&stop).kept_in(journal)).map(|baked| baked.file.write())
     });
     journal.flush().unwrap();
@@ -128,20 +127,6 @@ fn spawn(model: &Path, out: &Path) -> Child {
     command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Ends by itself, or by a signal after a while; what it said, and whether it came to its end.
-#[cfg(unix)]
-fn signalled(mut child: Child, signal: &str, after: Duration) -> (String, Option<i32>) {
-    let begin = Instant::now();
-    while begin.elapsed() < after && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    if child.try_wait().unwrap().is_none() {
-        Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-    }
-    let out = child.wait_with_output().unwrap();
-    (String::from_utf8(out.stderr).unwrap(), out.status.code())
-}
-
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
@@ -153,14 +138,11 @@ fn a_killed_bake_goes_on_and_leaves_nothing_behind() {
     let took = begin.elapsed();
     let wanted = std::env::var("ENFILADE_KILLS").map_or(5, |n| n.parse::<u32>().expect("ENFILADE_KILLS is a number"));
     let (mut kills, mut resumed, mut bakes) = (0u32, 0u32, 0u32);
-    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    let mut random = Random::new(1);
     while kills < wanted {
         // Killed after a time between nothing and half of what a whole one takes; longer and longer.
         for attempt in 0u32.. {
-            random ^= random << 13;
-            random ^= random >> 7;
-            random ^= random << 17;
-            let share = (random >> 11) as f64 / (1u64 << 53) as f64;
+            let share = random.real(0.0, 1.0);
             let after = if kills < wanted { took.mul_f64(0.5 * share + 0.05 * f64::from(attempt)) } else { Duration::MAX };
             let (said, code) = signalled(spawn(&model, &out), "-KILL", after);
             resumed += u32::from(said.contains("resumes from"));
@@ -185,8 +167,7 @@ fn a_killed_bake_goes_on_and_leaves_nothing_behind() {
     );
     std::io::Write::write_all(&mut std::io::stderr(), table.as_bytes()).unwrap();
     let is_kept = |name: &String| name != "whole.pvs" && !name.ends_with(".pvs.tmp");
-    let left: Vec<String> =
-        std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).filter(is_kept).collect();
+    let left: Vec<String> = names(&folder).into_iter().filter(is_kept).collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
@@ -197,20 +178,17 @@ fn ctrl_c_stops_a_bake_and_nobody_else_writes_to_its_output() {
     let folder = folder("stop");
     let (model, out, state) = (building("office.glb"), folder.join("o.pvs"), folder.join("o.bake-state"));
     let mut first = spawn(&model, &out);
-    let mut wait_for = |bytes: u64| {
-        while std::fs::metadata(&state).map_or(0, |m| m.len()) < bytes && first.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(5));
-        }
-    };
     // The head is written as soon as the file is locked.
-    wait_for(56);
-    let second = run(&[Path::new("bake"), &model, Path::new("-o"), &out]);
+    wait_for(&mut first, &state, 56);
+    let second = enfilade!("bake", &model, "-o", &out);
     refused(&second, &["o.bake-state: another run with the same output is in progress"]);
-    wait_for(57);
+    wait_for(&mut first, &state, 57);
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("stopped; the same command resumes from") && state.exists(), "{said}");
-    let other = [Path::new("bake"), &model, Path::new("-o"), &out, Path::new("--seed"), Path::new("7")];
-    refused(&run(&other), &["o.bake-state: belongs to other options; an interrupted run left it. --fresh deletes it"]);
+    refused(
+        &enfilade!("bake", &model, "-o", &out, "--seed", "7"),
+        &["o.bake-state: belongs to other options; an interrupted run left it. --fresh deletes it"],
+    );
     assert!(state.exists(), "it isn't lost");
     // A copy of it, for what drops it.
     let (kept, fresh) = (folder.join("kept.bake-state"), folder.join("kept.pvs"));
@@ -236,9 +214,7 @@ fn ctrl_c_in_a_report_keeps_what_it_has() {
     let flags = ["--views", "2", "--rays", "300k", "-o"].map(Path::new);
     let words: Vec<&Path> = [&[Path::new("report"), &model][..], &flags, &[page.as_path()]].concat();
     let mut first = command(&words).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    while std::fs::metadata(&state).map_or(0, |m| m.len()) < 57 && first.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_for(&mut first, &state, 57);
     let (said, code) = signalled(first, "-INT", Duration::ZERO);
     assert!(code == Some(1) && said.contains("o.report-state") && state.exists() && !page.exists(), "{said}");
     let again = run(&words);
@@ -263,9 +239,7 @@ fn a_signal_stops_a_split_and_leaves_nothing() {
     for signal in ["-INT", "-TERM"] {
         let mut child = spawn(&model, &out);
         // The head of the state is written when the model is there, before it is split.
-        while std::fs::metadata(&state).map_or(0, |m| m.len()) < 56 && child.try_wait().unwrap().is_none() {
-            std::thread::sleep(Duration::from_millis(5));
-        }
+        wait_for(&mut child, &state, 56);
         let (said, code) = signalled(child, signal, Duration::ZERO);
         assert!(code == Some(1) && said.contains("no results to keep yet"), "{signal}: {said}");
         assert!(!state.exists() && !out.exists(), "{signal}");
@@ -278,17 +252,19 @@ fn what_cannot_be_written_is_said_before_the_work() {
     let model = building("office.glb");
     let begin = Instant::now();
     let nowhere = folder.join("no/such/folder/o.pvs");
-    refused(&run(&[Path::new("bake"), &model, Path::new("-o"), &nowhere]), &["no/such/folder: there is no such folder"]);
+    refused(&enfilade!("bake", &model, "-o", &nowhere), &["no/such/folder: there is no such folder"]);
     assert!(begin.elapsed() < Duration::from_secs(20));
     let state = folder.join("o.bake-state");
     std::fs::write(&state, "my own text, of more than a head's length").unwrap();
     let out = folder.join("o.pvs");
-    let arguments = [Path::new("bake"), &model, Path::new("-o"), &out];
-    refused(&run(&arguments), &["o.bake-state: is not a state of an interrupted run, so it isn't replaced; move it"]);
+    refused(
+        &enfilade!("bake", &model, "-o", &out),
+        &["o.bake-state: is not a state of an interrupted run, so it isn't replaced; move it"],
+    );
     assert_eq!(std::fs::read_to_string(&state).unwrap(), "my own text, of more than a head's length");
     // What can't be baked leaves no state.
     let empty = folder.join("empty.obj");
     std::fs::write(&empty, "").unwrap();
-    assert_eq!(run(&[Path::new("bake"), &empty]).status.code(), Some(2));
+    assert_eq!(enfilade!("bake", &empty).status.code(), Some(2));
     assert!(!folder.join("empty.bake-state").exists());
 }

@@ -1,18 +1,21 @@
 //! Bakes that several processes share by way of a folder give one bake's bytes: with any number of workers, in any order,
 //! late ones, killed ones, and files in the folder that are damaged or another's.
 
-use crate::cli::{LEVEL, command, done, folder, refused, run_words, text};
+#[cfg(target_os = "linux")]
+use crate::cli::limited;
+use crate::cli::{LEVEL, command, done, folder, refused, run_words, signalled, text};
 use enfilade::bake::{BakeError, BakeOptions, bake, digest, size_objects};
 use enfilade::job::{Digest, Folder, FolderError, Job};
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::gltf;
 use enfilade_scenes::{Kind, generate};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
+use testing::bakes;
+use testing::random::Random;
 
 /// Bytes of a worker's file before its first block: magic and three digests.
 const HEAD: usize = 56;
@@ -33,8 +36,7 @@ fn gallery() -> &'static Gallery {
         std::fs::write(&model, &glb).unwrap();
         let import = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
         let scene = gltf::from_slice(&glb, "gallery", None, &import).unwrap();
-        let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
-        let mut options = BakeOptions { pvs, import, ..BakeOptions::default() };
+        let mut options = BakeOptions { import, ..bakes::with_rays(200_000) };
         // As the command chooses them.
         let (scene, _) = size_objects(scene, &mut options, false, &Job::quiet()).unwrap();
         let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file.write();
@@ -65,9 +67,8 @@ fn work(dir: &Path, place: [u32; 2], outputs: &[PathBuf]) -> (End, Vec<String>) 
     let Gallery { scene, options, whole, .. } = gallery();
     let (opened, said) = open(dir, place, digest(scene, options), outputs);
     let folder = opened.unwrap();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let job = Job::new(&|_, _| ()).shared_in(&folder);
-    let end = match pool.install(|| bake(scene, options.clone(), &job)) {
+    let end = match bakes::on(1, || bake(scene, options.clone(), &job)) {
         Ok(baked) => {
             assert!(baked.file.write() == *whole, "other bytes by worker {} of {}", place[0], place[1]);
             outputs.iter().for_each(|path| baked.file.save(path).unwrap());
@@ -325,12 +326,7 @@ fn a_full_disk_ends_the_keeping_and_not_the_work() {
     assert!(room + 1024 < results, "an output of {output} bytes, results of {results}");
     std::fs::remove_file(&out).unwrap();
     std::fs::remove_dir_all(&dir).unwrap();
-    let bake = worker(&out, &dir, "0/2", &[]);
-    let script = format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", room / 1024);
-    let bash = |bake: &Command| -> Output {
-        Command::new("bash").args(["-c", &script, "bash"]).arg(bake.get_program()).args(bake.get_args()).output().unwrap()
-    };
-    let ended = bash(&bake);
+    let ended = limited(&worker(&out, &dir, "0/2", &[]), room / 1024);
     done(&ended);
     let said = String::from_utf8(ended.stderr).unwrap();
     assert_eq!(
@@ -359,18 +355,6 @@ fn a_level_is_shared_too() {
     assert!(shared == whole && said.contains("done by worker 1 ("), "{said}");
 }
 
-/// Ends by itself, or by SIGKILL after a while; what it said, and its exit code if it came to an end.
-#[cfg(unix)]
-fn killed(mut child: Child, after: Duration) -> (String, Option<i32>) {
-    let begin = Instant::now();
-    while begin.elapsed() < after && child.try_wait().unwrap().is_none() {
-        std::thread::sleep(Duration::from_millis(2));
-    }
-    let _ = child.kill();
-    let out = child.wait_with_output().unwrap();
-    (String::from_utf8(out.stderr).unwrap(), out.status.code())
-}
-
 /// Three workers, of whom some are killed, for good or to come again; `ENFILADE_KILLS` says how many kills.
 #[cfg(unix)]
 #[test]
@@ -382,13 +366,8 @@ fn killed_workers_cost_time_and_nothing_else() {
     let begin = Instant::now();
     done(&worker(&out, &folder.join("first"), "0/1", &[]).output().unwrap());
     let took = begin.elapsed();
-    let mut random = 0x2545_f491_4f6c_dd1d_u64;
-    let mut draw = || {
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        (random >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random::new(1);
+    let mut draw = || random.real(0.0, 1.0);
     let (mut kills, mut bakes, mut for_good) = (0, 0, 0);
     while kills < wanted || for_good == 0 {
         let (dir, out) = (folder.join(format!("shared-{bakes}")), folder.join(format!("out-{bakes}.pvs")));
@@ -408,7 +387,7 @@ fn killed_workers_cost_time_and_nothing_else() {
                     for life in lives {
                         let mut command = worker(&out, &dir, &format!("{k}/3"), &[]);
                         let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-                        match killed(child, life) {
+                        match signalled(child, "-KILL", life) {
                             (_, None) => kills += 1,
                             (_, Some(0)) => return (kills, false),
                             (said, code) => panic!("exit {code:?}: {said}"),

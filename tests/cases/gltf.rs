@@ -1,15 +1,12 @@
 //! Cases of glTF and OBJ: a corridor with eight rooms, a statue and a desk in each, and what exporters make of such a building.
 
-use super::case;
-use enfilade::bake::{BakeOptions, bake};
+use super::{case, passes};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade_formats::import;
-use enfilade_measure::verify::{CheckOptions, check};
 use std::collections::BTreeSet;
 use std::path::Path;
+use testing::bakes;
 
 /// A model of a case.
 fn read(path: &Path) -> Scene {
@@ -19,10 +16,8 @@ fn read(path: &Path) -> Scene {
 /// Its file, by few rays, which passes the check.
 #[track_caller]
 fn baked(scene: &Scene) -> PvsFile {
-    let pvs = PvsOptions { ray_budget: 50_000, ..PvsOptions::default() };
-    let file = bake(scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
-    let report = check(&file, scene, &CheckOptions { rays: 50_000, views: 4, ..CheckOptions::default() }).unwrap();
-    assert!(report.passed, "{}: {report:?}", scene.name);
+    let file = bakes::baked(scene, bakes::with_rays(50_000));
+    passes(&file, scene);
     file
 }
 
@@ -53,34 +48,40 @@ fn is_as_base(scene: &Scene) -> PvsFile {
     file
 }
 
-#[track_caller]
-fn all_are_as_base(folder: &str, models: &[&str]) {
-    let folder = case(folder);
-    for model in models {
-        is_as_base(&read(&folder.join(model)));
+/// Cases that are read as if nothing were the matter with them.
+#[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
+fn cases_that_are_as_the_base() {
+    for (folder, models) in [
+        ("00_base", &["base.glb", "base.obj"][..]),
+        ("01_mirrored", &["mirrored.glb", "each.glb"]),
+        ("02_utm", &["utm.obj", "utm_node.glb", "utm_f32.glb"]),
+        ("04_turned", &["turned33.glb"]),
+        // Walls as sheets, with triangles on both sides or on one.
+        ("06_thin", &["thin_two.glb", "thin_one.glb", "thin_one.obj"]),
+        ("12_obj", &["negative.obj", "continued.obj", "concave.obj", "crlf.obj", "bom.obj"]),
+        ("17_hollow", &["hollow.glb"]),
+        ("20_matrix", &["matrix.glb"]),
+        ("22_quantised", &["quant.glb"]),
+    ] {
+        models.iter().for_each(|model| _ = is_as_base(&read(&case(folder).join(model))));
+    }
+}
+
+/// Cases whose objects are others, and whose cells are those of the base.
+#[test]
+#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
+fn cases_with_the_cells_of_the_base() {
+    // One object of all, without a name for any; copies of one mesh.
+    for (folder, model) in
+        [("12_obj", "merged.obj"), ("16_one_mesh", "one.glb"), ("16_one_mesh", "soup.glb"), ("21_instancing", "inst.glb")]
+    {
+        assert_eq!(counts(&baked(&read(&case(folder).join(model)))), [10, 1, 9], "{model}");
     }
 }
 
 fn has_note(scene: &Scene, text: &str) -> bool {
     scene.source.notes.iter().any(|note| note.contains(text))
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_00_base() {
-    all_are_as_base("00_base", &["base.glb", "base.obj"]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_01_mirrored() {
-    all_are_as_base("01_mirrored", &["mirrored.glb", "each.glb"]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_02_utm() {
-    all_are_as_base("02_utm", &["utm.obj", "utm_node.glb", "utm_f32.glb"]);
 }
 
 /// Whatever the unit: ten cells, and a note that names it where it isn't a metre.
@@ -106,7 +107,6 @@ fn case_03_units() {
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_04_turned() {
-    all_are_as_base("04_turned", &["turned33.glb", "lean1.glb"]);
     let folder = case("04_turned");
     let file = is_as_base(&read(&folder.join("lean1.glb")));
     assert!(file.notes.iter().any(|note| note.contains("tilted by 1.00 degrees")), "{:?}", file.notes);
@@ -122,13 +122,6 @@ fn case_05_duplicates() {
     let folder = case("05_duplicates");
     let file = baked(&read(&folder.join("dup.glb")));
     assert_eq!((counts(&file), statues(&corridor(&file))), ([10, 1, 9], [16, 16]), "everything is there twice");
-}
-
-/// Walls as sheets, with triangles on both sides or on one.
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_06_thin() {
-    all_are_as_base("06_thin", &["thin_two.glb", "thin_one.glb", "thin_one.obj"]);
 }
 
 #[test]
@@ -208,15 +201,6 @@ fn case_11_names() {
 
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_12_obj() {
-    all_are_as_base("12_obj", &["negative.obj", "continued.obj", "concave.obj", "crlf.obj", "bom.obj"]);
-    // One object of all, without a name for any.
-    let folder = case("12_obj");
-    assert_eq!(counts(&baked(&read(&folder.join("merged.obj")))), [10, 1, 9]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_13_lod() {
     let folder = case("13_lod");
     is_as_base(&read(&folder.join("msft.glb")));
@@ -254,21 +238,6 @@ fn case_15_gaps() {
 
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_16_one_mesh() {
-    let folder = case("16_one_mesh");
-    for model in ["one.glb", "soup.glb"] {
-        assert_eq!(counts(&baked(&read(&folder.join(model)))), [10, 1, 9], "{model}");
-    }
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_17_hollow() {
-    all_are_as_base("17_hollow", &["hollow.glb"]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_18_sky() {
     let folder = case("18_sky");
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -295,25 +264,6 @@ fn case_19_names_room() {
         scene.source.notes
     );
     baked(&scene);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_20_matrix() {
-    all_are_as_base("20_matrix", &["matrix.glb"]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_21_instancing() {
-    let folder = case("21_instancing");
-    assert_eq!(counts(&baked(&read(&folder.join("inst.glb")))), [10, 1, 9]);
-}
-
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn case_22_quantised() {
-    all_are_as_base("22_quantised", &["quant.glb"]);
 }
 
 #[test]

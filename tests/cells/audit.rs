@@ -1,13 +1,10 @@
 //! What an author wrote wrongly is found, by its name, and what is right is left alone.
 
 use enfilade::cells::{Audit, FindingKind, Locator, SplitOptions, Strategy, audit, audit_rooms, split};
-use enfilade::scene::{OpeningHint, OpeningKind, Role, RoomHint, Scene};
-use glam::DVec3;
-use testing::meshes::{Quad, builder, halves, sides, soup};
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
+use enfilade::scene::{OpeningHint, OpeningKind, RoomHint, Scene};
+use glam::{DVec3, dvec3 as v};
+use testing::meshes::cuboid;
+use testing::walls::Building;
 
 /// Height of the rooms, the door's height, where it begins and ends along z.
 const HEIGHT: f64 = 2.8;
@@ -24,7 +21,7 @@ struct House {
 }
 
 fn room(id: &str, min: DVec3, max: DVec3) -> RoomHint {
-    let surface = halves(&sides(min, max));
+    let surface = cuboid(min, max);
     RoomHint { id: id.into(), name: format!("the {id}"), storey: None, surface, outside: false, drawn: true }
 }
 
@@ -35,14 +32,10 @@ fn door(id: &str, x: f64, thickness: f64, rooms: [Option<usize>; 2]) -> OpeningH
     OpeningHint { id: id.into(), kind: OpeningKind::Door, winding, thickness, rooms }
 }
 
-fn built(parts: &[Vec<Quad>], rooms: &[RoomHint], openings: &[OpeningHint]) -> Scene {
-    let mut builder = builder();
-    for (i, quads) in parts.iter().enumerate() {
-        builder.add(soup(&format!("part {i}"), Role::Structure, true, &halves(quads))).unwrap();
-    }
-    builder.hints.rooms = rooms.to_vec();
-    builder.hints.openings = openings.to_vec();
-    builder.finish("house").unwrap()
+fn built(mut building: Building, rooms: &[RoomHint], openings: &[OpeningHint]) -> Scene {
+    building.builder.hints.rooms = rooms.to_vec();
+    building.builder.hints.openings = openings.to_vec();
+    building.finish()
 }
 
 impl House {
@@ -51,32 +44,17 @@ impl House {
             roof: true,
             inner_door: true,
             rooms: vec![room("hall", v(0., 0., 0.), v(4., HEIGHT, 5.)), room("den", v(4.2, 0., 0.), v(8.2, HEIGHT, 5.))],
-            openings: vec![door("way", 4.1, 0.2, [Some(0), Some(1)]), door("front", -0.15, 0.3, [Some(0), None])],
+            openings: vec![door("way", 4.1, 0.2, [Some(0), Some(1)]), door("front", -0.1, 0.2, [Some(0), None])],
         }
     }
 
     fn scene(&self) -> Scene {
-        let wall = |x: [f64; 2], hole: bool| -> Vec<Quad> {
-            let part = |z: [f64; 2], y: [f64; 2]| sides(v(x[0], y[0], z[0]), v(x[1], y[1], z[1]));
-            if hole {
-                let over = part(JAMBS, [HEAD, HEIGHT]);
-                [part([0., JAMBS[0]], [0., HEIGHT]), part([JAMBS[1], 5.], [0., HEIGHT]), over].concat()
-            } else {
-                part([0., 5.], [0., HEIGHT])
-            }
-        };
-        let mut parts = vec![
-            sides(v(-0.3, -0.2, -0.3), v(8.5, 0., 5.3)),
-            sides(v(-0.3, 0., -0.3), v(8.5, HEIGHT, 0.)),
-            sides(v(-0.3, 0., 5.), v(8.5, HEIGHT, 5.3)),
-            wall([-0.3, 0.], true),
-            wall([4., 4.2], self.inner_door),
-            wall([8.2, 8.5], false),
-        ];
-        if self.roof {
-            parts.push(sides(v(-0.3, HEIGHT, -0.3), v(8.5, HEIGHT + 0.2, 5.3)));
-        }
-        built(&parts, &self.rooms, &self.openings)
+        let way = |x: f64| [v(x - 0.3, 0., JAMBS[0]), v(x + 0.3, HEAD, JAMBS[1])];
+        let outer = [way(-0.1), [v(-1., HEIGHT, -1.), v(9., 9., 6.)]];
+        let mut b = Building::default();
+        b.shell(DVec3::ZERO, v(8.2, HEIGHT, 5.), &outer[..if self.roof { 1 } else { 2 }]);
+        b.holed(v(4., 0., 0.), v(4.2, HEIGHT, 5.), &[way(4.1)][..usize::from(self.inner_door)]);
+        built(b, &self.rooms, &self.openings)
     }
 
     fn audit(&self) -> Audit {
@@ -217,15 +195,9 @@ fn a_room_drawn_lower_than_its_hall_stays_as_low_but_for_a_ceilings_void() {
     // A hall of 5 x 6 m and 9 m high, of which the author drew 3 m; and a room whose slab lies 0.4 m over what he drew.
     let hall = |height: f64| {
         let (x, z) = (5.0, 6.0);
-        let parts = [
-            sides(v(-0.3, -0.2, -0.3), v(x + 0.3, 0., z + 0.3)),
-            sides(v(-0.3, height, -0.3), v(x + 0.3, height + 0.2, z + 0.3)),
-            sides(v(-0.3, 0., -0.3), v(0., height, z + 0.3)),
-            sides(v(x, 0., -0.3), v(x + 0.3, height, z + 0.3)),
-            sides(v(0., 0., -0.3), v(x, height, 0.)),
-            sides(v(0., 0., z), v(x, height, z + 0.3)),
-        ];
-        let scene = built(&parts, &[room("stage", v(0., 0., 0.), v(x, 3., z))], &[]);
+        let mut b = Building::default();
+        b.shell(DVec3::ZERO, v(x, height, z), &[]);
+        let scene = built(b, &[room("stage", v(0., 0., 0.), v(x, 3., z))], &[]);
         let options = SplitOptions { strategy: Some(Strategy::Authored), ..SplitOptions::default() };
         let graph = split(&scene, &options).unwrap();
         let locator = Locator::new(&graph);

@@ -2,14 +2,12 @@
 
 use enfilade::bake::find_cells;
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
+use enfilade::geom;
 use enfilade::job::Job;
 use enfilade::scene::{Role, RoomHint, Scene};
-use glam::{DQuat, DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3, dvec3 as v};
 use testing::meshes::{builder, cuboid, soup};
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
+use testing::rooms::house;
 
 fn scene(parts: &[Vec<[DVec3; 3]>], rooms: Vec<RoomHint>) -> Scene {
     let mut builder = builder();
@@ -18,21 +16,6 @@ fn scene(parts: &[Vec<[DVec3; 3]>], rooms: Vec<RoomHint>) -> Scene {
     }
     builder.hints.rooms = rooms;
     builder.finish("scene").unwrap()
-}
-
-/// Two rooms of 4 x 5 m along x with a doorway between, walls of 0.2 m.
-fn house() -> Vec<Vec<[DVec3; 3]>> {
-    vec![
-        cuboid(v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
-        cuboid(v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
-        cuboid(v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
-        cuboid(v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
-        cuboid(v(0., 0., -0.2), v(8.2, 2.8, 0.)),
-        cuboid(v(0., 0., 5.), v(8.2, 2.8, 5.2)),
-        cuboid(v(4., 0., 0.), v(4.2, 2.8, 2.)),
-        cuboid(v(4., 0., 2.9), v(4.2, 2.8, 5.)),
-        cuboid(v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
-    ]
 }
 
 fn room(name: &str, min: DVec3, max: DVec3) -> RoomHint {
@@ -239,12 +222,7 @@ fn a_house_that_leans_has_the_rooms_of_one_that_stands() {
         let graph = leaning(degrees);
         assert_eq!((graph.cells.len(), graph.portals.len()), (upright.cells.len(), upright.portals.len()), "{degrees}");
         assert!(says_so(&graph), "{degrees}");
-        let area = |graph: &CellGraph| area(&graph.portals[0].winding);
+        let area = |graph: &CellGraph| geom::area(&graph.portals[0].winding);
         assert!((area(&graph) - area(&upright)).abs() < 1e-3 * area(&upright), "{degrees}");
     }
-}
-
-/// Of a convex polygon.
-fn area(winding: &[DVec3]) -> f64 {
-    (2..winding.len()).map(|i| 0.5 * (winding[i - 1] - winding[0]).cross(winding[i] - winding[0]).length()).sum()
 }

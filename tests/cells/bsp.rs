@@ -1,44 +1,23 @@
 //! The bsp strategy: scenes with known rooms, and facts that hold whatever the unit, the turn and the mess.
 
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split, validate};
+use enfilade::bake::bake;
+use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
-use enfilade::scene::rays::RayScene;
-use enfilade::scene::{Role, Scene};
-use glam::DVec3;
-use testing::meshes::{Triangle, builder, cuboid, soup};
+use enfilade::scene::Scene;
+use glam::{DVec3, dvec3 as v};
+use testing::bakes::with_rays;
+use testing::meshes::{Triangle, cuboid, parts as scene};
 use testing::random::Random;
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
-
-fn scene(parts: &[Vec<Triangle>]) -> Scene {
-    let mut builder = builder();
-    for (i, part) in parts.iter().enumerate() {
-        builder.add(soup(&format!("part {i}"), Role::Structure, true, part)).unwrap();
-    }
-    builder.finish("scene").unwrap()
-}
+use testing::rooms;
+use testing::sound::assert_sealed;
 
 fn by_walls(scene: &Scene, smallest_occluder: Option<f64>) -> CellGraph {
     split(scene, &SplitOptions { strategy: Some(Strategy::Bsp), smallest_occluder, ..SplitOptions::default() }).unwrap()
 }
 
-/// Two rooms of 4 x 5 m along x, walls of 0.2 m, a doorway of 0.9 x 2.1 m between them, or none.
+/// Two rooms, with a doorway between them or none.
 fn house(has_doorway: bool) -> Vec<Vec<Triangle>> {
-    let mut parts = vec![
-        cuboid(v(-0.2, -0.2, -0.2), v(8.4, 0., 5.2)),
-        cuboid(v(-0.2, 2.8, -0.2), v(8.4, 3., 5.2)),
-        cuboid(v(-0.2, 0., -0.2), v(0., 2.8, 5.2)),
-        cuboid(v(8.2, 0., -0.2), v(8.4, 2.8, 5.2)),
-        cuboid(v(0., 0., -0.2), v(8.2, 2.8, 0.)),
-        cuboid(v(0., 0., 5.), v(8.2, 2.8, 5.2)),
-        cuboid(v(4., 0., 0.), v(4.2, 2.8, 2.)),
-        cuboid(v(4., 0., 2.9), v(4.2, 2.8, 5.)),
-        cuboid(v(4., 2.1, 2.), v(4.2, 2.8, 2.9)),
-    ];
+    let mut parts = rooms::house();
     if !has_doorway {
         parts.push(cuboid(v(4., 0., 2.), v(4.2, 2.1, 2.9)));
     }
@@ -47,16 +26,6 @@ fn house(has_doorway: bool) -> Vec<Vec<Triangle>> {
 
 fn moved(parts: &[Vec<Triangle>], by: impl Fn(DVec3) -> DVec3) -> Vec<Vec<Triangle>> {
     parts.iter().map(|part| part.iter().map(|t| t.map(&by)).collect()).collect()
-}
-
-/// The same from day to day, whole, and left through portals only.
-fn assert_sound(graph: &CellGraph, scene: &Scene) {
-    let faults = validate::structure(graph, scene.tolerance().coplanar.max(1e-9));
-    assert!(faults.is_empty(), "{faults:?}");
-    let sealing = validate::sealing(graph, &RayScene::new(scene), 100_000, 1);
-    assert!(sealing.segments > 10_000, "only {} segments were followed", sealing.segments);
-    let leaks: Vec<String> = sealing.leaks.iter().map(ToString::to_string).collect();
-    assert!(leaks.is_empty(), "{leaks:?}");
 }
 
 /// Whether portals join the cells of two points, in the model's coordinates.
@@ -82,7 +51,7 @@ fn rooms_are_joined_where_there_is_a_doorway_and_walls_are_no_cells() {
     for has_doorway in [true, false] {
         let scene = scene(&house(has_doorway));
         let graph = by_walls(&scene, None);
-        assert_sound(&graph, &scene);
+        assert_sealed(&graph, &scene, 1.0, 100_000);
         let [west, east, outside] = [v(2., 1., 1.), v(6., 1., 1.), v(-0.3, 1., 1.)];
         assert_eq!(are_joined(&graph, &scene, west, east), has_doorway);
         assert!(!are_joined(&graph, &scene, west, outside));
@@ -98,7 +67,7 @@ fn the_unit_does_not_matter() {
     let counts = |scale: f64, away: DVec3| {
         let scene = scene(&moved(&house(true), |p| p * scale + away));
         let graph = by_walls(&scene, None);
-        assert_sound(&graph, &scene);
+        assert_sealed(&graph, &scene, 1.0, 100_000);
         (graph.cells.len(), graph.portals.len())
     };
     let metres = counts(1.0, DVec3::ZERO);
@@ -122,7 +91,7 @@ fn a_house_is_split_as_finely_on_a_wide_ground() {
     let closed = |graph: &CellGraph| graph.cells.iter().filter(|c| !c.open).count();
     assert!(closed(&of_wide) > 50 && closed(&of_near) > 50, "{} {}", closed(&of_wide), closed(&of_near));
     assert!(closed(&of_wide) * 10 >= closed(&of_near) * 9, "{} {}", closed(&of_wide), closed(&of_near));
-    assert_sound(&of_wide, &wide);
+    assert_sealed(&of_wide, &wide, 1.0, 100_000);
 }
 
 #[test]
@@ -130,7 +99,7 @@ fn a_turned_house_is_as_sound() {
     let turn = glam::DQuat::from_rotation_y(0.5) * glam::DQuat::from_rotation_x(0.2);
     let scene = scene(&moved(&house(true), |p| turn * p));
     let graph = by_walls(&scene, None);
-    assert_sound(&graph, &scene);
+    assert_sealed(&graph, &scene, 1.0, 100_000);
     assert!(are_joined(&graph, &scene, turn * v(2., 1., 1.), turn * v(6., 1., 1.)));
 }
 
@@ -143,7 +112,7 @@ fn what_is_smaller_than_the_smallest_occluder_stands_in_a_cell() {
     let inside = v(1.3, 0.3, 1.3) - scene.origin;
     let cell_in = |occluder: f64| {
         let graph = by_walls(&scene, Some(occluder));
-        assert_sound(&graph, &scene);
+        assert_sealed(&graph, &scene, 1.0, 100_000);
         Locator::new(&graph).locate(inside).is_some()
     };
     assert!(cell_in(2.0));
@@ -168,7 +137,7 @@ fn one_sided_walls_without_a_roof_are_split_and_sound() {
     }
     let scene = scene(&parts);
     let graph = by_walls(&scene, None);
-    assert_sound(&graph, &scene);
+    assert_sealed(&graph, &scene, 1.0, 100_000);
     assert!(graph.cells.iter().filter(|cell| !cell.open).count() >= 4, "{} cells", graph.cells.len());
 }
 
@@ -187,8 +156,7 @@ fn a_soup_becomes_one_open_cell_and_says_so() {
         })
         .collect();
     let scene = scene(&[part]);
-    let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
-    let baked = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap();
+    let baked = bake(&scene, with_rays(100_000), &Job::quiet()).unwrap();
     let (file, details) = (baked.file, baked.details);
     assert_eq!((file.cells.len(), file.portals.len(), file.cells[0].open), (1, 0, true));
     assert!(file.reason.contains("one open cell"), "{}", file.reason);

@@ -1,6 +1,6 @@
 //! Cells that come back: what `dump --json` writes goes into `bake --cells FILE`, and edited by hand it is checked.
 
-use crate::cli::{folder, refused, run};
+use crate::cli::{self, building, done, enfilade, folder, refused, run};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use testing::data::data;
@@ -9,8 +9,7 @@ use testing::data::data;
 fn office(test: &str) -> (PathBuf, PathBuf, Value) {
     let folder = folder(test);
     let (model, file) = (folder.join("office.glb"), folder.join("office.pvs"));
-    let made = run(&[&["generate", "office", "--rooms", "6", "--furnished", "-o"].map(Path::new)[..], &[&model]].concat());
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    done(&enfilade!("generate", "office", "--rooms", "6", "--furnished", "-o", &model));
     bake(&model, &file, &[]);
     let cells = dump(&file);
     (model, file, cells)
@@ -23,19 +22,17 @@ fn bake(model: &Path, file: &Path, more: &[&Path]) {
 fn bake_with(model: &Path, file: &Path, rays: &str, more: &[&Path]) {
     // The same objects, whatever cells there are.
     let words = ["--object-triangles", "256", "--rays", rays].map(Path::new);
-    let baked = run(&[&[Path::new("bake"), model, Path::new("-o"), file], &words[..], more].concat());
-    assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
+    done(&run(&[&[Path::new("bake"), model, Path::new("-o"), file], &words[..], more].concat()));
 }
 
 fn dump(file: &Path) -> Value {
-    let out = run(&[Path::new("dump"), file, Path::new("--json")]);
-    let whole: Value = serde_json::from_slice(&out.stdout).unwrap();
+    let whole = all(file);
     json!({ "cells": whole["cells"], "portals": whole["portals"] })
 }
 
 /// Everything that `dump` says of a file.
 fn all(file: &Path) -> Value {
-    serde_json::from_slice(&run(&[Path::new("dump"), file, Path::new("--json")]).stdout).unwrap()
+    cli::json(&enfilade!("dump", file, "--json"))
 }
 
 #[test]
@@ -53,7 +50,7 @@ fn what_is_dumped_bakes_to_the_same_cells_and_portals() {
 /// plane of an opening. Rays, which start elsewhere by a rounding, are left out.
 #[test]
 fn what_is_dumped_bakes_to_the_same_rows() {
-    let mut models = vec![Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")).join("data/buildings/villa_rotonda.glb")];
+    let mut models = vec![building("villa_rotonda.glb")];
     if cfg!(feature = "full") {
         let of_data = ["indoorgml-apache/201.gml", "bimwhale-mit/TallBuilding.ifc", "webifc-mpl/Office_A_20110811.ifc"];
         models.extend(of_data.map(|model| data().join(model)));
@@ -129,7 +126,7 @@ fn what_is_edited_wrongly_is_refused_by_its_field() {
             None => edited[&pointer[1..]] = value,
         }
         std::fs::write(&given, edited.to_string()).unwrap();
-        let out = run(&[Path::new("bake"), &model, Path::new("-o"), &file, Path::new("--cells"), &given]);
+        let out = enfilade!("bake", &model, "-o", &file, "--cells", &given);
         refused(&out, &["office.json", what]);
     }
 }

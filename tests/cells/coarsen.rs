@@ -1,43 +1,19 @@
 //! Cells joined for lack of memory.
 
 use enfilade::CellId;
-use enfilade::cells::{
-    Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy, coarsen, flow_bytes, matrix_bytes,
-};
-use enfilade::geom::{Aabb, Plane};
+use enfilade::cells::{CellGraph, Portal, PortalKind, coarsen, flow_bytes, matrix_bytes};
 use glam::DVec3;
+use testing::rooms::{box_piece, graph, portal};
 
 /// Rooms of 1 m in a row along x; every door is larger than the one before it.
 fn row(n: usize) -> CellGraph {
-    let cell = |i: usize| {
-        let (min, max) = (DVec3::new(i as f64, 0.0, 0.0), DVec3::new(i as f64 + 1.0, 1.0, 1.0));
-        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
-        let pieces = vec![Piece { planes, bounds: Aabb { min, max } }];
-        Cell { name: format!("cell {i}"), pieces, ..Cell::default() }
-    };
-    let portal = |i: usize| {
+    let pieces = (0..n).map(|i| i as f64).map(|x| vec![box_piece([x, 0.0, 0.0], [x + 1.0, 1.0, 1.0], DVec3::ZERO)]);
+    let door = |i: usize| {
         let (x, side) = (i as f64 + 1.0, 0.5 + 0.4 * i as f64 / n as f64);
-        let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-        Portal {
-            cells: [CellId(i as u32), CellId(i as u32 + 1)],
-            plane: Plane { n: DVec3::X, d: x },
-            winding: corners.map(|(y, z)| DVec3::new(x, y, z)).to_vec(),
-            kind: PortalKind::Door,
-            state: PortalState::default(),
-            source: None,
-        }
+        let cells = [i as u32, i as u32 + 1];
+        Portal { kind: PortalKind::Door, ..portal(cells, 0, [x, 0.0, 0.0], [x, side, side], DVec3::ZERO) }
     };
-    let mut graph = CellGraph {
-        strategy: Strategy::Given,
-        reason: String::new(),
-        cells: (0..n).map(cell).collect(),
-        portals: (0..n - 1).map(portal).collect(),
-        smallest_hole: 0.0,
-        closed_holes: Vec::new(),
-        notes: Vec::new(),
-    };
-    graph.link();
-    graph
+    graph(pieces.collect(), (0..n - 1).map(door).collect())
 }
 
 #[test]

@@ -1,15 +1,16 @@
 //! A building is the same building wherever it stands, in whatever unit it comes and however its triangles are ordered: the
 //! plan strategy finds the same rooms and the same doors and windows.
 
-use crate::cli::folder;
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitOptions, Strategy, split};
 use enfilade::geom::middle;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder};
+#[cfg(feature = "ifc")]
 use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
+use enfilade_scenes::Kind;
 use glam::{DMat3, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
+use testing::bakes;
 #[cfg(feature = "ifc")]
 use testing::data;
 
@@ -156,9 +157,7 @@ fn check(test: &str, scene: &Scene) {
 }
 
 fn generated(test: &str, kind: Kind) {
-    let path = folder(test).join("model.glb");
-    std::fs::write(&path, generate(kind, 3).unwrap().glb).unwrap();
-    check(test, &import(&path, &ImportOptions::default()).unwrap());
+    check(test, &bakes::generated(kind, 3).1);
 }
 
 #[test]
@@ -173,28 +172,10 @@ fn a_gallery() {
 }
 
 #[cfg(feature = "ifc")]
-fn building(test: &str, model: &str) {
-    let folder = data::data();
-    check(test, &import(&folder.join(model), &ImportOptions::default()).unwrap());
-}
-
-#[cfg(feature = "ifc")]
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn the_duplex() {
-    building("the_duplex", "duplex/Duplex_A_20110907.ifc");
-}
-
-#[cfg(feature = "ifc")]
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn the_fzk_house() {
-    building("the_fzk_house", "webifc-mpl/AC20-FZK-Haus.ifc");
-}
-
-#[cfg(feature = "ifc")]
-#[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
-fn the_large_building() {
-    building("the_large_building", "bimwhale-mit/LargeBuilding.ifc");
+fn real_buildings() {
+    for model in ["duplex/Duplex_A_20110907.ifc", "webifc-mpl/AC20-FZK-Haus.ifc", "bimwhale-mit/LargeBuilding.ifc"] {
+        check(model, &import(&data::data().join(model), &ImportOptions::default()).unwrap());
+    }
 }

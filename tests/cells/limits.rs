@@ -4,12 +4,14 @@ use enfilade::bake::{BakeError, BakeOptions, bake, find_cells};
 use enfilade::cells::validate::structure;
 use enfilade::cells::{CellGraph, SplitError, SplitOptions, Strategy, split};
 use enfilade::job::{Job, Stopped};
-use enfilade::scene::{Role, Scene};
+use enfilade::scene::Scene;
 use glam::DVec3;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
-use testing::meshes::{cuboid, scene, soup};
+use testing::bakes::on;
+use testing::meshes::parts;
 use testing::random::Random;
+use testing::rooms::house;
 
 /// Long triangles through one another in a box of 12 m, each in a plane of its own: `count` of them cut space into many more leaves.
 fn splinters(count: usize) -> Scene {
@@ -21,7 +23,7 @@ fn splinters(count: usize) -> Scene {
             [from, from + along, from + 0.5 * along + point(-0.3, 0.3)]
         })
         .collect();
-    scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
+    parts(&triangles.chunks(20).map(<[_]>::to_vec).collect::<Vec<_>>())
 }
 
 /// Level triangles one above the other, 2 cm apart: every edge is a line of the plan and crosses many others, and over each place of it is one
@@ -30,26 +32,7 @@ fn papers(count: usize) -> Scene {
     let mut random = Random::new(2);
     let mut at = |y: f64| DVec3::new(random.real(0.0, 12.0), y, random.real(0.0, 12.0));
     let triangles: Vec<[DVec3; 3]> = (0..count).map(|i| [0.02 * i as f64; 3].map(&mut at)).collect();
-    scene(triangles.chunks(20).enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
-}
-
-/// Two rooms with a doorway.
-fn house() -> Scene {
-    let walls = [
-        ([-0.2, -0.2, -0.2], [8.4, 0., 5.2]),
-        ([-0.2, 2.8, -0.2], [8.4, 3., 5.2]),
-        ([-0.2, 0., -0.2], [0., 2.8, 5.2]),
-        ([8.2, 0., -0.2], [8.4, 2.8, 5.2]),
-        ([0., 0., -0.2], [8.2, 2.8, 0.]),
-        ([0., 0., 5.], [8.2, 2.8, 5.2]),
-        ([4., 0., 0.], [4.2, 2.8, 2.]),
-        ([4., 0., 2.9], [4.2, 2.8, 5.]),
-        ([4., 2.1, 2.], [4.2, 2.8, 2.9]),
-    ];
-    let part = |(i, (min, max)): (usize, &([f64; 3], [f64; 3]))| {
-        soup(&format!("part {i}"), Role::Structure, true, &cuboid((*min).into(), (*max).into()))
-    };
-    scene(walls.iter().enumerate().map(part))
+    parts(&triangles.chunks(20).map(<[_]>::to_vec).collect::<Vec<_>>())
 }
 
 fn by(strategy: Strategy, memory: u64) -> SplitOptions {
@@ -66,10 +49,7 @@ fn says_bound(graph: &CellGraph) -> bool {
 
 /// On one thread and on two.
 fn on_threads(scene: &Scene, options: &SplitOptions) -> CellGraph {
-    let [one, two] = [1, 2].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| split(scene, options).unwrap())
-    });
+    let [one, two] = [1, 2].map(|threads| on(threads, || split(scene, options).unwrap()));
     assert_eq!(one, two);
     one
 }
@@ -96,7 +76,7 @@ fn a_plan_has_as_many_pieces_as_its_size_allows_and_says_so() {
 
 #[test]
 fn what_fits_is_split_as_before_and_says_nothing() {
-    let house = house();
+    let house = parts(&house());
     for strategy in [Strategy::Bsp, Strategy::Plan] {
         let [none, much] = [0, 1 << 40].map(|memory| split(&house, &by(strategy, memory)).unwrap());
         assert!(none == much && !says_bound(&none), "{strategy:?}: {:?}", none.notes);
@@ -108,7 +88,7 @@ fn what_fits_is_split_as_before_and_says_nothing() {
 fn tiles_of_any_size_may_be_asked_for() {
     // A thousandth of a millimetre: 10^21 tiles.
     let options = SplitOptions { smallest_occluder: Some(1e-6), ..by(Strategy::Bsp, 0) };
-    let graph = split(&house(), &options).unwrap();
+    let graph = split(&parts(&house()), &options).unwrap();
     assert!(pieces(&graph) <= 20_006, "{} pieces", pieces(&graph));
 }
 

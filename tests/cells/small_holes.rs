@@ -1,21 +1,20 @@
 //! Holes that the user finds too small, in hand-made walls with holes of known width.
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::{CellGraph, Portal, PortalKind};
 use enfilade::file::{FileCell, PvsFile};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Mesh, Scene};
 use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
 use std::fs;
 use std::path::Path;
+use testing::bakes;
 use testing::meshes::{scene, solid};
 use testing::rooms::{box_piece, graph, portal};
 use testing::solids::{Box3, less};
 
-use crate::cli::{folder, refused, run};
+use crate::cli::{done, enfilade, folder, refused, run_words, text};
 
 /// Holes of the wall between the rooms: least and greatest z and y, metres.
 type Hole = ([f64; 2], [f64; 2]);
@@ -58,8 +57,7 @@ fn cells(scene: &Scene, holes: &[Hole], cut: Option<f64>) -> CellGraph {
 }
 
 fn baked(scene: &Scene, given: Option<CellGraph>, smallest_hole: Option<f64>) -> PvsFile {
-    let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
-    bake(scene, BakeOptions { pvs, given, smallest_hole, ..BakeOptions::default() }, &Job::quiet()).unwrap().file
+    bakes::baked(scene, BakeOptions { given, smallest_hole, ..bakes::with_rays(200_000) })
 }
 
 fn area(windings: &[Vec<glam::Vec3>]) -> f64 {
@@ -134,12 +132,9 @@ fn rows_lose_what_shows_only_through_a_closed_hole() {
 fn the_command_says_what_it_closed() {
     let folder = folder("small_holes");
     let model = folder.join("office.glb");
-    let made = run(&[&["generate", "office", "--rooms", "4", "-o"].map(Path::new)[..], &[&model]].concat());
-    assert!(made.status.success());
+    done(&enfilade!("generate", "office", "--rooms", "4", "-o", &model));
     let bake = |file: &Path, more: &[&str]| {
-        let more: Vec<&Path> = more.iter().map(Path::new).collect();
-        run(&[&[Path::new("bake"), &model, Path::new("-o"), file, Path::new("--rays"), Path::new("10k")], &more[..]]
-            .concat())
+        run_words(&[&["bake", text(&model), "-o", text(file), "--rays", "10k"][..], more].concat())
     };
     let of = |name: &str| folder.join(name).with_extension("pvs");
     for (name, more) in [
@@ -165,7 +160,7 @@ fn the_command_says_what_it_closed() {
         "{doors} of {doors} portals are narrower than 3 m (--smallest-hole) and are closed, including {named} doors"
     );
     assert!(wide.notes.iter().any(|n| n.contains(&note)), "{:?}", wide.notes);
-    let info = run(&[Path::new("info"), &of("wide")]);
+    let info = enfilade!("info", &of("wide"));
     assert!(String::from_utf8_lossy(&info.stdout).contains("(--smallest-hole)"));
     for bad in ["0", "-1", "nan", "inf"] {
         refused(

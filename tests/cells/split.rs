@@ -1,15 +1,16 @@
 //! Splitting hand-made buildings, whose rooms and openings are known, and a generated one, whose plan is.
 
+use super::plan::between;
 use crate::cli::building;
-use enfilade::CellId;
-use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split, validate};
+use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split};
 use enfilade::geom::{Aabb, area};
-use enfilade::scene::rays::RayScene;
-use enfilade::scene::{ImportOptions, Role, Scene};
+use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3, dvec3 as v};
 use serde_json::Value;
-use testing::meshes::{self, Quad, quads, sides};
+use testing::meshes::changed;
+use testing::sound::assert_sealed;
+use testing::walls::Building;
 
 /// A door of 0.9 x 2.1 m, a window of 1.5 x 1.2 m.
 const DOOR: DVec2 = DVec2::new(0.9, 2.1);
@@ -17,25 +18,6 @@ const WINDOW: DVec2 = DVec2::new(1.5, 1.2);
 /// Storey height and the middle of a person.
 const HEIGHT: f64 = 2.8;
 const EYE: f64 = 1.5;
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
-
-/// A wall of a building: from `x` to `x + thickness`, from `z[0]` to `z[1]`, from `y[0]` to `y[1]`, around a hole given by its
-/// `z`, `y` ranges. Boxes beside, below and above the hole; without thickness, single quads.
-fn wall_with_hole(x: f64, thickness: f64, z: [f64; 2], y: [f64; 2], hole: [[f64; 2]; 2]) -> Vec<Vec<Quad>> {
-    let [hz, hy] = hole;
-    let parts = [([z[0], hz[0]], y), ([hz[1], z[1]], y), (hz, [y[0], hy[0]]), (hz, [hy[1], y[1]])];
-    let part = |(z, y): ([f64; 2], [f64; 2])| {
-        if thickness > 0.0 {
-            sides(v(x, y[0], z[0]), v(x + thickness, y[1], z[1]))
-        } else {
-            vec![[v(x, y[0], z[0]), v(x, y[1], z[0]), v(x, y[1], z[1]), v(x, y[0], z[1])]]
-        }
-    };
-    parts.into_iter().filter(|(z, y)| z[1] > z[0] && y[1] > y[0]).map(part).collect()
-}
 
 /// A turn about +Y and a move.
 #[derive(Clone, Copy)]
@@ -53,39 +35,22 @@ impl Place {
     }
 }
 
-fn scene(parts: &[Vec<Quad>], place: Place) -> Scene {
-    let put = |quad: &Quad| quad.map(|p| place.turn * p + place.shift);
-    let part = |(i, part): (usize, &Vec<Quad>)| {
-        quads(&format!("part {i}"), Role::Structure, true, &part.iter().map(put).collect::<Vec<_>>())
-    };
-    meshes::scene(parts.iter().enumerate().map(part))
-}
-
-/// Outer walls of 0.3 m around 0..x, 0..z from floor to ceiling, the one at `+x` left out; slabs of 0.2 m below and above.
-fn shell(x: f64, z: f64, y: [f64; 2]) -> Vec<Vec<Quad>> {
-    let [floor, ceiling] = y;
-    vec![
-        sides(v(-0.3, floor, -0.3), v(0.0, ceiling, z + 0.3)),
-        sides(v(0.0, floor, -0.3), v(x + 0.3, ceiling, 0.0)),
-        sides(v(0.0, floor, z), v(x + 0.3, ceiling, z + 0.3)),
-    ]
-}
-
-fn slab(x: f64, z: f64, top: f64) -> Vec<Quad> {
-    sides(v(-0.3, top - 0.2, -0.3), v(x + 0.3, top, z + 0.3))
-}
-
 const LONG: f64 = 8.15;
 const DEEP: f64 = 5.0;
 
 /// Two rooms of 4 x 5 m along x; a door in the wall between them from z = 2, a window to the outside at +x from z = 1.5.
-fn two_rooms(thickness: f64) -> Vec<Vec<Quad>> {
-    let (z, y) = ([0.0, DEEP], [0.0, HEIGHT]);
-    let mut parts = shell(LONG, DEEP, y);
-    parts.extend([slab(LONG, DEEP, 0.0), slab(LONG, DEEP, HEIGHT + 0.2)]);
-    parts.extend(wall_with_hole(4.0, thickness, z, y, [[2.0, 2.0 + DOOR.x], [0.0, DOOR.y]]));
-    parts.extend(wall_with_hole(LONG, 0.3, z, y, [[1.5, 1.5 + WINDOW.x], [0.9, 0.9 + WINDOW.y]]));
-    parts
+fn two_rooms(thickness: f64) -> Scene {
+    let window = [v(LONG - 0.1, 0.9, 1.5), v(LONG + 0.5, 0.9 + WINDOW.y, 1.5 + WINDOW.x)];
+    let door = [v(3.9, 0.0, 2.0), v(4.3, DOOR.y, 2.0 + DOOR.x)];
+    let mut b = Building::default();
+    b.shell(DVec3::ZERO, v(LONG, HEIGHT, DEEP), &[window]);
+    let (from, to) = (v(4.0, 0.0, 0.0), v(4.0 + thickness, HEIGHT, DEEP));
+    if thickness > 0.0 {
+        b.holed(from, to, &[door])
+    } else {
+        b.sheet(from, to, &[door])
+    }
+    b.finish()
 }
 
 fn split_scene(scene: &Scene) -> CellGraph {
@@ -93,17 +58,7 @@ fn split_scene(scene: &Scene) -> CellGraph {
 }
 
 fn sound(graph: &CellGraph, scene: &Scene, segments: u64) {
-    let faults = validate::structure(graph, scene.tolerance().coplanar.max(1e-9));
-    assert!(faults.is_empty(), "{faults:?}");
-    let sealing = validate::sealing(graph, &RayScene::new(scene), segments, 1);
-    assert!(sealing.segments > segments / 5, "only {} segments were followed", sealing.segments);
-    let leaks: Vec<String> = sealing.leaks.iter().map(ToString::to_string).collect();
-    assert!(leaks.is_empty(), "{leaks:?}");
-}
-
-/// The portals between two cells.
-fn between(graph: &CellGraph, a: CellId, b: CellId) -> Vec<&Portal> {
-    graph.portals.iter().filter(|p| p.cells == [a, b] || p.cells == [b, a]).collect()
+    assert!(assert_sealed(graph, scene, 1.0, segments) > segments / 5);
 }
 
 /// All portals between two cells together are one rectangle of this size, to a centimetre.
@@ -119,7 +74,7 @@ fn assert_opening(portals: &[&Portal], size: DVec2) {
 
 /// The three cells of the two rooms, told apart by where they are.
 fn check_two_rooms(thickness: f64, place: Place) {
-    let scene = scene(&two_rooms(thickness), place);
+    let scene = changed(&two_rooms(thickness), |t| t.map(|p| place.turn * p + place.shift));
     let graph = split_scene(&scene);
     let locator = Locator::new(&graph);
     let at = |x: f64, y: f64, z: f64| locator.locate(place.of(&scene, v(x, y, z))).expect("free space is in a cell").0;
@@ -162,19 +117,11 @@ fn a_wall_without_thickness_parts_rooms() {
 fn a_stair_hole_in_a_slab_is_a_horizontal_portal() {
     const STAIR: DVec2 = DVec2::new(1.2, 2.5);
     let (x, z, upper) = (6.0, DEEP, HEIGHT + 0.2);
-    let mut parts = vec![slab(x, z, 0.0), slab(x, z, upper + HEIGHT + 0.2)];
-    for y in [[0.0, HEIGHT], [upper, upper + HEIGHT]] {
-        parts.extend(shell(x, z, y));
-        parts.push(sides(v(x, y[0], 0.0), v(x + 0.3, y[1], z)));
-    }
-    // The slab between the storeys, around a hole from (4, 1).
-    let (hx, hz) = ([4.0, 4.0 + STAIR.x], [1.0, 1.0 + STAIR.y]);
-    for ([x0, x1], [z0, z1]) in
-        [([-0.3, hx[0]], [-0.3, z + 0.3]), ([hx[1], x + 0.3], [-0.3, z + 0.3]), (hx, [-0.3, hz[0]]), (hx, [hz[1], z + 0.3])]
-    {
-        parts.push(sides(v(x0, HEIGHT, z0), v(x1, upper, z1)));
-    }
-    let scene = scene(&parts, HERE);
+    let hole = [v(4.0, HEIGHT - 0.1, 1.0), v(4.0 + STAIR.x, upper + 0.1, 1.0 + STAIR.y)];
+    let mut b = Building::default();
+    b.shell(DVec3::ZERO, v(x, HEIGHT, z), &[hole]);
+    b.shell(v(0.0, upper, 0.0), v(x, upper + HEIGHT, z), &[hole]);
+    let scene = b.finish();
     let graph = split_scene(&scene);
     assert_eq!(graph.cells.len(), 3, "two storeys and the outside");
     let locator = Locator::new(&graph);
@@ -187,20 +134,6 @@ fn a_stair_hole_in_a_slab_is_a_horizontal_portal() {
     let size = Aabb::of(portals[0].winding.iter().copied()).size();
     assert!((size.x - STAIR.x).abs() <= 0.01 && (size.z - STAIR.y).abs() <= 0.01, "{size}");
     assert!((area(&portals[0].winding) - STAIR.x * STAIR.y).abs() <= 0.01 * (STAIR.x + STAIR.y));
-    sound(&graph, &scene, 200_000);
-}
-
-#[test]
-fn a_sealed_room_has_no_portals() {
-    let mut parts = shell(4.0, DEEP, [0.0, HEIGHT]);
-    parts.extend([slab(4.0, DEEP, 0.0), slab(4.0, DEEP, HEIGHT + 0.2)]);
-    parts.push(sides(v(4.0, 0.0, 0.0), v(4.3, HEIGHT, DEEP)));
-    let scene = scene(&parts, HERE);
-    let graph = split_scene(&scene);
-    assert_eq!((graph.cells.len(), graph.portals.len()), (2, 0));
-    let locator = Locator::new(&graph);
-    let at = |x: f64| locator.locate(HERE.of(&scene, v(x, EYE, 2.5))).unwrap().0;
-    assert_ne!(at(2.0), at(8.0));
     sound(&graph, &scene, 200_000);
 }
 

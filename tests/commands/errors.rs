@@ -3,6 +3,7 @@
 use crate::cli::{folder, maze, run_words, text};
 use enfilade::file::PvsFile;
 use std::path::Path;
+use testing::glb::pack;
 use testing::house;
 use testing::random::Random;
 
@@ -24,15 +25,29 @@ fn refused(case: &str, bad: &Path, arguments: &[&str]) {
     assert!(out.stdout.is_empty(), "{case}: {}", String::from_utf8_lossy(&out.stdout));
 }
 
-/// Writes each case under `extension` and bakes it; nothing may be written.
-fn bake_refuses(extension: &str, cases: &[(&str, Vec<u8>)]) {
-    let folder = folder(extension);
-    for (case, bytes) in cases {
-        let (bad, out) = (folder.join(format!("{case}.{extension}")), folder.join(format!("{case}.pvs")));
+/// Writes each case under `extension`, and what is the same for every format, and runs `commands` on it; nothing may be written.
+fn refuses(folder: &Path, extension: &str, cases: &[(&str, Vec<u8>)], commands: &[&[&str]]) {
+    for (case, bytes) in [("empty", Vec::new()), ("random", random_bytes())].iter().chain(cases) {
+        let (bad, out) = (folder.join(format!("{case}.{extension}")), folder.join(format!("{case}.out.pvs")));
         std::fs::write(&bad, bytes).unwrap();
-        refused(&format!("{case}.{extension}"), &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "10k"]);
-        assert!(!out.exists(), "{case}.{extension} left a file");
+        for words in commands {
+            let word = |word: &&str| match *word {
+                "BAD" => text(&bad).to_owned(),
+                "OUT" => text(&out).to_owned(),
+                word => word.to_owned(),
+            };
+            let words: Vec<String> = words.iter().map(word).collect();
+            let words: Vec<&str> = words.iter().map(String::as_str).collect();
+            refused(&format!("{} {case}.{extension}", words[0]), &bad, &words);
+            assert!(!out.exists(), "{case}.{extension} left a file");
+        }
     }
+}
+
+/// The same of a model that is baked.
+#[track_caller]
+fn bake_refuses(extension: &str, cases: &[(&str, Vec<u8>)]) {
+    refuses(&folder(extension), extension, cases, &[&["bake", "BAD", "-o", "OUT", "--rays", "10k"]]);
 }
 
 fn half(bytes: &[u8]) -> Vec<u8> {
@@ -57,15 +72,7 @@ fn document(uri: &str) -> String {
 const NO_TRIANGLES: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"name":"bare"}]}"#;
 
 fn glb(json: &str, bin: &[u8]) -> Vec<u8> {
-    let mut json = json.as_bytes().to_vec();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let word = |n: usize| (n as u32).to_le_bytes();
-    let length = 12 + 8 + json.len() + if bin.is_empty() { 0 } else { 8 + bin.len() };
-    let mut bytes = [b"glTF".as_slice(), &word(2), &word(length), &word(json.len()), b"JSON", &json].concat();
-    if !bin.is_empty() {
-        bytes.extend([word(bin.len()).as_slice(), b"BIN\0", bin].concat());
-    }
-    bytes
+    pack(json.as_bytes(), (!bin.is_empty()).then_some(bin))
 }
 
 #[test]
@@ -74,8 +81,6 @@ fn bad_glb() {
     bake_refuses(
         "glb",
         &[
-            ("empty", Vec::new()),
-            ("random", random_bytes()),
             ("cut", half(&whole)),
             ("nan", glb(&document(""), &triangle(f32::NAN))),
             ("infinite", glb(&document(""), &triangle(f32::INFINITY))),
@@ -94,8 +99,6 @@ fn bad_gltf() {
     bake_refuses(
         "gltf",
         &[
-            ("empty", Vec::new()),
-            ("random", random_bytes()),
             ("cut", half(&over("whole.bin"))),
             ("cut_buffer", over("cut.bin")),
             ("no_buffer", over("absent.bin")),
@@ -111,8 +114,6 @@ fn bad_obj() {
     bake_refuses(
         "obj",
         &[
-            ("empty", Vec::new()),
-            ("random", random_bytes()),
             ("cut", whole.as_bytes()[..whole.len() - 3].to_vec()),
             ("nan", whole.replace("v 1", "v nan").into_bytes()),
             ("bare", b"v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_vec()),
@@ -137,8 +138,6 @@ fn bad_ifc() {
     bake_refuses(
         "ifc",
         &[
-            ("empty", Vec::new()),
-            ("random", random_bytes()),
             ("cut", half(whole.as_bytes())),
             ("nan", nan.into_bytes()),
             ("bare", lines(&|l| !l.contains("IFCSHAPEREPRESENTATION("))),
@@ -156,32 +155,25 @@ fn bad_pvs() {
     let mut wide = PvsFile::load(&file).unwrap();
     wide.cells[0].pieces[0][0].w = f32::INFINITY;
     let cases = [
-        ("empty", Vec::new()),
-        ("random", random_bytes()),
         ("cut", half(&whole)),
         ("cut_end", whole[..whole.len() - 1].to_vec()),
         ("nan", nan.write()),
         ("infinite", wide.write()),
     ];
-    for (case, bytes) in cases {
-        let bad = folder.join(format!("{case}.pvs"));
-        std::fs::write(&bad, bytes).unwrap();
-        let commands: [&[&str]; 4] = [
-            &["info", text(&bad)],
-            &["dump", text(&bad), "--json"],
-            &["check", text(&bad), "--model", text(&model)],
-            &["walk", text(&bad), "--model", text(&model)],
-        ];
-        for arguments in commands {
-            refused(&format!("{} {case}.pvs", arguments[0]), &bad, arguments);
-        }
-    }
+    let model = text(&model);
+    let commands: [&[&str]; 4] = [
+        &["info", "BAD"],
+        &["dump", "BAD", "--json"],
+        &["check", "BAD", "--model", model],
+        &["walk", "BAD", "--model", model],
+    ];
+    refuses(&folder, "pvs", &cases, &commands);
     // A file of objects without triangles is of another model, and the model is what is wrong.
     let mut bare = PvsFile::load(&file).unwrap();
     bare.objects.iter_mut().for_each(|o| o.triangles = 0);
     let bad = folder.join("bare.pvs");
     std::fs::write(&bad, bare.write()).unwrap();
-    refused("check bare.pvs", &bad, &["check", text(&bad), "--model", text(&model)]);
+    refused("check bare.pvs", &bad, &["check", text(&bad), "--model", model]);
 }
 
 #[test]
@@ -189,19 +181,13 @@ fn bad_camera_paths() {
     let folder = folder("path");
     let (model, file) = maze(&folder);
     let whole = r#"{"name":"p","fov_y_degrees":60,"near":0.05,"frames":[{"eye":[0,1.6,0],"target":[1,1.6,0]}]}"#;
-    let cases: [(&str, Vec<u8>); 6] = [
-        ("empty", Vec::new()),
-        ("random", random_bytes()),
+    let cases = [
         ("cut", half(whole.as_bytes())),
         ("nan", whole.replace("1.6", "NaN").into_bytes()),
         ("infinite", whole.replace("1.6", "1e999").into_bytes()),
         ("no_frames", whole.replace(r#"{"eye":[0,1.6,0],"target":[1,1.6,0]}"#, "").into_bytes()),
     ];
-    for (case, bytes) in cases {
-        let bad = folder.join(format!("{case}.json"));
-        std::fs::write(&bad, bytes).unwrap();
-        refused(case, &bad, &["walk", text(&file), "--model", text(&model), "--path", text(&bad)]);
-    }
+    refuses(&folder, "json", &cases, &[&["walk", text(&file), "--model", text(&model), "--path", "BAD"]]);
 }
 
 #[test]
@@ -210,21 +196,14 @@ fn bad_cells_files() {
     let (model, _) = maze(&folder);
     let whole = r#"{"cells":[{"id":0,"min":[0,0,0],"max":[4,3,4]},{"id":1,"min":[4,0,0],"max":[8,3,4]}],
         "portals":[{"cells":[0,1],"winding":[[4,0,1],[4,2,1],[4,2,2],[4,0,2]]}]}"#;
-    let cases: [(&str, Vec<u8>); 7] = [
-        ("empty", Vec::new()),
-        ("random", random_bytes()),
+    let cases = [
         ("cut", half(whole.as_bytes())),
         ("nan", whole.replace("[4,2,1]", "[4,NaN,1]").into_bytes()),
         ("infinite", whole.replace("[4,2,1]", "[4,1e999,1]").into_bytes()),
         ("no_cells", br#"{"cells":[]}"#.to_vec()),
         ("no_winding", whole.replace("[[4,0,1],[4,2,1],[4,2,2],[4,0,2]]", "[]").into_bytes()),
     ];
-    for (case, bytes) in cases {
-        let (bad, out) = (folder.join(format!("{case}.json")), folder.join(format!("{case}.pvs")));
-        std::fs::write(&bad, bytes).unwrap();
-        refused(case, &bad, &["bake", text(&model), "--cells", text(&bad), "-o", text(&out), "--rays", "10k"]);
-        assert!(!out.exists(), "{case} left a file");
-    }
+    refuses(&folder, "json", &cases, &[&["bake", text(&model), "--cells", "BAD", "-o", "OUT", "--rays", "10k"]]);
 }
 
 #[test]
@@ -270,14 +249,13 @@ g:id="f"><c:primalSpaceFeatures><c:PrimalSpaceFeatures><c:cellSpaceMember><c:Cel
     ];
     let folder = folder("gml");
     let (model, _) = maze(&folder);
-    for (case, bytes, what) in cases {
-        let (bad, out) = (folder.join(format!("{case}.gml")), folder.join(format!("{case}.pvs")));
-        std::fs::write(&bad, bytes).unwrap();
-        refused(case, &bad, &["bake", text(&bad), "-o", text(&out), "--rays", "10k"]);
-        refused(case, &bad, &["bake", text(&model), "--cells", text(&bad), "-o", text(&out), "--rays", "10k"]);
-        let error = String::from_utf8(run_words(&["bake", text(&bad), "-o", text(&out)]).stderr).unwrap();
+    let as_cells = ["bake", text(&model), "--cells", "BAD", "-o", "OUT", "--rays", "10k"];
+    let others: Vec<(&str, Vec<u8>)> = cases[2..].iter().map(|(case, bytes, _)| (*case, bytes.clone())).collect();
+    refuses(&folder, "gml", &others, &[&["bake", "BAD", "-o", "OUT", "--rays", "10k"], &as_cells]);
+    for (case, _, what) in cases {
+        let bad = folder.join(format!("{case}.gml"));
+        let error = String::from_utf8(run_words(&["bake", text(&bad), "-o", text(&folder.join("out.pvs"))]).stderr).unwrap();
         assert!(error.contains(what), "{case}: {error}");
-        assert!(!out.exists(), "{case} left a file");
     }
 }
 

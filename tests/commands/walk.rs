@@ -1,19 +1,32 @@
 //! `enfilade walk`, from the command line: what it prints, and what it refuses.
 
-use crate::cli::{folder, maze, run_words, text};
+use crate::cli::{done, folder, json, maze, refused, run_words, text};
 use serde_json::Value;
+
+/// Lines of JSON that a command prints.
+#[track_caller]
+fn lines(words: &[&str]) -> Vec<Value> {
+    let out = run_words(words);
+    done(&out);
+    String::from_utf8(out.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Their summaries.
+fn summaries(lines: Vec<Value>) -> Vec<Value> {
+    lines.into_iter().filter_map(|mut line| line.get_mut("summary").map(Value::take)).collect()
+}
+
+fn keys(value: &Value) -> String {
+    value.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ")
+}
 
 #[test]
 fn a_walk_prints_a_line_a_frame_and_a_summary_a_mode() {
     let folder = folder("lines");
     let (model, file) = maze(&folder);
     let common = ["walk", text(&file), "--model", text(&model), "--size", "96x54", "--every", "10"];
-    let out = run_words(&[&common[..], &["--mode", "all", "--verify-pixels", "--json"]].concat());
-    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-    let lines: Vec<Value> =
-        String::from_utf8(out.stdout).unwrap().lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let lines = lines(&[&common[..], &["--mode", "all", "--verify-pixels", "--json"]].concat());
     let (summaries, frames): (Vec<&Value>, Vec<&Value>) = lines.iter().partition(|l| l.get("summary").is_some());
-    let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
     for frame in &frames {
         let method = if frame["mode"] == "auto" { "method " } else { "" };
         let expected = format!(
@@ -52,10 +65,7 @@ fn an_exact_walk_keeps_what_shows_and_no_more_than_others() {
     let folder = folder("exact");
     let (model, file) = maze(&folder);
     let words = ["walk", text(&file), "--model", text(&model), "--size", "96x54", "--every", "5", "--mode", "both"];
-    let out = run_words(&[&words[..], &["--mode", "exact", "--verify-pixels", "--json"]].concat());
-    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-    let out = String::from_utf8(out.stdout).unwrap();
-    let lines: Vec<Value> = out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let lines = lines(&[&words[..], &["--mode", "exact", "--verify-pixels", "--json"]].concat());
     let (frames, summaries) = lines.split_at(lines.len() - 2);
     let number = |line: &Value, key: &str| line[key].as_u64().unwrap_or_else(|| panic!("no {key} in {line}"));
     let mut fewer = 0;
@@ -82,23 +92,18 @@ fn the_expected_draw_is_that_of_the_walk() {
     let folder = folder("expected");
     // A row is what shows from anywhere in a cell: of four rooms that is nearly all.
     let (model, file) = (folder.join("maze.glb"), folder.join("maze.pvs"));
-    assert!(run_words(&["generate", "maze", "--rooms", "12", "-o", text(&model)]).status.success());
-    assert!(run_words(&["bake", text(&model), "-o", text(&file), "--rays", "100k"]).status.success());
-    let json = |words: &[&str]| {
-        let out = run_words(words);
-        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-        String::from_utf8(out.stdout).unwrap()
-    };
-    let walked = json(&["walk", text(&file), "--model", text(&model), "--size", "160x90", "--mode", "all", "--json"]);
+    done(&run_words(&["generate", "maze", "--rooms", "12", "-o", text(&model)]));
+    done(&run_words(&["bake", text(&model), "-o", text(&file), "--rays", "100k"]));
+    let walk = ["walk", text(&file), "--model", text(&model), "--size", "160x90", "--mode", "all", "--json"];
+    let walked = summaries(lines(&walk));
     let triangles = |mode: &str| {
-        let lines = walked.lines().map(|l| serde_json::from_str::<Value>(l).unwrap()["summary"].take());
-        let of_mode = lines.into_iter().find(|s| s["mode"] == mode).unwrap_or_else(|| panic!("no summary of {mode}"));
+        let of_mode = walked.iter().find(|s| s["mode"] == mode).unwrap_or_else(|| panic!("no summary of {mode}"));
         (of_mode["triangles_mean"].as_f64().unwrap(), of_mode["frames"].as_u64())
     };
     let (frustum, frames) = triangles("frustum");
-    let info: Value = serde_json::from_str(&json(&["info", text(&file), "--json"])).unwrap();
     let again = folder.join("again.pvs");
-    let bake: Value = serde_json::from_str(&json(&["bake", text(&model), "-o", text(&again), "--json"])).unwrap();
+    let info = json(&run_words(&["info", text(&file), "--json"]));
+    let bake = json(&run_words(&["bake", text(&model), "-o", text(&again), "--json"]));
     for expected in [&info["expected_draw"], &bake["expected_draw"]] {
         assert_eq!(expected["frames"].as_u64(), frames);
         assert!((expected["frustum_triangles"].as_f64().unwrap() - frustum).abs() < 1e-6 * frustum);
@@ -126,7 +131,7 @@ fn bad_input_is_one_line_and_exit_2() {
     let folder = folder("refuses");
     let (model, file) = maze(&folder);
     let other = folder.join("other.glb");
-    assert!(run_words(&["generate", "maze", "--rooms", "4", "--seed", "1", "-o", text(&other)]).status.success());
+    done(&run_words(&["generate", "maze", "--rooms", "4", "--seed", "1", "-o", text(&other)]));
     let path = folder.join("path.json");
     let frame = r#"{"eye": [0, 1, 0], "target": [0, 1, 0]}"#;
     std::fs::write(&path, format!(r#"{{"name": "p", "fov_y_degrees": 60, "near": 0.1, "frames": [{frame}]}}"#)).unwrap();
@@ -143,10 +148,7 @@ fn bad_input_is_one_line_and_exit_2() {
         (&["walk", f, "--model", f], "maze.pvs: no importer"),
     ];
     for (arguments, expected) in cases {
-        let out = run_words(arguments);
-        let message = String::from_utf8(out.stderr).unwrap();
-        assert_eq!((out.status.code(), message.lines().count()), (Some(2), 1), "{arguments:?}: {message}");
-        assert!(message.contains(expected) && out.stdout.is_empty(), "{arguments:?}: {message}");
+        refused(&run_words(arguments), &[expected]);
     }
 }
 
@@ -156,17 +158,11 @@ fn bad_input_is_one_line_and_exit_2() {
 fn random_views_miss_no_pixel_in_any_mode() {
     let folder = folder("random");
     let (model, file) = (folder.join("office.glb"), folder.join("office.pvs"));
-    assert!(run_words(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]).status.success());
-    assert!(run_words(&["bake", text(&model), "-o", text(&file), "--rays", "200k"]).status.success());
+    done(&run_words(&["generate", "office", "--rooms", "6", "--furnished", "-o", text(&model)]));
+    done(&run_words(&["bake", text(&model), "-o", text(&file), "--rays", "200k"]));
     let common = ["walk", text(&file), "--model", text(&model), "--size", "64x36", "--path", "random:60", "--seed", "3"];
-    let walk = |more: &[&str]| {
-        let out = run_words(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat());
-        assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-        let lines = String::from_utf8(out.stdout).unwrap();
-        let summaries =
-            lines.lines().map(|l| serde_json::from_str::<Value>(l).unwrap()).filter(|l| l.get("summary").is_some());
-        summaries.map(|s| s["summary"].clone()).collect::<Vec<_>>()
-    };
+    let walk =
+        |more: &[&str]| summaries(lines(&[&common[..], more, &["--mode", "all", "--verify-pixels", "--json"]].concat()));
     let summaries = walk(&[]);
     assert!(summaries.iter().all(|s| s["missed_pixels"] == 0 && s["frames"] == 60), "{summaries:?}");
     let triangles = |mode: &str| summaries.iter().find(|s| s["mode"] == mode).unwrap()["triangles_mean"].as_f64().unwrap();
@@ -216,15 +212,10 @@ fn a_walk_with_a_budget_tells_what_is_missing() {
     let (model, file) = maze(&folder);
     let common = ["walk", text(&file), "--model", text(&model)];
     let walk = |more: &[&str]| run_words(&[&common[..], more].concat());
-    let lines = |more: &[&str]| -> Vec<Value> {
-        let out = walk(&[more, &["--json"]].concat());
-        assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-        String::from_utf8(out.stdout).unwrap().lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-    };
+    let lines = |more: &[&str]| lines(&[&common[..], more, &["--json"]].concat());
     let all = lines(&["--budget", "100%", "--disk", "100G,0"]);
     assert_eq!(all.len(), 2);
     for (line, method) in all.iter().zip(["rows", "on-demand"]) {
-        let keys = |v: &Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>().join(" ");
         assert_eq!(keys(line), "loading budget bytes_all");
         let loading = &line["loading"];
         let expected =

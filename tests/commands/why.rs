@@ -1,6 +1,6 @@
 //! `enfilade why`: three rooms in a row with a cupboard in the second, told from the command line and held against their plan.
 
-use crate::cli::{folder, refused, run};
+use crate::cli::{self, folder, refused, run};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::proof::{Asker, Doubt, Goal, Occlusion, Why, WhyError};
@@ -40,9 +40,7 @@ fn why(file: &Path, arguments: &[&str]) -> Output {
 }
 
 fn told(file: &Path, from: &str, to: &str) -> Value {
-    let out = why(file, &[from, to, "--json"]);
-    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
-    serde_json::from_slice(&out.stdout).unwrap()
+    cli::json(&why(file, &[from, to, "--json"]))
 }
 
 fn numbers(v: &Value) -> Vec<f64> {

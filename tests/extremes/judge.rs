@@ -5,17 +5,16 @@ use enfilade::bake::{BakeOptions, bake};
 use enfilade::cells::{CellGraph, Locator};
 use enfilade::file::{Bounds, PvsFile};
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::runtime::Mode;
 use enfilade::scene::Scene;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use enfilade_measure::verify::{CheckOptions, check};
-use enfilade_measure::walkthrough::mode::WalkMode;
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use enfilade_measure::walkthrough::tour::tour;
-use enfilade_measure::walkthrough::walk::{WalkOptions, walk};
+use enfilade_measure::walkthrough::walk::walk;
 use std::io::Write;
 use std::time::Instant;
+use testing::bakes::{self, on};
 
 /// How much is spent on a world.
 #[derive(Clone, Copy)]
@@ -61,23 +60,13 @@ fn objects(scene: &Scene, world: &World) -> Vec<Vec<ObjectId>> {
     world.things.iter().map(|(name, _)| of(name)).collect()
 }
 
-fn on<R: Send>(threads: usize, run: impl FnOnce() -> R + Send) -> R {
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(run)
-}
-
 /// Bakes, checks and walks a world. `given`: with its own cells, or with those that are found.
 pub fn judge(world: &World, motion: &Motion, given: bool, effort: Effort) -> Row {
     let scene = world.scene(motion);
     let graph = world.graph(&scene, motion);
     let begin = Instant::now();
-    let pvs = PvsOptions { ray_budget: effort.rays, ..PvsOptions::default() };
-    let options = BakeOptions {
-        pvs,
-        keep_bounds: true,
-        given: given.then(|| graph.clone()),
-        memory: effort.memory,
-        ..BakeOptions::default()
-    };
+    let own = given.then(|| graph.clone());
+    let options = BakeOptions { keep_bounds: true, given: own, memory: effort.memory, ..bakes::with_rays(effort.rays) };
     let baked = on(2, || bake(&scene, options.clone(), &Job::quiet())).unwrap();
     let seconds = begin.elapsed().as_secs_f64();
     let file = baked.file;
@@ -174,17 +163,7 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
         row.faults.push(format!("{:?}", path.validate()));
         return;
     }
-    let fixed = WalkMode::from;
-    let options = WalkOptions {
-        modes: [Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs].map(fixed).to_vec(),
-        width: 96,
-        height: 64,
-        verify_pixels: true,
-        pictures: None,
-        every: 1,
-        doors_as_found: false,
-        min_pixels: vec![0],
-    };
+    let options = bakes::walk([Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs], [96, 64]);
     let path: CameraPath = path;
     let mut first = None;
     let summaries = walk(scene, file, &path, &options, &mut |line| {
@@ -203,10 +182,8 @@ fn pixels(world: &World, motion: &Motion, scene: &Scene, file: &PvsFile, effort:
 /// What portals alone leave of a world, room by room: no random choice has a part in that.
 pub fn flowed(world: &World, motion: &Motion) -> Bounds {
     let scene = world.scene(motion);
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
     let given = Some(world.graph(&scene, motion));
-    let options = BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() };
-    bake(&scene, options, &Job::quiet()).unwrap().file.bounds.expect("kept")
+    bakes::baked(&scene, BakeOptions { keep_bounds: true, given, ..bakes::with_rays(0) }).bounds.expect("kept")
 }
 
 /// Most memory that this process has held, MiB; 0 where the system doesn't say.

@@ -10,13 +10,12 @@ use self::judge::{Effort, Row, flowed, judge, settle, table};
 use self::scenes::*;
 use self::world::{Known, Motion, World};
 use enfilade::BitMatrix;
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::file::Bounds;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use glam::{DQuat, DVec3};
 use std::io::Write;
 use std::time::Instant;
+use testing::bakes;
 
 const SHORT: Effort = Effort { rays: 60_000, checked: 20_000, frames: 6, pixels: true, threads: true, memory: 8 << 30 };
 
@@ -123,12 +122,10 @@ fn error_against_run_time() {
         let mut known: Vec<Bounds> = Vec::new();
         text += &format!("| {} |", world.name);
         for rays in [0, 3_000, 30_000, 300_000, 3_000_000] {
-            let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
             let given = Some(world.graph(&scene, &Motion::NONE));
             let begin = Instant::now();
-            let baked = bake(&scene, BakeOptions { pvs, keep_bounds: true, given, ..BakeOptions::default() }, &Job::quiet());
+            let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, given, ..bakes::with_rays(rays) });
             let seconds = begin.elapsed().as_secs_f64();
-            let file = baked.unwrap().file;
             let undecided = file.pairs.upper - file.pairs.lower;
             text += &format!(" {undecided} of {}, {seconds:.2} s;", file.pairs.upper);
             known.push(file.bounds.expect("kept"));

@@ -1,13 +1,12 @@
 //! Portals whose corners coincide, lie on one line, run backwards, or enclose nothing: read as what they are, or refused with a word.
 
 use super::world::{Motion, World, p};
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::{CellGraph, read_cells};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::Scene;
 use glam::DVec3;
 use serde_json::json;
+use testing::bakes;
 
 fn three_rooms() -> (World, Scene) {
     let mut w = World::new("three rooms");
@@ -35,9 +34,8 @@ fn with(corners: &[[f64; 3]]) -> String {
 }
 
 fn upper(scene: &Scene, graph: CellGraph) -> Vec<Vec<usize>> {
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, keep_bounds: true, given: Some(graph), ..BakeOptions::default() };
-    let bounds = bake(scene, options, &Job::quiet()).unwrap().file.bounds.unwrap();
+    let options = BakeOptions { keep_bounds: true, given: Some(graph), ..bakes::with_rays(0) };
+    let bounds = bakes::baked(scene, options).bounds.unwrap();
     (0..3).map(|c| bounds.objects_upper.ones(c).collect()).collect()
 }
 
@@ -103,9 +101,8 @@ fn portals_without_area_beside_others_lose_nothing() {
 fn a_portal_that_single_precision_cannot_hold_is_named_in_the_file() {
     let notes = |world: &World| {
         let scene = world.scene(&Motion::NONE);
-        let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
         let given = Some(world.graph(&scene, &Motion::NONE));
-        bake(&scene, BakeOptions { pvs, given, ..BakeOptions::default() }, &Job::quiet()).unwrap().file.notes
+        bakes::baked(&scene, BakeOptions { given, ..bakes::with_rays(0) }).notes
     };
     let said = |notes: Vec<String>| notes.into_iter().filter(|n| n.contains("f32")).collect::<Vec<_>>();
     assert_eq!(said(notes(&three_rooms().0)), [""; 0]);

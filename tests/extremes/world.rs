@@ -1,19 +1,16 @@
 //! Rooms, doors and things, anywhere, at any size: scenes and cell graphs with known answers.
 
 use enfilade::CellId;
-use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState};
 use enfilade::geom::{Aabb, Plane, middle, newell};
 use enfilade::scene::{Role, Scene};
 use glam::{DQuat, DVec3};
-use testing::meshes::{Quad, builder, quads};
+use testing::grid;
+use testing::meshes::{Quad, builder, flat, quads};
+use testing::solids::Box3;
 
 /// A point.
-pub fn p(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
-
-/// A box, by its least and greatest corner.
-pub type Box3 = [DVec3; 2];
+pub use glam::dvec3 as p;
 
 /// What is known of a room and a thing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -91,7 +88,7 @@ impl World {
 
     /// A door between two rooms: a rectangle, flat along an axis.
     pub fn door(&mut self, low: usize, high: usize, min: DVec3, max: DVec3) {
-        self.doors.push(Door { rooms: [low, high], corners: corners(min, max) });
+        self.doors.push(Door { rooms: [low, high], corners: flat(min, max).to_vec() });
     }
 
     /// A box in a room; its number.
@@ -162,36 +159,14 @@ impl World {
                 source: None,
             }
         };
-        let mut graph = CellGraph {
-            strategy: Strategy::Given,
-            reason: "by hand".into(),
-            cells: self.rooms.iter().map(cell).collect(),
-            portals: self.doors.iter().map(portal).collect(),
-            smallest_hole: scene.tolerance().smallest_hole(),
-            closed_holes: Vec::new(),
-            notes: Vec::new(),
-        };
-        graph.link();
-        graph
+        let cells = self.rooms.iter().map(cell).collect();
+        let graph = grid::graph(cells, self.doors.iter().map(portal).collect());
+        CellGraph { smallest_hole: scene.tolerance().smallest_hole(), ..graph }
     }
 }
 
 fn ends(b: Aabb) -> Box3 {
     [b.min, b.max]
-}
-
-/// Corners of a box that is flat along an axis, counter-clockwise seen from that axis' far end.
-pub fn corners(min: DVec3, max: DVec3) -> Vec<DVec3> {
-    let axis = (0..3).find(|&a| min[a] == max[a]).expect("flat along an axis");
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    [(false, false), (true, false), (true, true), (false, true)]
-        .map(|(a, b)| {
-            let mut c = min;
-            c[u] = if a { max[u] } else { min[u] };
-            c[v] = if b { max[v] } else { min[v] };
-            c
-        })
-        .to_vec()
 }
 
 /// The six sides of a box, each flat along an axis.
@@ -230,7 +205,7 @@ fn sheet([min, max]: Box3, holes: &[Box3], parts: usize, crack: f64) -> Vec<[DVe
             if !here.iter().any(within) {
                 let (mut a, mut b) = (min, max);
                 (a[u], a[v], b[u], b[v]) = (us[0] + crack, vs[0] + crack, us[1] - crack, vs[1] - crack);
-                out.push(corners(a, b).try_into().expect("four corners"));
+                out.push(flat(a, b));
             }
         }
     }

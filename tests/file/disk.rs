@@ -1,40 +1,31 @@
 //! From a bake to a file, on disk, and on the command line.
 
-use crate::cli::{self, folder, run_words};
-use enfilade::cells::{Cell, CellGraph, Piece, Placement, Portal, PortalKind, PortalState, Strategy, read_cells};
+use crate::cli::{self, folder, names, run_words};
+use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy, read_cells};
 use enfilade::file::{Container, FileError, Gap, PvsFile, entropy_bits_per_pair, replace_file};
-use enfilade::geom::{Aabb, Plane};
-use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd, Witness};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::geom::Plane;
+use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
+use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade::types::note::Note;
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 use std::path::Path;
+use testing::files;
 use testing::forge::sample;
+use testing::meshes::{scene, soup};
+use testing::rooms::{box_piece, graph};
 
 /// A wall, a chair and a table.
 fn things() -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    let triangle = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 0.1, 0.0, 1.0), DVec3::new(x, 1.0, 0.1)].to_vec();
-    for (node, x) in [("wall", 1000.0), ("chair", 998.0), ("table", 1001.9)] {
-        let mesh = Mesh {
-            node: node.into(),
-            role: Role::Unknown,
-            opaque: true,
-            positions: triangle(x),
-            triangles: vec![[0, 1, 2]],
-        };
-        builder.add(mesh).unwrap();
-    }
-    builder.finish("two rooms").unwrap()
+    let triangle = |x: f64| [DVec3::new(x, 0.0, 0.0), DVec3::new(x + 0.1, 0.0, 1.0), DVec3::new(x, 1.0, 0.1)];
+    let things = [("wall", 1000.0), ("chair", 998.0), ("table", 1001.9)];
+    scene(things.map(|(node, x)| soup(node, Role::Unknown, true, &[triangle(x)])))
 }
 
 /// Two rooms of 4 x 3 x 4 m joined by a door at x = 0 (scene coordinates).
 fn rooms() -> CellGraph {
     let room = |name: &str, min: [f64; 3], max: [f64; 3]| {
-        let (min, max) = (DVec3::from_array(min), DVec3::from_array(max));
-        let planes = DVec3::AXES.iter().flat_map(|&n| [Plane::through(max, n), Plane::through(min, -n)]).collect();
-        let pieces = vec![Piece { planes, bounds: Aabb { min, max } }];
+        let pieces = vec![box_piece(min, max, DVec3::ZERO)];
         Cell { name: name.into(), pieces, ..Cell::default() }
     };
     let winding = [[0., 0., -0.5], [0., 2., -0.5], [0., 2., 0.5], [0., 0., 0.5]].map(DVec3::from_array).to_vec();
@@ -67,29 +58,20 @@ fn baked(guarantee: Guarantee, keep_bounds: bool) -> (PvsFile, Scene) {
         m
     };
     let lower = [(0, 0), (0, 1), (1, 0), (1, 2)];
+    let cells = [&[(0, 0), (1, 1)][..], &[(0, 0), (0, 1), (1, 0), (1, 1)]].map(|set| matrix(2, set));
+    let objects = [matrix(3, &lower), matrix(3, &[&lower[..], &[(0, 2)]].concat())];
+    let witness = |&(cell, object): &(usize, usize)| Witness {
+        cell: CellId(cell as u32),
+        object: ObjectId(object as u32),
+        from: DVec3::new(0.1, 1.0, 0.2),
+        to: DVec3::new(0.3, 1.0, 0.4),
+    };
     let pvs = Pvs {
-        graph: rooms(),
-        cells_lower: matrix(2, &[(0, 0), (1, 1)]),
-        cells_upper: matrix(2, &[(0, 0), (0, 1), (1, 0), (1, 1)]),
-        objects_lower: matrix(3, &lower),
-        objects_upper: matrix(3, &[&lower[..], &[(0, 2)]].concat()),
-        placement: Placement { matrix: matrix(3, &[(0, 0), (1, 0), (0, 1), (1, 2)]), boxes: None },
         unresolved: matrix(3, &[(0, 2)]),
-        witnesses: lower
-            .iter()
-            .map(|&(cell, object)| Witness {
-                cell: CellId(cell as u32),
-                object: ObjectId(object as u32),
-                from: DVec3::new(0.1, 1.0, 0.2),
-                to: DVec3::new(0.3, 1.0, 0.4),
-            })
-            .collect(),
+        witnesses: lower.iter().map(witness).collect(),
         guarantee,
-        clusters: Vec::new(),
-        repairs: Vec::new(),
-        unseen: None,
-        sampling_end: SamplingEnd::Rays,
         stats: PvsStats { rays: 12, ..PvsStats::default() },
+        ..files::pvs(rooms(), cells, objects, matrix(3, &[(0, 0), (1, 0), (0, 1), (1, 2)]))
     };
     (PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, keep_bounds), scene)
 }
@@ -127,37 +109,15 @@ fn a_bake_becomes_a_file() {
 
 #[test]
 fn one_room_carries_no_portals_and_no_rows() {
-    let (two, scene) = baked(Guarantee::Conservative, false);
+    let (_, scene) = baked(Guarantee::Conservative, false);
     let all = |columns: usize| {
         let mut m = BitMatrix::new(1, columns);
         (0..columns).for_each(|column| assert!(m.set(0, column)));
         m
     };
-    let graph = CellGraph {
-        strategy: Strategy::Plan,
-        reason: two.reason,
-        cells: vec![Cell::default()],
-        portals: Vec::new(),
-        smallest_hole: 0.001,
-        closed_holes: Vec::new(),
-        notes: Vec::new(),
-    };
-    let pvs = Pvs {
-        graph,
-        cells_lower: all(1),
-        cells_upper: all(1),
-        objects_lower: BitMatrix::new(1, 3),
-        objects_upper: all(3),
-        placement: Placement { matrix: all(3), boxes: None },
-        unresolved: all(3),
-        witnesses: Vec::new(),
-        guarantee: Guarantee::Conservative,
-        clusters: Vec::new(),
-        repairs: Vec::new(),
-        unseen: None,
-        sampling_end: SamplingEnd::Rays,
-        stats: PvsStats::default(),
-    };
+    let graph = graph(vec![Vec::new()], Vec::new());
+    let objects = [BitMatrix::new(1, 3), all(3)];
+    let pvs = Pvs { unresolved: all(3), ..files::pvs(graph, [all(1), all(1)], objects, all(3)) };
     let file = PvsFile::from_bake(&scene, &ImportOptions::default(), &pvs, false);
     let bytes = file.write();
     assert_eq!(PvsFile::read(&bytes).unwrap(), file);
@@ -169,13 +129,6 @@ fn one_room_carries_no_portals_and_no_rows() {
     );
 }
 
-fn files(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> =
-        folder.read_dir().unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
-}
-
 #[test]
 fn a_file_is_saved_whole_or_not_at_all() {
     let folder = folder("save");
@@ -184,7 +137,7 @@ fn a_file_is_saved_whole_or_not_at_all() {
     file.save(&path).unwrap();
     file.save(&path).unwrap();
     assert_eq!(PvsFile::load(&path).unwrap(), file);
-    assert_eq!(files(&folder), ["a.pvs"]);
+    assert_eq!(names(&folder), ["a.pvs"]);
 
     // A write that fails half-way leaves the old file and nothing else.
     let error = replace_file(&path, |out| {
@@ -193,12 +146,12 @@ fn a_file_is_saved_whole_or_not_at_all() {
     });
     assert_eq!(error.unwrap_err().to_string(), "the disk is full");
     assert_eq!(PvsFile::load(&path).unwrap(), file);
-    assert_eq!(files(&folder), ["a.pvs"]);
+    assert_eq!(names(&folder), ["a.pvs"]);
 
     // No such folder; a folder in the file's place.
     assert!(matches!(file.save(&folder.join("none/a.pvs")), Err(FileError::Io(_))));
     assert!(matches!(file.save(&folder), Err(FileError::Io(_))));
-    assert_eq!(files(&folder), ["a.pvs"]);
+    assert_eq!(names(&folder), ["a.pvs"]);
     assert!(matches!(PvsFile::load(&folder.join("b.pvs")), Err(FileError::Io(_))));
 }
 
@@ -297,19 +250,15 @@ fn dump_gives_what_a_cells_file_takes() {
     assert!(text(&["dump", path]).contains("cell 1 \"east\": 1 pieces\n"));
 }
 
+/// What any bad file does on the command line is in tests/commands/errors.rs.
 #[test]
-fn bad_files_are_one_line_and_exit_2() {
-    let folder = folder("bad");
-    let path = folder.join("a.pvs");
+fn what_is_no_file_is_told_with_the_remedy() {
+    let path = folder("bad").join("a.pvs");
     std::fs::write(&path, "not one of ours").unwrap();
-    let path = path.to_str().unwrap();
-    for args in
-        [&["info", path][..], &["dump", path, "--json"], &["info", "/nowhere/a.pvs"], &["dump", path, "--obj", "x.obj"]]
-    {
-        let output = run_words(args);
-        assert_eq!(output.status.code(), Some(2), "{args:?}");
-        assert!(output.stdout.is_empty());
-    }
-    let message = String::from_utf8(run_words(&["info", path]).stderr).unwrap();
-    assert_eq!(message, format!("enfilade: {path}: not a .pvs file; give a file from `enfilade bake`\n"));
+    let remedy = format!(
+        "enfilade: {}: not a .pvs file; give a file from `enfilade bake`
+",
+        path.display()
+    );
+    assert_eq!(String::from_utf8(run_words(&["info", path.to_str().unwrap()]).stderr).unwrap(), remedy);
 }

@@ -3,6 +3,7 @@
 use enfilade::BitMatrix;
 use enfilade::file::{FileError, SectionId, decode_rows, encode_rows, entropy_bits_per_pair};
 use proptest::prelude::*;
+use testing::floor::floor;
 use testing::random::Random;
 
 /// Seven bits a byte, low ones first, the top bit on all but the last.
@@ -111,35 +112,9 @@ fn equal_rows_are_stored_once() {
     assert_eq!(decode(&encode_rows(&many), 900, 2000).unwrap(), many);
 }
 
-/// A floor of 24 x 24 rooms with 20 objects each, most doors open at random: a room sees along its row and its column until a
-/// door is shut, and of the objects that stand there the fewer the further they are.
-fn rooms() -> BitMatrix {
-    const SIDE: usize = 24;
-    const OBJECTS: usize = 20;
-    let r = &mut Random::new(9);
-    let doors: Vec<[bool; 2]> = (0..SIDE * SIDE).map(|_| [r.below(5) > 0, r.below(5) > 0]).collect();
-    // How far along the line of sight an object is still seen.
-    let reach: Vec<usize> = (0..SIDE * SIDE * OBJECTS).map(|_| 1 + r.below(9)).collect();
-    let mut m = BitMatrix::new(SIDE * SIDE, SIDE * SIDE * OBJECTS);
-    for room in 0..SIDE * SIDE {
-        let mut see = |other: usize, far: usize| {
-            (other * OBJECTS..(other + 1) * OBJECTS).filter(|&object| reach[object] > far).for_each(|object| {
-                m.set(room, object);
-            });
-        };
-        see(room, 0);
-        for (axis, step, place) in [(0, 1, room % SIDE), (1, SIDE, room / SIDE)] {
-            // A room's doors lead on, to greater numbers.
-            (1..SIDE - place).take_while(|k| doors[room + (k - 1) * step][axis]).for_each(|k| see(room + k * step, k));
-            (1..=place).take_while(|k| doors[room - k * step][axis]).for_each(|k| see(room - k * step, k));
-        }
-    }
-    m
-}
-
 #[test]
 fn the_rows_of_a_building_take_a_fraction_of_their_entropy() {
-    let m = rooms();
+    let m = floor(24, 20).objects;
     let bytes = encode_rows(&m);
     assert_eq!(decode(&bytes, m.rows(), m.columns()).unwrap(), m);
     let pairs = (m.rows() * m.columns()) as u64;

@@ -6,6 +6,7 @@ mod matrix;
 
 use enfilade::file::{FileError, MAGIC, PvsFile};
 use proptest::prelude::*;
+use testing::bakes::on;
 use testing::forge::{Shape, random_file, sample};
 
 proptest! {
@@ -29,8 +30,7 @@ proptest! {
 #[test]
 fn the_same_file_gives_the_same_bytes_on_any_number_of_threads() {
     let file = random_file(3, Shape { cells: 300, portals: 500, objects: 900, keep_bounds: true });
-    let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| file.write());
-    assert_eq!(on(1), on(5));
+    assert_eq!(on(1, || file.write()), on(5, || file.write()));
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! `export`: what is read again is what was cut, object by object; attributes stay with their vertices; others' readers agree.
 
 use crate::cli::{done, enfilade, folder, json as printed, refused, text};
-use crate::formats::mesh::glb::{Glb, pack, parts};
 use enfilade::BitMatrix;
 use enfilade::file::{FileObject, Import, PvsFile};
 use enfilade::scene::{ImportOptions, Scene};
@@ -13,6 +12,8 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use testing::data::data;
 use testing::forge::sample;
+use testing::glb::{Glb, pack, parts};
+use testing::meshes::corners;
 
 /// Options with so many triangles an object.
 fn options(object_triangles: u32) -> ImportOptions {
@@ -53,12 +54,6 @@ fn exported(model: &Path, options: &ImportOptions) -> (Scene, Vec<u8>) {
     (scene, made.glb)
 }
 
-/// The corners of an object's triangles in the model's own coordinates.
-fn corners(scene: &Scene, object: usize) -> Vec<[DVec3; 3]> {
-    let range = &scene.objects[object].triangles;
-    (range.start..range.end).map(|t| scene.corners(t as usize).map(|p| p + scene.origin)).collect()
-}
-
 /// Asserts that the exported bytes, read again, have each object of the scene as one of their own, with the same triangles in the same
 /// order and the same properties, and that the extras say which it is and where.
 #[track_caller]
@@ -67,13 +62,13 @@ fn assert_same(scene: &Scene, glb: &[u8]) {
     assert_eq!(again.objects.len(), scene.objects.len());
     let near = 1e-6 * scene.bounds().diagonal();
     let mut found = vec![false; scene.objects.len()];
-    for (i, object) in again.objects.iter().enumerate() {
+    for object in &again.objects {
         let (name, id) = object.node.rsplit_once(" #").unwrap();
         let id: usize = id.parse().unwrap();
         let was = &scene.objects[id];
         assert!(!std::mem::replace(&mut found[id], true), "object {id} twice");
         assert_eq!((name, object.role, object.opaque), (was.node.as_str(), was.role, was.opaque), "object {id}");
-        let (now, before) = (corners(&again, i), corners(scene, id));
+        let (now, before) = (corners(&again, object), corners(scene, was));
         assert_eq!(now.len(), before.len(), "object {id}");
         for (a, b) in now.iter().flatten().zip(before.iter().flatten()) {
             assert!(a.distance(*b) <= near, "object {id}: {a} and {b}");

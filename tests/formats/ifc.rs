@@ -12,6 +12,7 @@ use enfilade_formats::ifc::import_bytes;
 use glam::{DVec2, DVec3};
 use testing::house;
 use testing::house::{House, Schema};
+use testing::meshes::area_of;
 
 /// Horizontal and vertical extent of a winding in an upright plane; of others, of its first two sides.
 fn size(winding: &[DVec3]) -> DVec2 {
@@ -133,7 +134,7 @@ fn check_meshes(house: &House, scene: &Scene, context: &str) {
         );
     }
     assert_eq!(scene.objects.len(), 5, "{context}");
-    let wall: f64 = objects("wall").iter().flat_map(|o| o.triangles.clone()).map(|t| area(&scene.corners(t as usize))).sum();
+    let wall: f64 = objects("wall").iter().map(|o| area_of(scene, o)).sum();
     let sides = 2.0 * (18.0 - 2.1 - 2.0 - 1.0);
     let edges = 6.0 * 0.2 + 4.0 * 0.2 + 2.0 * 3.0 * 0.2;
     let reveals = (2.0 * 2.1 + 1.0) * 0.2 + (2.0 * 2.0 + 1.0) * 0.2 + 4.0 * 0.2;
@@ -213,10 +214,7 @@ fn a_door_whose_opening_misses_its_wall_is_cut_and_told() {
         let (whole, cut) = (read(text.clone()), read(text.replace(sound, turned)));
         let what = "1 openings are cut into their walls as rectangles, since the geometry reader left them closed: door-1";
         assert!(whole.source.notes.is_empty() && cut.source.notes == [what], "{:?}", cut.source.notes);
-        let wall = |scene: &Scene| {
-            let wall = scene.objects.iter().find(|o| o.node == "wall").unwrap();
-            wall.triangles.clone().map(|t| area(&scene.corners(t as usize))).sum::<f64>()
-        };
+        let wall = |scene: &Scene| area_of(scene, scene.objects.iter().find(|o| o.node == "wall").unwrap());
         // All reveals are there; the foot of the wall stays under the door, and its reveal on that.
         assert!((wall(&cut) - wall(&whole) - 2.0 * 0.2).abs() < 1e-3, "{} {}", wall(&whole), wall(&cut));
         for (x, z) in [(1.05, 0.05), (1.5, 1.0), (1.95, 2.05)] {

@@ -12,6 +12,7 @@ use ifc_lite_geometry::{GeometryRouter, TessellationQuality};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use testing::data::data;
+use testing::meshes::area_of;
 
 /// Pipes in a row along +X (IFC's coordinates, millimetres), each as the records of its body say; the first number of its own is 100.
 fn file(pipes: usize, class: &str, body: &str) -> String {
@@ -72,10 +73,6 @@ fn corners<'s>(scene: &'s Scene, object: &Object) -> impl Iterator<Item = [DVec3
     object.triangles.clone().map(|t| scene.corners(t as usize).map(|p| p + scene.origin))
 }
 
-fn area(scene: &Scene, object: &Object) -> f64 {
-    corners(scene, object).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
-}
-
 #[test]
 fn extruded_swept_and_revolved_circles_are_where_they_belong() {
     use std::f64::consts::{FRAC_PI_2, PI};
@@ -106,7 +103,7 @@ fn extruded_swept_and_revolved_circles_are_where_they_belong() {
         for k in 0..70 {
             // A mesh of many triangles is more than one object.
             let of = || scene.objects.iter().filter(|object| object.node == format!("pipe{k}"));
-            let found: f64 = of().map(|object| area(&scene, object)).sum();
+            let found: f64 = of().map(|object| area_of(&scene, object)).sum();
             assert!((found / whole - 1.0).abs() < 0.01, "{name} {k}: {found} m2 of {whole}");
             let home = dvec3(5.0 * f64::from(k), 0.0, 0.0);
             for p in of().flat_map(|object| corners(&scene, object)).flatten() {
@@ -306,7 +303,7 @@ fn areas_of_a_heating_system_are_those_of_its_records() {
     let mut tubes: HashMap<&str, f64> = HashMap::new();
     let meshed = scene.clone().meshed(|_| 64);
     for object in meshed.objects.iter().filter(|object| object.is_tube()) {
-        *tubes.entry(&object.node).or_default() += area(&meshed, object);
+        *tubes.entry(&object.node).or_default() += area_of(&meshed, object);
     }
 
     const MILLIMETRES: f64 = 1e-3;

@@ -1,14 +1,15 @@
 //! IndoorGML, by hand and as others wrote it: a ready graph, and a scene of its own.
 
 use enfilade::CellId;
-use enfilade::cells::{Locator, PortalKind, validate};
+use enfilade::cells::{Locator, PortalKind};
 use enfilade::geom::{Aabb, area};
-use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, OpeningKind, Scene};
 use enfilade_formats::indoorgml::read_indoorgml;
 use enfilade_formats::{import, indoorgml};
 use glam::DVec3;
 use testing::data;
+use testing::meshes::area_of;
+use testing::sound::assert_sealed;
 
 type Ring = Vec<[f64; 3]>;
 
@@ -86,12 +87,7 @@ fn scene(text: &str) -> Scene {
 }
 
 fn sealed(scene: &Scene, text: &str, segments: u64) {
-    let graph = read_indoorgml(text, scene).unwrap();
-    let faults = validate::structure(&graph, 20.0 * scene.tolerance().coplanar);
-    assert!(faults.is_empty(), "{faults:?}");
-    let sealing = validate::sealing(&graph, &RayScene::new(scene), segments, 1);
-    assert!(sealing.segments > segments / 10, "only {} segments were followed", sealing.segments);
-    assert!(sealing.leaks.is_empty(), "{:?}", &sealing.leaks[..sealing.leaks.len().min(5)]);
+    assert_sealed(&read_indoorgml(text, scene).unwrap(), scene, 20.0, segments);
 }
 
 #[test]
@@ -121,13 +117,12 @@ fn spaces_are_cells_and_transitions_portals() {
 #[test]
 fn the_scene_is_the_surfaces_less_the_ways_through() {
     let scene = scene(&house());
-    let area_of =
-        |object: usize| -> f64 { scene.objects[object].triangles.clone().map(|t| area(&scene.corners(t as usize))).sum() };
     let nodes: Vec<&str> = scene.objects.iter().map(|o| o.node.as_str()).collect();
     assert_eq!(nodes, ["A", "B", "C", "D"]);
     // Boxes of 4 x 5 x 3 m have 94 square metres; the door is 2.1, the stairwell 20.
-    for (object, expected) in [94.0 - 2.1 - 20.0, 94.0 - 2.1, 94.0 - 20.0, 32.0].into_iter().enumerate() {
-        assert!((area_of(object) - expected).abs() < 1e-6, "{object}: {} for {expected}", area_of(object));
+    for (object, expected) in scene.objects.iter().zip([94.0 - 2.1 - 20.0, 94.0 - 2.1, 94.0 - 20.0, 32.0]) {
+        let area = area_of(&scene, object);
+        assert!((area - expected).abs() < 1e-6, "{}: {area} for {expected}", object.node);
     }
     let rooms = &scene.hints.rooms;
     let whole: f64 = rooms[0].surface.iter().map(|t| area(t)).sum();

@@ -2,11 +2,12 @@
 
 use enfilade::geom::Aabb;
 use enfilade::scene::{ImportOptions, Object, Role, Scene};
-use enfilade_formats::{geojson, obj};
+use enfilade_formats::geojson;
 use enfilade_tubes::{Tube, usual_sides};
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
 use std::f64::consts::{PI, TAU};
+use testing::meshes::area_of_all;
 
 fn read(file: &Value) -> Result<Scene, String> {
     geojson::from_slice(file.to_string().as_bytes(), "mains", &ImportOptions::default()).map_err(|e| e.to_string())
@@ -63,8 +64,7 @@ fn long_pipes_are_several_objects() {
     assert_eq!(in_objects, all, "a segment is in no object, or in two");
 
     let whole = scene.clone().meshed(|_| 64);
-    let corners = (0..whole.triangles.len()).map(|t| whole.corners(t));
-    let area: f64 = corners.map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum();
+    let area = area_of_all(&whole);
     // Two lines and a quarter of a circle of 0.5 m; two ends.
     let expected = 20.0 * (TAU * 0.5 * (89.5 + 4.5 + 0.25 * PI) + TAU * 0.25);
     assert!((area / expected - 1.0).abs() < 2e-3, "{area} m2, not {expected}");
@@ -137,21 +137,6 @@ fn lines_of_no_length_are_left_out() {
     // The first place is told where there is nothing else.
     let none = json!({"type": "FeatureCollection", "features": [line(dot), line(json!([]))]});
     assert_eq!(read(&none).unwrap_err(), "features[0].geometry.coordinates: fewer than two different points");
-}
-
-/// A model with anything else in it isn't refused for a line.
-#[test]
-fn a_line_of_no_length_refuses_no_model_that_has_a_mesh() {
-    let options = ImportOptions { tube_radius: Some(0.1), ..ImportOptions::default() };
-    let read = |text: &str| obj::from_slice(text.as_bytes(), "model", None, &options);
-    let scene = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 1\n").unwrap();
-    assert_eq!(scene.triangles.len(), 1);
-    assert!(
-        scene.source.notes.iter().any(|note| note == "1 lines without two distinct points left out"),
-        "{:?}",
-        scene.source.notes
-    );
-    assert!(read("v 0 0 0\nl 1 1\n").is_err());
 }
 
 /// In numbers that JSON allows, in numbers that options give, and where there are too many.

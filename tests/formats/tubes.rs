@@ -10,22 +10,8 @@ use enfilade_tubes::usual_sides;
 use glam::{DVec3, dvec3};
 use serde_json::{Value, json};
 use std::f64::consts::TAU;
-
-fn area(scene: &Scene) -> f64 {
-    let corners = (0..scene.triangles.len()).map(|t| scene.corners(t));
-    corners.map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let of = |three: &[u8]| {
-        let word = (0..3).fold(0, |word, k| word << 8 | u32::from(three.get(k).copied().unwrap_or(0)));
-        (0..4)
-            .map(move |k| if k > three.len() { '=' } else { LETTERS[(word >> (18 - 6 * k) & 63) as usize] as char })
-            .collect::<String>()
-    };
-    bytes.chunks(3).map(of).collect()
-}
+use testing::glb::base64;
+use testing::meshes::{area_of, area_of_all};
 
 /// A document with lines: each a name, positions, a mode, and extras.
 fn document(nodes: &[(&str, &[[f32; 3]], u32, Value)]) -> Vec<u8> {
@@ -128,7 +114,7 @@ fn lines_of_obj_are_tubes_where_a_radius_is_given() {
     // Few: they are meshes.
     assert!(scene.objects.iter().all(|o| o.node == "mains" && !o.is_tube()) && scene.tubes.tubes.is_empty());
     let expected = TAU * 0.25 * (9.75 + 9.75 + 0.25 * TAU / 4.0 + 200f64.sqrt()) + 2.0 * TAU * 0.0625;
-    assert!((area(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area(&scene));
+    assert!((area_of_all(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area_of_all(&scene));
     let bad = obj::from_slice(
         b"v 0 0 0\nl 1 7\n",
         "m",
@@ -140,7 +126,7 @@ fn lines_of_obj_are_tubes_where_a_radius_is_given() {
     let options = ImportOptions { tube_radius: Some(0.25), ..ImportOptions::default() };
     let dots = format!("{text}v 10 0 0\nl 4\nl 2 4 2\n");
     let scene = obj::from_slice(dots.as_bytes(), "mains", None, &options).unwrap();
-    assert!((area(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area(&scene));
+    assert!((area_of_all(&scene) / expected - 1.0).abs() < 0.02, "{} m2, not {expected}", area_of_all(&scene));
     assert!(
         scene.source.notes.iter().any(|note| note == "2 lines without two distinct points left out"),
         "{:?}",
@@ -148,6 +134,10 @@ fn lines_of_obj_are_tubes_where_a_radius_is_given() {
     );
     let refused = obj::from_slice(b"v 0 0 0\nv 0 0 0\nl 1 2\n", "m", None, &options).unwrap_err().to_string();
     assert_eq!(refused, "line 3: fewer than two different points");
+    // It refuses no model that has a mesh.
+    let scene = obj::from_slice(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl 1 1\n", "m", None, &options).unwrap();
+    let notes = &scene.source.notes;
+    assert!(scene.triangles.len() == 1 && notes.iter().any(|n| n == "1 lines without two distinct points left out"));
 }
 
 /// A plant's pipes are tubes; whoever wants meshes has those of the file. Cut into objects, it shows the same.
@@ -163,15 +153,9 @@ fn pipes_of_a_plant_are_tubes_and_cut_again() {
     assert!(meshes.tubes.tubes.is_empty() && tubes.tubes.tubes.len() > 100, "{} tubes", tubes.tubes.tubes.len());
     let is_pipe = |name: &str| name.starts_with("pipe ");
     assert!(tubes.objects.iter().all(|o| o.is_tube() == is_pipe(&o.node)));
-    // What a bake sees of a pipe is at most a quarter of its mesh of 24 sides.
-    let prisms: usize = tubes.objects.iter().filter(|o| o.is_tube()).map(|o| o.triangles.len()).sum();
-    let of_24: usize = tubes.clone().meshed(|_| 24).objects.iter().filter(|o| o.is_tube()).map(|o| o.triangles.len()).sum();
-    assert!(4 * prisms <= of_24, "{prisms} of {of_24}");
     // A circle of 12 sides is smaller than the pipe by 1.1 %.
-    let of_pipes = |scene: &Scene| -> f64 {
-        let pipes = scene.objects.iter().filter(|o| is_pipe(&o.node)).flat_map(|o| o.triangles.clone());
-        pipes.map(|t| scene.corners(t as usize)).map(|[a, b, c]| (b - a).cross(c - a).length() / 2.0).sum()
-    };
+    let of_pipes =
+        |scene: &Scene| -> f64 { scene.objects.iter().filter(|o| is_pipe(&o.node)).map(|o| area_of(scene, o)).sum() };
     let drawn = tubes.clone().meshed(usual_sides);
     let share = of_pipes(&meshes) / of_pipes(&drawn);
     assert!((0.985..0.999).contains(&share), "{share}");
@@ -182,7 +166,12 @@ fn pipes_of_a_plant_are_tubes_and_cut_again() {
     assert!(again.tubes.tubes.is_empty() && again.objects.len() == tubes.objects.len(), "{} objects", again.objects.len());
     let roles = |scene: &Scene| scene.objects.iter().filter(|o| is_pipe(&o.node)).map(|o| o.role).collect::<Vec<_>>();
     assert_eq!(roles(&again), roles(&tubes));
-    assert!((area(&again) / area(&drawn) - 1.0).abs() < 1e-4, "{} of {}", area(&again), area(&drawn));
+    assert!(
+        (area_of_all(&again) / area_of_all(&drawn) - 1.0).abs() < 1e-4,
+        "{} of {}",
+        area_of_all(&again),
+        area_of_all(&drawn)
+    );
     let [a, b] = [&again, &drawn].map(|scene| Aabb::of(scene.positions.iter().map(|p| *p + scene.origin)));
     assert!(a.min.distance(b.min) + a.max.distance(b.max) < 1e-3, "{a:?}, not {b:?}");
 }
@@ -247,7 +236,12 @@ fn a_few_pipes_are_cut_too() {
                 names
             };
             assert_eq!(names(&again), names(&scene));
-            assert!((area(&again) / area(&scene) - 1.0).abs() < 1e-4, "{} of {}", area(&again), area(&scene));
+            assert!(
+                (area_of_all(&again) / area_of_all(&scene) - 1.0).abs() < 1e-4,
+                "{} of {}",
+                area_of_all(&again),
+                area_of_all(&scene)
+            );
         }
     }
 }

@@ -7,6 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::time::{Duration, Instant};
+use testing::bakes;
 use testing::random::Random;
 
 /// Numbers that lengths and ids go wrong with.
@@ -174,9 +175,8 @@ pub fn run(name: &'static str, count: u64, one: &(dyn Fn(u64) -> Run + Sync)) ->
         let threads: Vec<_> = busy
             .iter()
             .map(|busy| {
-                let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
                 let work = &work;
-                scope.spawn(move || pool.install(|| work(busy)))
+                scope.spawn(move || bakes::on(1, || work(busy)))
             })
             .collect();
         while threads.iter().any(|t| !t.is_finished()) {

@@ -14,8 +14,8 @@ use testing::quake::{
     AIR, FENCE, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, grated_room, hollow, leaf, lumps, node, three_rooms,
     with_faces,
 };
+use testing::random::Random;
 
-const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
 const VISIBILITY: usize = 4;
 const LEAVES: usize = 10;
 
@@ -330,7 +330,7 @@ fn rows_of(theirs: &BspData, leaves: usize) -> BitMatrix {
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_keep_everything_but_their_rows() {
     let folder = data();
-    for name in LEVELS {
+    for name in super::LEVELS {
         let (bytes, level, theirs) = real(&folder, name);
         let rows = level.rows().unwrap().unwrap();
         assert_eq!(rows, rows_of(&theirs, level.leaves()), "{name}");
@@ -354,7 +354,7 @@ fn real_levels_keep_everything_but_their_rows() {
 fn real_levels_sound_as_another_tool_has_it() {
     let folder = data();
     let mut heard = [0; 4];
-    for name in LEVELS {
+    for name in super::LEVELS {
         let (_, level, _) = real(&folder, name);
         let clusters: Vec<u32> = (0..level.leaves() as u32).collect();
         let own = level.own_ambient_levels();
@@ -369,7 +369,7 @@ fn real_levels_sound_as_another_tool_has_it() {
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_portals_lie_between_their_leaves() {
     let folder = data();
-    for name in LEVELS {
+    for name in super::LEVELS {
         let (_, level, theirs) = real(&folder, name);
         let derived = level.level().unwrap();
         let rows = level.rows().unwrap().unwrap();
@@ -395,17 +395,13 @@ fn real_levels_portals_lie_between_their_leaves() {
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn real_levels_are_sealed() {
     let folder = data();
-    for name in LEVELS {
+    for name in super::LEVELS {
         let (_, level, theirs) = real(&folder, name);
         let derived = level.level().unwrap().level;
         let neighbours: BTreeSet<[u32; 2]> =
             derived.portals.iter().flat_map(|p| [p.cells, [p.cells[1], p.cells[0]]]).collect();
         let named: BTreeSet<u32> = derived.portals.iter().flat_map(|p| p.cells).collect();
-        let mut state = 1u64;
-        let mut unit = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 40) as f64 / (1u64 << 24) as f64
-        };
+        let mut random = Random::new(1);
         let open = |p: DVec3| {
             let leaf = theirs.leaf_at_point(0, p.as_vec3());
             (leaf > 0 && named.contains(&(leaf as u32 - 1))).then(|| leaf as u32 - 1)
@@ -415,7 +411,7 @@ fn real_levels_are_sealed() {
             // From a random corner of a random portal's middle on, in a random direction.
             let portal = &derived.portals[(k * 7919) % derived.portals.len()];
             let mut p = enfilade::geom::middle(&portal.winding);
-            let step = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or_zero() * 0.37;
+            let step = random.direction() * 0.37;
             for _ in 0..200 {
                 let q = p + step;
                 let (Some(a), Some(b)) = (open(p), open(q)) else { break };

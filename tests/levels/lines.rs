@@ -3,10 +3,10 @@
 use enfilade::BitMatrix;
 use enfilade_levels::Level;
 use enfilade_levels::prt::read_prt;
-use enfilade_levels::rows::read_rows;
 use enfilade_measure::verify::level_lines::{LineOptions, LineReport, check_rows};
-use std::io::Read;
+use testing::bakes::on;
 use testing::data::data;
+use testing::prt;
 
 /// Four rooms in a row along x, doors at x = 4, 8, 12; `shift` is how far along y the last door is.
 fn row(shift: f64) -> Level {
@@ -75,9 +75,9 @@ fn what_no_line_can_see_need_not_be_in_the_rows() {
 #[test]
 fn the_same_lines_on_any_number_of_threads() {
     let level = row(1.0);
-    let of = |threads: usize, seed: u64| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        LineReport { seconds: 0.0, ..pool.install(|| check(&level, &rows(4, &[(3, 0)]), 300_000, seed)) }
+    let of = |threads: usize, seed: u64| LineReport {
+        seconds: 0.0,
+        ..on(threads, || check(&level, &rows(4, &[(3, 0)]), 300_000, seed))
     };
     assert_eq!(of(1, 5), of(3, 5));
     assert_ne!(of(1, 5).crossings, of(1, 6).crossings);
@@ -95,11 +95,8 @@ fn no_portals_no_lines() {
 #[cfg_attr(not(feature = "full"), ignore = "long; `just test-full` runs it")]
 fn bits_taken_from_real_rows_are_found() {
     let folder = data();
-    let level = read_prt(&std::fs::read(folder.join("prt/lqdm12.prt")).unwrap()).unwrap().level;
-    let mut text = Vec::new();
-    let packed = std::fs::File::open(folder.join("prt/lqdm12.vis.txt.gz")).unwrap();
-    flate2::read::GzDecoder::new(packed).read_to_end(&mut text).unwrap();
-    let whole = read_rows(&text, level.cells).unwrap();
+    let level = prt::level(&folder.join("prt/lqdm12.prt"));
+    let whole = prt::rows(&folder.join("prt/lqdm12.vis.txt.gz"), level.cells);
     assert!(check(&level, &whole, 400_000, 1).passed);
     // Pairs that a few other lines happen to show, neighbours and not.
     let mut own = BitMatrix::new(level.cells, level.cells);

@@ -4,7 +4,7 @@
 mod compiled;
 mod solids;
 
-use crate::cli::{folder, refused, run};
+use crate::cli::{enfilade, folder, refused};
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitError, SplitOptions, Strategy, split};
 use enfilade::scene::{ImportError, ImportOptions, LeakHint, Role, Scene};
 use enfilade_levels::quake::import_map_bytes;
@@ -12,6 +12,7 @@ use glam::DVec3;
 use solids::{free_way, solids};
 use testing::data::data;
 use testing::map::{block, entity, shell, start, two_rooms};
+use testing::meshes::area_of_all;
 use testing::random::Places;
 
 fn imported(text: &str) -> Result<Scene, ImportError> {
@@ -49,7 +50,7 @@ fn two_rooms_are_cells_joined_by_their_doorway() {
         assert_eq!(cell(at(p.x, p.y, p.z)).is_some(), free, "{p}");
     }
     // What is drawn: the insides of both rooms and of the doorway, in square metres.
-    let area: f64 = (0..scene.triangles.len()).map(|t| enfilade::geom::area(&scene.corners(t))).sum();
+    let area = area_of_all(&scene);
     let rooms = 2.0 * 6.0 * 128.0 * 128.0 - 2.0 * 64.0 * 64.0 + 8.0 * 4.0 * 64.0;
     assert!((area - rooms * unit * unit).abs() < 1e-9, "{area}");
     assert!(scene.objects.iter().all(|o| o.opaque && o.role == Role::Structure && o.node.starts_with("leaf ")));
@@ -78,8 +79,7 @@ fn an_area_portal_is_a_door_that_is_not_drawn() {
         let text = world.clone() + &entity("func_areaportal", "", &[brush]) + &start("64 64 24");
         let scene = imported(&text).unwrap();
         let plain = imported(&(world.clone() + &start("64 64 24"))).unwrap();
-        let area = |s: &Scene| (0..s.triangles.len()).map(|t| enfilade::geom::area(&s.corners(t))).sum::<f64>();
-        assert!((area(&scene) - area(&plain)).abs() < 1e-9);
+        assert!((area_of_all(&scene) - area_of_all(&plain)).abs() < 1e-9);
         let graph = cells(&scene);
         let shutters: Vec<_> = graph.portals.iter().filter(|p| p.source.as_deref() == Some("func_areaportal 1")).collect();
         // They cover both faces, each once, and nothing else is a door.
@@ -277,7 +277,7 @@ fn bad_maps_get_one_line() {
         (start("0 0 0"), "no triangles in it"),
     ] {
         std::fs::write(&path, &text).unwrap();
-        refused(&run(&["bake".as_ref(), path.as_path()]), &["bad.map", said]);
+        refused(&enfilade!("bake", &path), &["bad.map", said]);
     }
     // A brush that is none is left out and named.
     let flat = block([8, 8, 8], [16, 16, 8], "brick");
@@ -287,20 +287,4 @@ fn bad_maps_get_one_line() {
     assert!(notes.iter().any(|n| n == "1 brushes without a volume left out: entity 0 brush 6"), "{notes:?}");
     // A byte-order mark is not part of the map.
     assert!(imported(&format!("\u{feff}{}{}", entity("worldspawn", "", &walls), start("32 32 8"))).is_ok());
-}
-
-#[test]
-fn the_way_out_goes_to_a_file_that_editors_load() {
-    let folder = folder("leak");
-    let [map, points, file] = ["leak.map", "leak.pts", "leak.pvs"].map(|name| folder.join(name));
-    std::fs::write(&map, entity("worldspawn", "", &shell([0, 0, 0], [64, 64, 64], "brick")[1..]) + &start("32 32 8"))
-        .unwrap();
-    let output = run(&["bake".as_ref(), map.as_path()]);
-    let said = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(said.contains("the map leaks: the path out from info_player_start at (32 32 8) is"), "{said}");
-    let text = std::fs::read_to_string(&points).unwrap();
-    let lines: Vec<Vec<f64>> = text.lines().map(|l| l.split(' ').map(|w| w.parse().unwrap()).collect()).collect();
-    assert!(lines.len() > 2 && lines.iter().all(|p| p.len() == 3) && lines[0] == [32.0, 32.0, 8.0]);
-    assert!(file.exists());
 }

@@ -7,3 +7,7 @@ mod prt;
 mod scene;
 mod truth;
 mod vis;
+
+/// Levels whose maps are there, too.
+#[cfg(feature = "quake")]
+const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];

@@ -1,11 +1,10 @@
 //! Quake levels as scenes: faces as triangles, leaves as cells.
 #![cfg(feature = "quake")]
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::{PortalKind, SplitOptions, Strategy, split};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade_formats::import;
 use enfilade_levels::bsp::Bsp;
@@ -14,11 +13,11 @@ use enfilade_levels::{VisOptions, vis};
 use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
 use qbsp::prelude::*;
-use std::path::Path;
+use testing::bakes::{self, with_rays};
 use testing::data::data;
 use testing::quake::{AIR, FENCE, Face, Layout, SOLID, WATER, bsp, grated_room, leaf, node, three_rooms, with_faces};
 
-use crate::cli::{folder, refused, run};
+use crate::cli::{done, enfilade, folder, refused};
 
 /// A rectangle across an axis, seen from its greater side or from its smaller one.
 fn rectangle(axis: usize, at: f32, min: [f32; 2], max: [f32; 2], from_above: bool) -> Vec<[f32; 3]> {
@@ -106,8 +105,7 @@ fn scene(file: Vec<u8>) -> Scene {
 }
 
 fn baked(scene: &Scene, rays: u64) -> PvsFile {
-    let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
-    bake(scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file
+    bakes::baked(scene, with_rays(rays))
 }
 
 #[test]
@@ -179,10 +177,7 @@ fn walls_that_are_not_drawn_end_a_leaf() {
     let report = check(&file, &scene, &CheckOptions { rays: 100_000, views: 0, ..CheckOptions::default() }).unwrap();
     assert_eq!((report.missed_rays, report.missed_segments, report.structure.count), (0, 0, 0));
     // The notes tell it from what the user closes.
-    let smallest_hole = Some(1e-6);
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let options = BakeOptions { smallest_hole, pvs, ..BakeOptions::default() };
-    let notes = bake(&scene, options, &Job::quiet()).unwrap().file.notes;
+    let notes = bakes::baked(&scene, BakeOptions { smallest_hole: Some(1e-6), ..with_rays(0) }).notes;
     assert!(notes.iter().any(|n| n == "1 walls are not drawn, in part or whole; they count as opaque"), "{notes:?}");
     assert!(notes.iter().any(|n| n.starts_with("no portal is narrower")), "{notes:?}");
 }
@@ -252,19 +247,17 @@ fn commands_take_levels_and_refuse_what_is_none() {
     let folder = folder("level_scene");
     let level = folder.join("rooms.bsp");
     std::fs::write(&level, rooms(AIR)).unwrap();
-    let path = Path::new;
     let file = level.with_extension("pvs");
-    let baked = run(&[path("bake"), &level, path("--rays"), path("10k")]);
-    assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
+    let baked = enfilade!("bake", &level, "--rays", "10k");
+    done(&baked);
     let said = String::from_utf8_lossy(&baked.stdout).into_owned();
     assert!(said.contains("5 cells (0 open), 4 portals, by leaves: the level's own"), "{said}");
     for command in ["check", "walk"] {
-        let out = run(&[path(command), &file, path("--model"), &level]);
-        assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+        done(&enfilade!(command, &file, "--model", &level));
     }
     let office = folder.join("office.glb");
-    assert!(run(&[path("generate"), path("office"), path("--rooms"), path("4"), path("-o"), &office]).status.success());
-    refused(&run(&[path("bake"), &office, path("--cells"), path("leaves")]), &["has no leaves, only a .bsp"]);
+    done(&enfilade!("generate", "office", "--rooms", "4", "-o", &office));
+    refused(&enfilade!("bake", &office, "--cells", "leaves"), &["has no leaves, only a .bsp"]);
 }
 
 /// What a grating on a solid brush hides, the `.prt` beside the level tells.
@@ -273,15 +266,14 @@ fn gratings_hide_what_they_hid_from_the_compiler() {
     let folder = folder("level_gratings");
     let (level, prt, file) = (folder.join("grate.bsp"), folder.join("grate.prt"), folder.join("grate.pvs"));
     std::fs::write(&level, grated_room(SOLID)).unwrap();
-    let bake = || run(&[Path::new("bake"), &level, Path::new("-o"), &file]);
+    let bake = || enfilade!("bake", &level, "-o", &file);
     refused(&bake(), &["grate.bsp: 2 faces", "{...", ".prt"]);
     // Of another level: its portal is elsewhere.
     let portal_at = |x: &str| format!("PRT1\n3\n1\n4 1 2 ({x} -2 -2) ({x} -2 2) ({x} 2 2) ({x} 2 -2)\n");
     std::fs::write(&prt, portal_at("7")).unwrap();
     refused(&bake(), &["grate.bsp: 2 faces"]);
     std::fs::write(&prt, portal_at("2")).unwrap();
-    let out = bake();
-    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    done(&bake());
 
     let scene = import(&level, &ImportOptions::default()).unwrap();
     assert!(scene.objects.iter().all(|o| o.opaque) && scene.source.notes.iter().any(|n| n.starts_with("2 faces")));
@@ -294,12 +286,6 @@ fn gratings_hide_what_they_hid_from_the_compiler() {
     assert!(scene.objects.iter().all(|o| !o.opaque) && scene.source.notes.is_empty());
     let graph = split(&scene, &SplitOptions::default()).unwrap();
     assert_eq!((graph.cells.len(), graph.portals.len()), (4, 3));
-}
-
-/// Each leaf a cell.
-fn leaves(scene: &Scene, rays: u64) -> PvsFile {
-    let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
-    bake(scene, BakeOptions { pvs, clusters: Some(0.0), ..BakeOptions::default() }, &Job::quiet()).unwrap().file
 }
 
 /// Rows of leaves, against the exact rows of the same portals.
@@ -329,7 +315,8 @@ fn rows_of_a_real_level_hold_what_is_seen_and_little_more() {
     let found: f64 = triangles.map(|t| enfilade::geom::area(&scene.corners(t as usize))).sum::<f64>() * 32.0 * 32.0;
     assert!((found - expected).abs() < 1e-4 * expected, "{found} of {expected}");
 
-    let file = leaves(&scene, 500_000);
+    // Each leaf a cell.
+    let file = bakes::baked(&scene, BakeOptions { clusters: Some(0.0), ..with_rays(500_000) });
     let leaf = |cell: usize| file.cells[cell].name.strip_prefix("leaf ").unwrap().parse::<usize>().unwrap() - 1;
     let rows = file.cell_rows.as_ref().unwrap();
     let (mut seen, mut hidden_but_kept) = (0, 0);

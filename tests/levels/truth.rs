@@ -1,14 +1,14 @@
 //! The rows of a mesh's bake against the exact rows of the level that the mesh is the faces of.
 #![cfg(feature = "quake")]
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::{SplitOptions, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade_levels::bsp::Bsp;
 use enfilade_levels::{VisOptions, vis};
 use qbsp::prelude::*;
+use testing::bakes;
 use testing::data::data;
 use testing::level_mesh::{LevelMesh, metres, obj_text, units};
 use testing::truth::Truth;
@@ -20,13 +20,8 @@ const LINES: u64 = 50_000;
 const RAYS: u64 = 300_000;
 
 fn baked(mesh: &LevelMesh, strategy: Option<Strategy>) -> PvsFile {
-    let options = BakeOptions {
-        split: SplitOptions { strategy, ..SplitOptions::default() },
-        pvs: PvsOptions { ray_budget: RAYS, ..PvsOptions::default() },
-        keep_bounds: true,
-        ..BakeOptions::default()
-    };
-    bake(&mesh.scene, options, &Job::quiet()).unwrap().file
+    let split = SplitOptions { strategy, ..SplitOptions::default() };
+    bakes::baked(&mesh.scene, BakeOptions { split, keep_bounds: true, ..bakes::with_rays(RAYS) })
 }
 
 #[test]

@@ -171,15 +171,13 @@ fn grids_agree_with_a_walker_both_ways() {
         let level = level(&grid.graph());
         let result = run(&level);
         check_shape(&level, &result);
-        let (mut random, mut path) = (Random::new(seed), Vec::new());
-        for k in 0..100_000 {
-            let (room, p, d) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
-            grid.walk(room, p, d, &mut path);
-            for &a in &path {
-                assert!(path.iter().all(|&b| result.upper.get(a, b)), "seed {seed}: a ray leaves the upper set");
-            }
-        }
+        assert_eq!(
+            grid.seen(100_000, seed)[0].first_outside(&result.upper),
+            None,
+            "seed {seed}: a ray leaves the upper set"
+        );
         // And every line is followed by the grid's own walker.
+        let mut path = Vec::new();
         for line in result.lines.iter().filter(|l| l.from != l.to) {
             let d = line.to - line.from;
             let first = line.cells[0] as usize;
@@ -199,14 +197,11 @@ fn cells_that_are_not_convex_lose_nothing() {
         let recipe = Recipe { size: [6, 1, 6], doors: 0.6, joined: 0.2, outside: seed % 2 == 0, objects: 0 };
         let grid = Grid::random(recipe, seed);
         let result = run(&level(&grid.graph()));
-        let (mut random, mut path) = (Random::new(seed), Vec::new());
-        for k in 0..100_000 {
-            let (room, p, d) = if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
-            grid.walk(room, p, d, &mut path);
-            for &a in &path {
-                assert!(path.iter().all(|&b| result.upper.get(a, b)), "seed {seed}: a ray leaves the upper set");
-            }
-        }
+        assert_eq!(
+            grid.seen(100_000, seed)[0].first_outside(&result.upper),
+            None,
+            "seed {seed}: a ray leaves the upper set"
+        );
     }
 }
 
@@ -352,11 +347,7 @@ fn check_separation(level: &Level, chain: &[u32], planes: &[enfilade::geom::Plan
     assert!(pair.contains(&source(chain[0])));
     assert!(chain.windows(2).all(|w| target(w[0]) == source(w[1])));
     let mut random = Random::new(1);
-    let mut point = |d: u32| {
-        let winding = &level.portals[d as usize / 2].winding;
-        let weights: Vec<f64> = winding.iter().map(|_| random.real(0.01, 1.0)).collect();
-        winding.iter().zip(&weights).map(|(&p, &w)| p * w).sum::<DVec3>() / weights.iter().sum::<f64>()
-    };
+    let mut point = |d: u32| within(&level.portals[d as usize / 2].winding, &mut random);
     for _ in 0..50 {
         let (from, to) = (point(chain[0]), point(chain[chain.len() - 1]));
         if !chain.iter().all(|&d| passes(level, d, from, to - from)) {
@@ -368,6 +359,12 @@ fn check_separation(level: &Level, chain: &[u32], planes: &[enfilade::geom::Plan
             assert!(planes.iter().all(|plane| plane.distance(p) < 1e-6), "a line leaves the planes beyond {chain:?}");
         }
     }
+}
+
+/// A point of a convex polygon, off its edges.
+fn within(winding: &[DVec3], random: &mut Random) -> DVec3 {
+    let weights: Vec<f64> = winding.iter().map(|_| random.real(0.01, 1.0)).collect();
+    winding.iter().zip(&weights).map(|(&p, &w)| p * w).sum::<DVec3>() / weights.iter().sum::<f64>()
 }
 
 /// True where a line passes a window the way that it leads, well inside.
@@ -439,8 +436,7 @@ fn rays_through_real_levels_stay_in_the_rows() {
         for _ in 0..rays {
             let id = random.below(2 * level.portals.len()) as u32;
             let winding = &level.portals[id as usize / 2].winding;
-            let weights: Vec<f64> = winding.iter().map(|_| random.real(0.01, 1.0)).collect();
-            let o = winding.iter().zip(&weights).map(|(&p, &w)| p * w).sum::<DVec3>() / weights.iter().sum::<f64>();
+            let o = within(winding, &mut random);
             let d = DVec3::from([(); 3].map(|()| random.real(-1.0, 1.0)));
             let n = (winding[1] - winding[0]).cross(winding[2] - winding[0]) * if id.is_multiple_of(2) { 1.0 } else { -1.0 };
             let d = if n.dot(d) < 0.0 { -d } else { d };

@@ -1,23 +1,21 @@
 //! The check must find what is wrong with a file: a good file of two rooms and a door, then the same with one thing damaged.
 
-use crate::cli::{enfilade, folder};
-use enfilade::cells::{PortalKind, PortalState, Strategy};
-use enfilade::file::{FileCell, FileObject, FilePortal, Import, PairCounts, PvsFile};
-use enfilade::pvs::{Guarantee, PvsStats};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
+use crate::cli::{done, enfilade, folder};
+use enfilade::cells::{PortalKind, PortalState};
+use enfilade::file::{FileCell, FileObject, FilePortal, PvsFile};
+use enfilade::pvs::Guarantee;
+use enfilade::scene::{Mesh, Role, Scene};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use enfilade_measure::verify::{
     CheckError, CheckOptions, CheckReport, ExactReport, FaultKind, Violation, check, check_exact,
 };
 use enfilade_scenes::{Kind, generate};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4, dvec3 as v};
+use testing::bakes::on;
+use testing::files::bare;
 use testing::meshes::{Quad, builder, quads, sides};
 
 const RAYS: CheckOptions = CheckOptions { rays: 40_000, views: 20, seed: 1, leaks: false };
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
 
 /// A rectangle from a corner along two edges.
 fn sheet(node: &str, opaque: bool, rectangles: &[[DVec3; 3]]) -> Mesh {
@@ -80,22 +78,7 @@ fn file(scene: &Scene) -> PvsFile {
     PvsFile {
         model_hash: scene.hash(),
         origin: scene.origin,
-        guarantee: Guarantee::Conservative,
-        import: Import {
-            object_triangles: ImportOptions::default().object_triangles,
-            metres_per_unit: None,
-            z_up: false,
-            tube_radius: None,
-            tubes: true,
-            smallest_hole: None,
-        },
-        strategy: Strategy::Given,
-        reason: "made by hand".into(),
         smallest_hole: scene.tolerance().smallest_hole(),
-        closed_holes: Vec::new(),
-        clusters: Vec::new(),
-        left_out: Vec::new(),
-        notes: Vec::new(),
         cells: vec![
             cell("first", vec![piece(scene, DVec3::ZERO, v(4.0, 3.0, 4.0))]),
             cell(
@@ -114,16 +97,9 @@ fn file(scene: &Scene) -> PvsFile {
         }],
         objects: objects.collect(),
         placement: everything.clone(),
-        placed: None,
         cell_rows: Some(full(2, 2)),
         object_rows: Some(everything),
-        bounds: None,
-        pairs: PairCounts::default(),
-        repairs: Vec::new(),
-        unseen: None,
-        gap: None,
-        stats: PvsStats::default(),
-        views: Default::default(),
+        ..bare()
     }
 }
 
@@ -300,12 +276,9 @@ fn the_exact_judge_finds_what_a_row_lacks_and_says_where_to_look() {
     for object in [PANE, STATUE] {
         let mut file = file(&scene);
         file.object_rows.as_mut().unwrap().clear(0, object.index());
-        let on = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            ExactReport { seconds: 0.0, ..pool.install(|| check_exact(&file, &scene, 60, 1)).unwrap() }
-        };
-        let report = on(1);
-        assert_eq!(report, on(2));
+        let of = |threads| ExactReport { seconds: 0.0, ..on(threads, || check_exact(&file, &scene, 60, 1)).unwrap() };
+        let report = of(1);
+        assert_eq!(report, of(2));
         assert_eq!((report.passed, report.missed_pairs, report.misses.len()), (false, 1, 1));
         let miss = &report.misses[0];
         assert_eq!((miss.cell, miss.object), (CellId(0), object));
@@ -323,11 +296,8 @@ fn results_do_not_depend_on_the_number_of_threads() {
     let mut file = file(&scene);
     file.portals.clear();
     file.object_rows.as_mut().unwrap().clear(1, 0);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        CheckReport { seconds: 0.0, ..pool.install(|| run(&file, &scene)) }
-    };
-    assert_eq!(on(1), on(3));
+    let of = |threads| CheckReport { seconds: 0.0, ..on(threads, || run(&file, &scene)) };
+    assert_eq!(of(1), of(3));
 }
 
 #[test]
@@ -336,8 +306,7 @@ fn the_command_exits_with_0_for_passed_1_for_failed_and_2_for_bad_input() {
     let [glb, other, pvs] = ["gallery.glb", "other.glb", "gallery.pvs"].map(|n| folder.join(n));
     std::fs::write(&glb, generate(Kind::Gallery { rooms: 4 }, 1).unwrap().glb).unwrap();
     std::fs::write(&other, generate(Kind::Gallery { rooms: 4 }, 2).unwrap().glb).unwrap();
-    let baked = enfilade!("bake", &glb, "-o", &pvs, "--rays", "500k");
-    assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
+    done(&enfilade!("bake", &glb, "-o", &pvs, "--rays", "500k"));
     let check = |model: &std::path::Path| {
         let out = enfilade!("check", &pvs, "--model", model, "--rays", "20000", "--views", "2", "--exact", "20", "--json");
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();

@@ -4,16 +4,12 @@
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Mesh, Role, Scene};
 use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS, Seen};
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, dvec3 as v};
 use testing::meshes::{Triangle, cuboid, halves, scene, soup};
 use testing::random::Random;
 
 /// A hit nearer than this is on the triangle that holds the eye, by rounding.
 const ON: f64 = 1e-12;
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
 
 fn mesh(node: &str, opaque: bool, corners: &[Triangle]) -> Mesh {
     soup(node, Role::Unknown, opaque, corners)

@@ -1,26 +1,19 @@
 //! Holes of hand-made houses, as lines of known length; houses without any.
 
 use enfilade::CellId;
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::{SplitOptions, Strategy, read_cells};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{ImportOptions, Role, RoomHint, Scene};
 use enfilade_formats::import;
 use enfilade_measure::verify::{CheckOptions, CheckReport, Leak, LeakKind, check};
-use glam::DVec3;
+use glam::{DVec3, dvec3 as v};
 use serde_json::Value;
-use std::fmt::Write as _;
-use std::path::Path;
-use testing::meshes::{builder, cuboid, quads, sides};
+use testing::bakes;
+use testing::meshes::{builder, cuboid, obj, quads, sides};
 use testing::solids::{Box3, less};
 
-use crate::cli::{folder, run};
-
-fn v(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
+use crate::cli::{done, enfilade, folder, run_words, text};
 
 const LONG: f64 = 8.15;
 const DEEP: f64 = 5.0;
@@ -44,12 +37,7 @@ fn house(holes: &[Box3], roof: bool) -> Vec<Box3> {
     if roof {
         boxes.push([v(-WALL, HIGH, -WALL), v(x + WALL, HIGH + 0.2, z + WALL)]);
     }
-    for &[a, b] in holes {
-        let meets = |[min, max]: &Box3| min.cmplt(b).all() && a.cmplt(*max).all();
-        boxes =
-            boxes.into_iter().flat_map(|s| if meets(&s) { less(s, [a.max(s[0]), b.min(s[1])]) } else { vec![s] }).collect();
-    }
-    boxes
+    holes.iter().fold(boxes, |boxes, &hole| boxes.into_iter().flat_map(|s| less(s, hole)).collect())
 }
 
 fn scene(boxes: &[Box3], rooms: Vec<RoomHint>) -> Scene {
@@ -63,12 +51,11 @@ fn scene(boxes: &[Box3], rooms: Vec<RoomHint>) -> Scene {
 
 fn checked(scene: &Scene, strategy: Strategy) -> (PvsFile, CheckReport) {
     let split = SplitOptions { strategy: Some(strategy), ..SplitOptions::default() };
-    checked_as(scene, BakeOptions { split, ..BakeOptions::default() })
+    checked_as(scene, BakeOptions { split, ..bakes::with_rays(0) })
 }
 
 fn checked_as(scene: &Scene, options: BakeOptions) -> (PvsFile, CheckReport) {
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(scene, BakeOptions { pvs, ..options }, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(scene, options);
     let report =
         check(&file, scene, &CheckOptions { rays: 20_000, views: 0, leaks: true, ..CheckOptions::default() }).unwrap();
     assert_eq!((report.missed_segments, report.structure.count), (0, 0), "{:?}", report.structure);
@@ -125,8 +112,7 @@ fn the_line_goes_up_the_chimney() {
     let mut boxes = house(&[], true);
     boxes.push([v(5.7, HIGH + 0.2, 0.7), v(6.3, top, 1.3)]);
     let hole = [a, b];
-    boxes =
-        boxes.into_iter().flat_map(|s| if s[1].y > HIGH { less(s, [a.max(s[0]), b.min(s[1])]) } else { vec![s] }).collect();
+    let boxes: Vec<Box3> = boxes.into_iter().flat_map(|s| less(s, hole)).collect();
     let (_, report) = checked(&scene(&boxes, Vec::new()), Strategy::Plan);
     let leak = leak(&report);
     let start = leak.points[0];
@@ -165,7 +151,7 @@ fn a_room_without_a_roof_leaks_upwards() {
     // In cells that leave them to the outside, the rooms that the author drew tell of it.
     let scene = scene(&boxes, drawn());
     let sky = read_cells(r#"{"cells": [{"id": 0, "open": true, "pieces": [{"planes": [[0, 1, 0, 1000]]}]}]}"#, &scene);
-    let (file, report) = checked_as(&scene, BakeOptions { given: Some(sky.unwrap()), ..BakeOptions::default() });
+    let (file, report) = checked_as(&scene, BakeOptions { given: Some(sky.unwrap()), ..bakes::with_rays(0) });
     let leaks = report.leaks.unwrap().leaks;
     assert_eq!((file.cells.len(), leaks.len()), (1, 2), "{leaks:?}");
     assert!(leaks.iter().all(|l| l.kind == LeakKind::Room && l.from_cell == CellId(0)));
@@ -183,45 +169,21 @@ fn an_authors_open_air_is_no_leak() {
     assert_eq!(report.leaks.map(|l| l.leak_count), Some(0));
 }
 
-fn obj(boxes: &[Box3]) -> String {
-    let (mut out, mut n) = (String::new(), 0);
-    for (i, &[min, max]) in boxes.iter().enumerate() {
-        let _ = writeln!(out, "o box{i}");
-        for quad in sides(min, max) {
-            for p in quad {
-                let _ = writeln!(out, "v {} {} {}", p.x, p.y, p.z);
-            }
-            let _ = writeln!(out, "f {} {} {} {}", n + 1, n + 2, n + 3, n + 4);
-            n += 4;
-        }
-    }
-    out
-}
-
 #[test]
 fn the_command_writes_lines_and_fails_where_there_are_any() {
     let folder = folder("leaks");
     for (name, holes, exit) in [("whole", &[][..], 0), ("brick", &[BRICK][..], 1)] {
         let at = |extension: &str| folder.join(name).with_extension(extension);
-        std::fs::write(at("obj"), obj(&house(holes, true))).unwrap();
+        let boxes = house(holes, true).into_iter().enumerate();
+        let named = boxes.map(|(i, [min, max])| (format!("box {i}"), min.into(), max.into()));
+        std::fs::write(at("obj"), obj(&named.collect::<Vec<_>>())).unwrap();
         assert!(import(&at("obj"), &ImportOptions::default()).is_ok());
-        let baked = run(&["bake".as_ref(), &at("obj"), "--rays".as_ref(), "0".as_ref()]);
-        assert!(baked.status.success(), "{}", String::from_utf8_lossy(&baked.stderr));
+        done(&enfilade!("bake", &at("obj"), "--rays", "0"));
         let lines = folder.join(format!("{name}-leaks.obj"));
-        let arguments: [&Path; 11] = [
-            "check".as_ref(),
-            &at("pvs"),
-            "--model".as_ref(),
-            &at("obj"),
-            "--rays".as_ref(),
-            "10000".as_ref(),
-            "--views".as_ref(),
-            "0".as_ref(),
-            "--json".as_ref(),
-            "--leak".as_ref(),
-            &lines,
-        ];
-        let out = run(&arguments);
+        let (model, file) = (at("obj"), at("pvs"));
+        let few = ["--rays", "10000", "--views", "0"];
+        let words = ["check", text(&file), "--model", text(&model), "--json", "--leak", text(&lines)];
+        let out = run_words(&[&words[..], &few].concat());
         assert_eq!(out.status.code(), Some(exit), "{}", String::from_utf8_lossy(&out.stderr));
         let report: Value = serde_json::from_slice(&out.stdout).unwrap();
         let leaks = report["leaks"].as_array().unwrap();

@@ -1,11 +1,10 @@
 //! `enfilade report` of a building: what the page and the tables say is what `bake` and `check` say.
 
-use crate::cli::{self, LEVEL, building, folder, refused, run};
+use crate::cli::{self, LEVEL, building, folder, refused, run, run_words};
 use enfilade::BitMatrix;
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
@@ -15,8 +14,11 @@ use enfilade_measure::pages::storeys::{along_a_walk, storeys};
 use enfilade_measure::pages::undecided::{closed_and_open, hardest, kinds, of_cell};
 use enfilade_measure::verify::{CheckOptions, check};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use testing::bakes;
+use testing::meshes::obj;
 use testing::page::check_page;
+use testing::rooms::three_yards;
 
 fn json(arguments: &[&str]) -> Value {
     cli::json(&cli::run_words(arguments))
@@ -129,7 +131,7 @@ fn check_cells(cells: &str, baked: &Value) {
 fn baked(name: &str, ray_budget: u64, rows_from: Guarantee) -> (Scene, PvsFile) {
     let scene = import(&building(name), &ImportOptions::default()).unwrap();
     let pvs = PvsOptions { ray_budget, rows_from, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() });
     (scene, file)
 }
 
@@ -323,42 +325,13 @@ fn a_hall_without_anything_to_tell_is_a_page_too() {
     check_page(&text(&page));
 }
 
-/// Three yards of 20 x 20 m under one sky, walls of 12 m between them, stones in each.
-fn yards(folder: &Path) -> PathBuf {
-    let (mut obj, mut corners) = (String::new(), 0);
-    let mut solid = |name: &str, min: [f64; 3], max: [f64; 3]| {
-        obj += &format!("o {name}\n");
-        for corner in 0..8usize {
-            let [x, y, z] = [0, 1, 2].map(|axis| if corner >> axis & 1 == 0 { min[axis] } else { max[axis] });
-            obj += &format!("v {x} {y} {z}\n");
-        }
-        for [a, b, c, d] in [[1, 5, 7, 3], [2, 4, 8, 6], [1, 2, 6, 5], [3, 7, 8, 4], [1, 3, 4, 2], [5, 6, 8, 7]] {
-            let [a, b, c, d] = [a, b, c, d].map(|i| i + corners);
-            obj += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
-        }
-        corners += 8;
-    };
-    solid("ground", [0.0, -0.2, 0.0], [60.0, 0.0, 20.0]);
-    for k in 0..4 {
-        let x = 20.0 * f64::from(k);
-        solid("wall", [x - 0.1, -0.1, 0.0], [x + 0.1, 12.0, 20.0]);
-    }
-    for yard in 0..3 {
-        for i in 0..20 {
-            let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
-            solid(&format!("stone {yard} {i}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]);
-        }
-    }
-    let path = folder.join("yards.obj");
-    std::fs::write(&path, obj).unwrap();
-    path
-}
-
 /// Each split saves something for its bytes, and they end where the bake says that they end.
 #[test]
 fn view_cells_are_drawn_split_by_split_until_the_bake_stopped() {
     let folder = folder("splits");
-    let (model, page, file) = (yards(&folder), folder.join("page.html"), folder.join("yards.pvs"));
+    let [model, page, file] = ["yards.obj", "page.html", "yards.pvs"].map(|name| folder.join(name));
+    let yards = three_yards().into_iter().enumerate().map(|(i, (name, min, max))| (format!("{name} {i}"), min, max));
+    std::fs::write(&model, obj(&yards.collect::<Vec<_>>())).unwrap();
     let [model, page_name, file] = [&model, &page, &file].map(|path| path.to_str().unwrap());
     let flags = ["--rays", "300k", "--seed", "2", "--view-cells", "auto:2K", "--json"];
     let told = json(&[&["report", model, "-o", page_name, "--views", "5"], &flags[..]].concat());
@@ -391,22 +364,22 @@ fn bad_input_is_one_line_and_exit_2() {
     let folder = folder("bad");
     let (level, villa) = (folder.join("level.prt"), building("villa_rotonda.glb"));
     std::fs::write(&level, LEVEL).unwrap();
-    let report = |arguments: &[&Path]| run(&[&[Path::new("report")], arguments].concat());
-    let flag = |name: &'static str| Path::new(name);
-    refused(&report(&[&folder.join("none.glb")]), &["none.glb: "]);
-    refused(&report(&[&folder.join("none.xyz")]), &["none.xyz: no importer"]);
-    refused(&report(&[&folder.join("a.pvs")]), &["a.pvs: report bakes a model itself"]);
-    refused(&report(&[&villa, flag("--steps"), flag("7")]), &["villa_rotonda.glb: is no level; --steps is for levels"]);
-    refused(&report(&[&villa, flag("--against"), &level]), &["villa_rotonda.glb: is no level; --against is for levels"]);
-    refused(&report(&[&level, flag("--cells"), flag("plan")]), &["level.prt: is a level; --cells is for buildings"]);
-    refused(&report(&[&level, flag("--views"), flag("7")]), &["level.prt: is a level; --views is for buildings"]);
-    refused(&report(&[&level, flag("--view-cells"), flag("auto")]), &["is a level; --view-cells is for buildings"]);
-    refused(&report(&[&villa, flag("--view-cells"), flag("auto:0")]), &["takes bytes, above 0"]);
-    refused(&report(&[&villa, flag("--view-cells"), &folder.join("none.json")]), &["none.json"]);
-    refused(&report(&[&villa, flag("--rays=-1")]), &["--rays", "takes a whole number"]);
-    refused(&report(&[&villa, flag("-o"), &folder.join("page.csv")]), &["page.csv: -o names the page"]);
-    refused(
-        &report(&[&villa, flag("--cells"), flag("authored"), flag("-o"), &folder.join("p.html")]),
-        &["villa_rotonda.glb: the model names no rooms"],
-    );
+    let in_folder = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (level, villa) = (level.to_str().unwrap(), villa.to_str().unwrap());
+    let cases: [(&[&str], &[&str]); 11] = [
+        (&[&in_folder("none.glb")], &["none.glb: "]),
+        (&[&in_folder("none.xyz")], &["none.xyz: no importer"]),
+        (&[&in_folder("a.pvs")], &["a.pvs: report bakes a model itself"]),
+        (&[villa, "--steps", "7"], &["villa_rotonda.glb: is no level; --steps is for levels"]),
+        (&[villa, "--against", level], &["villa_rotonda.glb: is no level; --against is for levels"]),
+        (&[level, "--cells", "plan"], &["level.prt: is a level; --cells is for buildings"]),
+        (&[level, "--views", "7"], &["level.prt: is a level; --views is for buildings"]),
+        (&[level, "--view-cells", "auto"], &["is a level; --view-cells is for buildings"]),
+        (&[villa, "--rays=-1"], &["--rays", "takes a whole number"]),
+        (&[villa, "-o", &in_folder("page.csv")], &["page.csv: -o names the page"]),
+        (&[villa, "--cells", "authored", "-o", &in_folder("p.html")], &["villa_rotonda.glb: the model names no rooms"]),
+    ];
+    for (words, says) in cases {
+        refused(&run_words(&[&["report"], words].concat()), says);
+    }
 }

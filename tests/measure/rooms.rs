@@ -1,17 +1,15 @@
 //! The scorer of `check --rooms`, on cells whose overlap with the rooms is known by hand, and on generated buildings, whose plan is.
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::cells::{PortalKind, SplitOptions, Strategy};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
-use enfilade::scene::{ImportOptions, Role, Scene};
-use enfilade_formats::gltf::from_slice;
+use enfilade::scene::{Role, Scene};
 use enfilade_measure::verify::rooms::{RoomScore, RoomsFile};
 use enfilade_measure::verify::score_rooms;
-use enfilade_scenes::{Kind, generate};
+use enfilade_scenes::Kind;
 use serde_json::{Value, json};
 
+use testing::bakes;
 use testing::boxes::{Building, block, p};
 
 const DEEP: f64 = 5.0;
@@ -219,14 +217,9 @@ fn a_footprint_has_holes_and_a_solid_stands_for_what_is_no_prism() {
 
 /// Cells found by walls alone, scored against the plan that the building was made from.
 fn generated(kind: Kind) -> RoomScore {
-    let made = generate(kind, 3).unwrap();
-    let scene = from_slice(&made.glb, "generated", None, &ImportOptions::default()).unwrap();
-    let options = BakeOptions {
-        split: SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() },
-        pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() },
-        ..BakeOptions::default()
-    };
-    let file = bake(&scene, options, &Job::quiet()).unwrap().file;
+    let (made, scene) = bakes::generated(kind, 3);
+    let split = SplitOptions { strategy: Some(Strategy::Plan), ..SplitOptions::default() };
+    let file = bakes::baked(&scene, BakeOptions { split, ..bakes::with_rays(0) });
     score_rooms(&file, &scene, &serde_json::from_value(made.rooms).unwrap()).unwrap()
 }
 
@@ -242,21 +235,13 @@ fn assert_perfect(kind: Kind) {
 }
 
 #[test]
-fn an_office_of_one_storey_has_its_rooms_and_doors() {
-    assert_perfect(Kind::Office { rooms: 24, storeys: Some(1), furnished: false });
-}
-
-#[test]
-fn an_office_of_three_storeys_has_its_rooms_and_doors() {
-    assert_perfect(Kind::Office { rooms: 40, storeys: Some(3), furnished: true });
-}
-
-#[test]
-fn the_gallery_has_its_rooms_and_doors() {
-    assert_perfect(Kind::Gallery { rooms: 20 });
-}
-
-#[test]
-fn the_maze_has_its_rooms_and_doors() {
-    assert_perfect(Kind::Maze { rooms: 30 });
+fn generated_buildings_have_their_rooms_and_doors() {
+    for kind in [
+        Kind::Office { rooms: 24, storeys: Some(1), furnished: false },
+        Kind::Office { rooms: 40, storeys: Some(3), furnished: true },
+        Kind::Gallery { rooms: 20 },
+        Kind::Maze { rooms: 30 },
+    ] {
+        assert_perfect(kind);
+    }
 }

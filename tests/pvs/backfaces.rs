@@ -1,26 +1,14 @@
 //! What is seen from one side only: a room beside a pit, and a crawlway at the bottom of it, whose pairs are known.
 
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
 use enfilade::proof::{Asker, Goal, Why};
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::{Mesh, Role, Scene};
 use enfilade::{CellId, ObjectId};
 use glam::{DMat3, DVec3};
-use testing::meshes::{Quad, builder};
+use testing::bakes;
+use testing::meshes::{builder, flat};
 use testing::rooms::{box_piece, graph, portal};
-
-/// A rectangle, flat along one axis.
-fn rectangle(min: [f64; 3], max: [f64; 3]) -> Quad {
-    let axis = (0..3).find(|&k| min[k] == max[k]).expect("flat along an axis");
-    let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
-    [(min, min), (max, min), (max, max), (min, max)].map(|(at_u, at_v)| {
-        let mut corner = min;
-        (corner[u], corner[v]) = (at_u[u], at_v[v]);
-        DVec3::from(corner)
-    })
-}
 
 /// x from 1: the room, 3 m long; the pit, 2 m long and deep; the crawlway, 1 m long and high. All are 2 m wide.
 const ROOM: u32 = 0;
@@ -56,9 +44,9 @@ const HIDDEN: [(u32, &str); 4] =
 fn scene(turn: DMat3, is_flipped: bool) -> Scene {
     let mut builder = builder();
     for (node, min, max, opaque) in WALLS {
-        let mut corners = vec![rectangle(min, max)];
+        let mut corners = vec![flat(min.into(), max.into())];
         if node == "crawlway's sides" {
-            corners.push(rectangle([6., -2., 2.], [7., -1., 2.]));
+            corners.push(flat([6., -2., 2.].into(), [7., -1., 2.].into()));
         }
         let positions = corners.concat().into_iter().map(|p| turn * p).collect();
         let halves = (0..corners.len() as u32).flat_map(|q| [[0, 1, 2], [0, 2, 3]].map(|t| t.map(|k| 4 * q + k)));
@@ -91,9 +79,7 @@ fn baked(scene: &Scene, turn: DMat3) -> PvsFile {
         portal.winding.iter_mut().for_each(|p| *p = place(*p));
         portal.plane = enfilade::geom::Plane::through(portal.winding[0], turn * portal.plane.n);
     }
-    let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, given: Some(given), keep_bounds: true, ..BakeOptions::default() };
-    bake(scene, options, &Job::quiet()).unwrap().file
+    bakes::baked(scene, BakeOptions { given: Some(given), keep_bounds: true, ..bakes::with_rays(200_000) })
 }
 
 #[test]

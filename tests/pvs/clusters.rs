@@ -4,10 +4,10 @@ use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{CellGraph, Portal, PortalKind};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::scene::Scene;
 use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
+use testing::bakes::with_rays;
 use testing::meshes::{scene, solid};
 use testing::rooms::{ball, box_piece, graph, portal};
 
@@ -55,9 +55,7 @@ fn baked(scene: &Scene, given: Option<CellGraph>, clusters: Option<f64>, rays: u
 }
 
 fn with_details(scene: &Scene, given: Option<CellGraph>, clusters: Option<f64>, rays: u64) -> Baked {
-    let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, given, clusters, keep_bounds: true, ..BakeOptions::default() };
-    bake(scene, options, &Job::quiet()).unwrap()
+    bake(scene, BakeOptions { given, clusters, keep_bounds: true, ..with_rays(rays) }, &Job::quiet()).unwrap()
 }
 
 #[test]

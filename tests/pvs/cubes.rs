@@ -1,14 +1,15 @@
 //! Visibility cubes: the fast engines give the same bits, and what one ray after the other says in `f64`, but for differences that the
 //! stated tolerance explains. Every differing pixel is looked at.
 
-use crate::cli::{building, folder};
+use crate::cli::building;
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, NONE, Raster, Rays, settle};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
 use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
+use enfilade_scenes::Kind;
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
+use testing::bakes::generated;
 use testing::explain::{EXACT, compare, is_explained};
 use testing::meshes::{Triangle, cuboid, scene, soup};
 use testing::random::Places;
@@ -140,10 +141,7 @@ fn real_buildings_agree_with_the_truth() {
 
 #[test]
 fn furnished_offices_agree_with_the_truth() {
-    let office = generate(Kind::Office { rooms: 30, storeys: Some(2), furnished: true }, 5).unwrap();
-    let path = folder("office").join("office.glb");
-    std::fs::write(&path, &office.glb).unwrap();
-    let scene = import(&path, &ImportOptions::default()).unwrap();
+    let (_, scene) = generated(Kind::Office { rooms: 30, storeys: Some(2), furnished: true }, 5);
     let (differ, pixels) = views(&scene, 6, 64, (0, 0));
     println!("{differ} of {pixels} pixels differ");
 }

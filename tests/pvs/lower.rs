@@ -5,12 +5,15 @@ use enfilade::geom::Aabb;
 use enfilade::job::Job;
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::rays::{Hit, RayScene};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
 use enfilade::{CellId, ObjectId};
+use enfilade_formats::import;
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use testing::bakes::on;
 use testing::data::data;
 use testing::meshes::{scene, solid, soup as mesh};
+use testing::plain::{meets, nearest};
 use testing::random::Places;
 use testing::rooms;
 
@@ -30,24 +33,6 @@ fn soup(random: &mut Places, objects: usize, extent: f64) -> Scene {
             .collect();
         mesh(&format!("soup {i}"), Role::Unknown, i % 3 != 0, &triangles)
     }))
-}
-
-/// Where a line meets a triangle, by Cramer's rule.
-fn meets(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let det = |x: DVec3, y: DVec3, z: DVec3| x.dot(y.cross(z));
-    let (e, f, g) = (b - a, c - a, origin - a);
-    let d = det(e, f, -direction);
-    let (u, v, t) = (det(g, f, -direction) / d, det(e, g, -direction) / d, det(e, f, g) / d);
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
-}
-
-/// Distance of a point to a triangle: to its plane where it projects inside, else to an edge.
-fn point_to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
-    let n = (b - a).cross(c - a).normalize();
-    let inside = [(a, b), (b, c), (c, a)].iter().all(|&(x, y)| (y - x).cross(p - x).dot(n) >= 0.0);
-    let to_edge =
-        |x: DVec3, y: DVec3| p.distance(x + (y - x) * ((p - x).dot(y - x) / (y - x).length_squared()).clamp(0.0, 1.0));
-    if inside { n.dot(p - a).abs() } else { to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a)) }
 }
 
 fn opaque_triangles(scene: &Scene) -> Vec<usize> {
@@ -125,7 +110,7 @@ fn clearance_agrees_with_distances_measured_point_by_point() {
             .map(|k| a.lerp(b, f64::from(k) / f64::from(steps)))
             .flat_map(|p| opaque.iter().map(move |&t| (p, t)))
             .filter(|&(p, t)| Aabb::of(scene.corners(t)).inflated(1.0).contains(p))
-            .map(|(p, t)| point_to_triangle(p, scene.corners(t)))
+            .map(|(p, t)| nearest(scene.corners(t), p).distance(p))
             .fold(1.0, f64::min);
         // The nearest point lies within half a step of one that was measured.
         let step = a.distance(b) / f64::from(steps) * 0.5;
@@ -315,9 +300,8 @@ fn a_gap_between_cells_is_bridged() {
 fn one_thread_and_two_give_the_same() {
     let run = |threads: usize, seed: u64| {
         let (scene, graph) = rooms::office(3, 4);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let options = PvsOptions { ray_budget: 400_000, seed, ..PvsOptions::default() };
-        pool.install(|| bake(&scene, graph, &options, &Job::quiet()).unwrap())
+        on(threads, || bake(&scene, graph, &options, &Job::quiet()).unwrap())
     };
     assert_eq!(run(1, 0), run(2, 0));
     assert_ne!(run(2, 0).witnesses, run(2, 1).witnesses, "the seed matters");
@@ -392,25 +376,8 @@ fn exact_scenes() -> Vec<PathBuf> {
 /// A scene with the exact answer: its triangles, its cells' boxes, its pairs.
 fn read_exact(folder: &Path) -> (Scene, Vec<Aabb>, Vec<serde_json::Value>) {
     let text = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a file of the scene");
-    let (mut positions, mut meshes) = (Vec::new(), Vec::<Mesh>::new());
-    for line in text("scene.obj").lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words.as_slice() {
-            ["o", name] => meshes.push(mesh(name, Role::Unknown, true, &[])),
-            ["v", x, y, z] => positions.push(DVec3::from([x, y, z].map(|s| s.parse().expect("a number")))),
-            ["f", corners @ ..] => {
-                let index = |s: &&str| s.split('/').next().and_then(|s| s.parse::<u32>().ok()).expect("an index") - 1;
-                meshes.last_mut().expect("o before f").triangles.push(std::array::from_fn(|k| index(&corners[k])));
-            }
-            _ => {}
-        }
-    }
     let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
-    let mut builder = SceneBuilder::new(&options, Source::default());
-    for m in meshes {
-        builder.add(Mesh { positions: positions.clone(), ..m }).expect("a sound mesh");
-    }
-    let scene = builder.finish("exact").expect("a scene");
+    let scene = import(&folder.join("scene.obj"), &options).expect("a scene");
     let json = |name: &str| serde_json::from_str::<serde_json::Value>(&text(name)).expect("JSON");
     let cells = json("cells.json")["cells"]
         .as_array()

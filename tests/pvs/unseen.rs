@@ -12,43 +12,20 @@ use enfilade_formats::import;
 use glam::DVec3;
 use std::path::Path;
 use testing::data;
-use testing::meshes::{self, solid};
+use testing::meshes::{Triangle, solid};
+use testing::plain::meets;
+use testing::random::Random;
+use testing::rooms;
 
-/// A generator of its own, so that nothing is shared with what is tested (Marsaglia, *Xorshift RNGs*, 2003).
-struct Xorshift(u64);
-
-impl Xorshift {
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let p = DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
-            if (1e-3..1.0).contains(&p.length()) {
-                return p.normalize();
-            }
-        }
-    }
+/// What a ray meets first, by triangles tested one by one.
+fn first_object(triangles: &[(Triangle, usize)], from: DVec3, direction: DVec3) -> Option<usize> {
+    let hits = triangles.iter().filter_map(|&(triangle, object)| meets(from, direction, triangle).map(|t| (t, object)));
+    hits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, object)| object)
 }
 
-/// Triangles in the order of the scene, tested one by one (Möller, Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997).
-fn first_object(triangles: &[([DVec3; 3], usize)], from: DVec3, direction: DVec3) -> Option<usize> {
-    let hit = |&([a, b, c], object): &([DVec3; 3], usize)| {
-        let (e1, e2) = (b - a, c - a);
-        let p = direction.cross(e2);
-        let det = e1.dot(p);
-        let s = from - a;
-        let u = s.dot(p) / det;
-        let q = s.cross(e1);
-        let v = direction.dot(q) / det;
-        let t = e2.dot(q) / det;
-        (det != 0.0 && u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some((t, object))
-    };
-    triangles.iter().filter_map(hit).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, object)| object)
+/// All triangles of a scene, and which object each is of.
+fn triangles(scene: &Scene) -> Vec<(Triangle, usize)> {
+    (0..scene.triangles.len()).map(|t| (scene.corners(t), scene.object_of(t).index())).collect()
 }
 
 fn folder(data: &Path, name: &str) -> (Scene, Vec<ViewCell>) {
@@ -76,18 +53,16 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
     let (mut runs, mut wrong, mut vain) = (0u32, 0u32, 0u32);
     for name in ["two_rooms", "rooms3x3", "keyhole", "random_boxes", "slit_possible", "slit_barely_visible", "l_corridors"] {
         let (scene, views) = folder(data, name);
-        let mut triangles = Vec::new();
-        for (o, object) in scene.objects.iter().enumerate() {
-            triangles.extend((object.triangles.start..object.triangles.end).map(|t| (scene.corners(t as usize), o)));
-        }
+        let triangles = triangles(&scene);
         // How much of all that there is to see from a view cell each object is.
-        let mut random = Xorshift(0x9e37_79b9_7f4a_7c15);
+        let mut random = Random::new(0x9e37_79b9_7f4a_7c15);
         let solid = |view: &ViewCell| {
             let bounds = view.pieces[0].bounds;
             assert_eq!((view.pieces.len(), view.pieces[0].planes.len()), (1, 6), "a box");
             let mut counts = vec![0u32; scene.objects.len()];
             for _ in 0..rays_of_truth {
-                let at = bounds.min + bounds.size() * DVec3::new(random.unit(), random.unit(), random.unit());
+                let at = bounds.min
+                    + bounds.size() * DVec3::new(random.real(0.0, 1.0), random.real(0.0, 1.0), random.real(0.0, 1.0));
                 if let Some(object) = first_object(&triangles, at, random.direction()) {
                     counts[object] += 1;
                 }
@@ -124,21 +99,9 @@ fn the_bound_holds(data: &Path, seeds: u64, rays_of_truth: u32) {
     assert!(vain < runs / 4, "{vain} of {runs} bounds say nothing of rows that miss little");
 }
 
-/// Two rooms of `exact/`-like size with a doorway, and a chair in each.
+/// Two rooms with a doorway, and a chair in each.
 fn two_rooms() -> Scene {
-    let mut meshes = vec![
-        solid("floor", [0.0, -0.2, 0.0], [8.2, 0.0, 4.0]),
-        solid("ceiling", [0.0, 3.0, 0.0], [8.2, 3.2, 4.0]),
-        solid("west", [-0.2, -0.2, -0.2], [0.0, 3.2, 4.2]),
-        solid("east", [8.2, -0.2, -0.2], [8.4, 3.2, 4.2]),
-        solid("south", [-0.1, -0.2, -0.2], [8.3, 3.2, 0.0]),
-        solid("north", [-0.1, -0.2, 4.0], [8.3, 3.2, 4.2]),
-        solid("middle", [4.0, -0.1, -0.1], [4.2, 3.1, 2.0]),
-        solid("middle", [4.0, -0.1, 2.9], [4.2, 3.1, 4.1]),
-        solid("lintel", [4.0, 2.1, 1.9], [4.2, 3.1, 3.0]),
-    ];
-    meshes.extend([1.0, 6.0].map(|x| solid("chair", [x, 0.0, 1.0], [x + 0.4, 0.4, 1.4])));
-    meshes::scene(meshes)
+    rooms::row(2, [1.0, 6.0].map(|x| solid("chair", [x, 0.0, 1.0], [x + 0.4, 0.4, 1.4])), &[]).0
 }
 
 fn asked(unseen: Option<f64>, ray_budget: u64) -> Baked {
@@ -171,17 +134,14 @@ fn sampling_goes_on_until_an_error_is_met_or_rays_end_it() {
 fn the_error_that_was_asked_for_holds_for_rays_that_had_no_part_in_it() {
     let scene = two_rooms();
     let baked = asked(Some(1e-3), 100_000_000);
-    let mut triangles = Vec::new();
-    for (o, object) in scene.objects.iter().enumerate() {
-        triangles.extend((object.triangles.start..object.triangles.end).map(|t| (scene.corners(t as usize), o)));
-    }
+    let triangles = triangles(&scene);
     let closed: Vec<usize> = (0..baked.file.cells.len()).filter(|&c| !baked.file.cells[c].open).collect();
     assert!(!closed.is_empty());
     let graph = baked.file.graph();
     let locator = Locator::new(&graph);
-    let (mut random, mut missed, mut cast) = (Xorshift(0x2545_f491_4f6c_dd1d), 0, 0u32);
+    let (mut random, mut missed, mut cast) = (Random::new(0x2545_f491_4f6c_dd1d), 0, 0u32);
     while cast < 20_000 {
-        let within = DVec3::new(8.2 * random.unit(), 3.0 * random.unit(), 4.0 * random.unit());
+        let within = DVec3::new(8.2 * random.real(0.0, 1.0), 3.0 * random.real(0.0, 1.0), 4.0 * random.real(0.0, 1.0));
         let (at, direction) = (within - scene.origin, random.direction());
         let Some((cell, _)) = locator.locate(at).filter(|(cell, _)| closed.contains(&cell.index())) else { continue };
         cast += 1;

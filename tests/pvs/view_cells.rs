@@ -1,7 +1,7 @@
 //! View cells: against exact answers (`exact/` in the data folder; its README says how they were found), against the cells of a
 //! building, and on the command line.
 
-use crate::cli;
+use crate::cli::{self, enfilade};
 use enfilade::BitMatrix;
 use enfilade::bake::{BakeOptions, Baked, bake};
 use enfilade::cells::{ViewCell, read_view_cells, undivided};
@@ -15,12 +15,13 @@ use enfilade_formats::import;
 use glam::DVec3;
 use serde_json::Value;
 use std::path::Path;
+use testing::bakes::{self, with_rays};
 use testing::data;
-use testing::meshes::{scene, solid};
+use testing::meshes::{obj, scene, solid};
+use testing::rooms::three_yards;
 
 fn baked(scene: &Scene, view_cells: Vec<ViewCell>, rays: u64) -> (Baked, ViewRows) {
-    let pvs = PvsOptions { ray_budget: rays, ..PvsOptions::default() };
-    let options = BakeOptions { pvs, keep_bounds: true, view_cells, ..BakeOptions::default() };
+    let options = BakeOptions { keep_bounds: true, view_cells, ..with_rays(rays) };
     let baked = bake(scene, options, &Job::quiet()).unwrap();
     let views = baked.views.clone().expect("view cells were given");
     assert_eq!(views.lower.first_outside(&views.upper), None);
@@ -85,8 +86,7 @@ fn both_bounds_hold_on_every_scene_with_an_exact_answer() {
 fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     let model = cli::building("villa_rotonda.glb");
     let scene = import(&model, &ImportOptions::default()).unwrap();
-    let options = BakeOptions { pvs: PvsOptions { ray_budget: 0, ..PvsOptions::default() }, ..BakeOptions::default() };
-    let cells = bake(&scene, options, &Job::quiet()).unwrap().file.cells;
+    let cells = bakes::baked(&scene, with_rays(0)).cells;
     // The first three closed ones, as the file has them.
     let plane = |n: glam::DVec3, d: f64| serde_json::json!([n.x, n.y, n.z, d + n.dot(scene.origin)]);
     let closed: Vec<usize> = (0..cells.len()).filter(|&c| !cells[c].open).take(3).collect();
@@ -114,22 +114,9 @@ fn a_cell_given_as_a_view_cell_sees_what_the_cell_sees() {
     }
 }
 
-/// Ground of 60 x 20 m with walls across it at x = 20 and x = 40, 12 m high and longer than it is wide, and twenty pebbles between each two.
-fn three_yards() -> Scene {
-    let mut meshes = vec![solid("ground", [0.0, -1.0, 0.0], [60.0, 0.0, 20.0])];
-    meshes.extend([20.0, 40.0].map(|x| solid("wall", [x - 0.1, -0.5, -3.0], [x + 0.1, 12.0, 23.0])));
-    for yard in 0..3 {
-        for i in 0..20 {
-            let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
-            meshes.push(solid(&format!("pebble of yard {yard}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]));
-        }
-    }
-    scene(meshes)
-}
-
 #[test]
 fn view_cells_by_cost_part_three_yards_under_one_sky() {
-    let scene = three_yards();
+    let scene = scene(three_yards().iter().map(|(name, min, max)| solid(name, *min, *max)));
     let options = |bytes: u64| BakeOptions {
         given: Some(undivided(&scene)),
         view_cell_bytes: Some(bytes),
@@ -173,30 +160,19 @@ fn view_cells_by_cost_part_three_yards_under_one_sky() {
 
 /// A box of 6 x 3 x 4 m with a wall at x = 3 that has no door, its outside 0.2 m off, as an OBJ file.
 fn two_closed_rooms(folder: &Path) -> std::path::PathBuf {
-    let mut obj = String::new();
-    let mut corners = 0;
-    let mut solid = |name: &str, min: [f64; 3], max: [f64; 3]| {
-        obj += &format!("o {name}\n");
-        for i in 0..8 {
-            let [x, y, z] = std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] });
-            obj += &format!("v {x} {y} {z}\n");
-        }
-        for [a, b, c, d] in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
-            obj += &format!("f {} {} {} {}\n", a + corners + 1, b + corners + 1, c + corners + 1, d + corners + 1);
-        }
-        corners += 8;
-    };
-    solid("floor", [-0.2, -0.2, -0.2], [6.2, 0.0, 4.2]);
-    solid("ceiling", [-0.2, 3.0, -0.2], [6.2, 3.2, 4.2]);
-    solid("west", [-0.2, -0.1, -0.2], [0.0, 3.1, 4.2]);
-    solid("east", [6.0, -0.1, -0.2], [6.2, 3.1, 4.2]);
-    solid("south", [-0.1, -0.1, -0.2], [6.1, 3.1, 0.0]);
-    solid("north", [-0.1, -0.1, 4.0], [6.1, 3.1, 4.2]);
-    solid("middle", [2.9, -0.1, -0.1], [3.1, 3.1, 4.1]);
-    solid("chair", [1.0, 0.0, 1.0], [1.4, 0.4, 1.4]);
-    solid("table", [4.5, 0.0, 1.0], [5.0, 0.7, 1.6]);
+    let boxes = [
+        ("floor", [-0.2, -0.2, -0.2], [6.2, 0.0, 4.2]),
+        ("ceiling", [-0.2, 3.0, -0.2], [6.2, 3.2, 4.2]),
+        ("west", [-0.2, -0.1, -0.2], [0.0, 3.1, 4.2]),
+        ("east", [6.0, -0.1, -0.2], [6.2, 3.1, 4.2]),
+        ("south", [-0.1, -0.1, -0.2], [6.1, 3.1, 0.0]),
+        ("north", [-0.1, -0.1, 4.0], [6.1, 3.1, 4.2]),
+        ("middle", [2.9, -0.1, -0.1], [3.1, 3.1, 4.1]),
+        ("chair", [1.0, 0.0, 1.0], [1.4, 0.4, 1.4]),
+        ("table", [4.5, 0.0, 1.0], [5.0, 0.7, 1.6]),
+    ];
     let path = folder.join("rooms.obj");
-    std::fs::write(&path, obj).unwrap();
+    std::fs::write(&path, obj(&boxes.map(|(name, min, max)| (name.to_owned(), min, max)))).unwrap();
     path
 }
 
@@ -210,23 +186,28 @@ fn the_command_keeps_view_cells_and_lists_them() {
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {other}]}}"#)).unwrap();
     let out = folder.join("rooms.pvs");
     let bake = |threads: &str| {
-        let arguments = ["bake", "--view-cells", "--rays", "500k", "--rows", "both", "--json", "--threads", threads, "-o"];
-        let mut command = cli::command(&[]);
-        command.args(&arguments[..2]).arg(&views).args(&arguments[2..]).args([&out, &model]);
-        let done = command.output().unwrap();
-        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let report: Value = serde_json::from_slice(&done.stdout).unwrap();
+        let report = cli::json(&enfilade!(
+            "bake",
+            "--view-cells",
+            &views,
+            "--rays",
+            "500k",
+            "--rows",
+            "both",
+            "--json",
+            "--threads",
+            threads,
+            "-o",
+            &out,
+            &model
+        ));
         (report, std::fs::read(&out).unwrap())
     };
     let ((report, one), (_, two)) = (bake("1"), bake("2"));
     assert!(one == two, "one and two threads give different bytes");
     assert_eq!((&report["view_cells"]["count"], &report["view_cells"]["in_no_cell"]), (&3.into(), &1.into()));
 
-    let json = |arguments: &[&str]| -> Value {
-        let done = cli::command(&[]).args(arguments).arg(&out).arg("--json").output().unwrap();
-        serde_json::from_slice(&done.stdout).unwrap()
-    };
-    let dump = json(&["dump"]);
+    let dump = cli::json(&enfilade!("dump", &out, "--json"));
     let ids: Vec<&Value> = dump["view_cells"].as_array().unwrap().iter().map(|v| &v["id"]).collect();
     assert_eq!(serde_json::json!(ids), serde_json::json!(["west room", 7, "stone"]));
     assert_eq!(dump["view_cells"][0]["pieces"][0]["planes"].as_array().unwrap().len(), 6);
@@ -241,9 +222,9 @@ fn the_command_keeps_view_cells_and_lists_them() {
         assert!(east.contains(&"table".into()) && !east.contains(&"chair".into()), "{east:?}");
         assert!(west.contains(&"middle".into()) && east.contains(&"middle".into()) && west.contains(&"west".into()));
     }
-    let only = json(&["dump", "--rows", "view-cells"]);
+    let only = cli::json(&enfilade!("dump", "--rows", "view-cells", &out, "--json"));
     assert_eq!(only["rows"].as_object().unwrap().keys().collect::<Vec<_>>(), ["view_cells"]);
-    assert_eq!(json(&["info"])["view_cells"]["count"], 3);
+    assert_eq!(cli::json(&enfilade!("info", &out, "--json"))["view_cells"]["count"], 3);
     let file = PvsFile::load(&out).unwrap();
     let east = file.view_cell(&7.into()).unwrap();
     let seen: Vec<u64> = file.objects_seen_from_view(east).map(|o| u64::from(o.0)).collect();
@@ -260,13 +241,10 @@ fn view_cells_that_make_no_sense_are_refused() {
     let model = two_closed_rooms(&folder);
     let (views, out) = (folder.join("views.json"), folder.join("rooms.pvs"));
     std::fs::write(&views, format!(r#"{{"cells": [{WEST}, {WEST}]}}"#)).unwrap();
-    let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &views, "-o".as_ref(), &out]);
+    let refused = enfilade!("bake", &model, "--view-cells", &views, "-o", &out);
     cli::refused(&refused, &["views.json", "cells[1].id", "is a duplicate"]);
-    for (wrong, says) in [("auto:0", "takes bytes, above 0"), ("auto:many", "takes bytes, above 0")] {
-        let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), Path::new(wrong), "-o".as_ref(), &out]);
-        cli::refused(&refused, &[says]);
+    for wrong in ["auto:0", "auto:many"] {
+        cli::refused(&enfilade!("bake", &model, "--view-cells", wrong, "-o", &out), &["takes bytes, above 0"]);
     }
-    let none = folder.join("none.json");
-    let refused = cli::run(&["bake".as_ref(), &model, "--view-cells".as_ref(), &none, "-o".as_ref(), &out]);
-    cli::refused(&refused, &["none.json"]);
+    cli::refused(&enfilade!("bake", &model, "--view-cells", &folder.join("none.json"), "-o", &out), &["none.json"]);
 }

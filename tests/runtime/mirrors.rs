@@ -2,10 +2,7 @@
 //! reflection, in every mode. `MIRROR_VIEWS` says how many views a building (40); `just torture` asks for ten thousand.
 
 use crate::cli::building;
-use enfilade::bake::{BakeOptions, bake};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Scene};
@@ -14,6 +11,7 @@ use enfilade_formats::import;
 use enfilade_measure::verify::random_path;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
+use testing::bakes;
 
 const DEPTH: u32 = 2;
 const MIRRORS: usize = 12;
@@ -101,9 +99,7 @@ fn pictures_with_mirrors_miss_nothing_in_any_mode() {
     for name in ["gallery100", "villa_rotonda", "office"] {
         let model = building(name).with_extension("glb");
         let mut scene = import(&model, &ImportOptions::default()).unwrap();
-        let pvs = PvsOptions { ray_budget: 200_000, ..PvsOptions::default() };
-        let options = BakeOptions { pvs, ..BakeOptions::default() };
-        let file = bake(&scene, options, &Job::quiet()).unwrap().file;
+        let file = bakes::baked(&scene, bakes::with_rays(200_000));
         // As it is drawn: leaves and glass hide what is behind them.
         scene.objects.iter_mut().for_each(|o| o.opaque = true);
         let counts = pictures(&scene, &file, views);

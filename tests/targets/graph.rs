@@ -4,13 +4,14 @@
 //! a lattice, so that lines pass; others are anything: coincident, collinear and reversed corners, areas of zero, corners off their
 //! plane, 1e-6 beside 1e6.
 
-use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy, validate};
+use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, validate};
 use enfilade::geom::{Plane, middle, newell};
 use enfilade::job::Job;
-use enfilade::pvs::flow::{FlowInput, flow};
+use enfilade::pvs::flow::flow;
 use enfilade::{BitMatrix, CellId};
 use enfilade_levels::{Level, LevelPortal, VisOptions, vis};
 use glam::DVec3;
+use testing::grid;
 
 /// Most portals of a graph, so that one case ends soon.
 const MOST: usize = 24;
@@ -98,16 +99,7 @@ pub fn cells(bytes: &[u8]) -> bool {
             source: None,
         }
     };
-    let mut graph = CellGraph {
-        strategy: Strategy::Given,
-        reason: String::new(),
-        cells: vec![Cell::default(); level.cells],
-        portals: level.portals.into_iter().map(portal).collect(),
-        smallest_hole: 1e-3,
-        closed_holes: Vec::new(),
-        notes: Vec::new(),
-    };
-    graph.link();
+    let graph = grid::graph(vec![Cell::default(); level.cells], level.portals.into_iter().map(portal).collect());
     drop(validate::structure(&graph, 1e-6));
     flown(&graph);
     true
@@ -117,18 +109,8 @@ pub fn cells(bytes: &[u8]) -> bool {
 pub fn flown(graph: &CellGraph) {
     let n = graph.cells.len();
     let none = BitMatrix::new(n, 0);
-    let input = FlowInput {
-        graph,
-        placement: &none,
-        placed_boxes: None,
-        object_bounds: &[],
-        cells_lower: &BitMatrix::new(n, n),
-        objects_lower: &none,
-        max_steps: 2_000,
-        coplanar: 1e-5,
-        fronts: None,
-    };
-    let found = flow(&input, &Job::quiet()).expect("nobody stops it");
+    let found = flow(&grid::input(graph, &none, &[], [&BitMatrix::new(n, n), &none], 2_000), &Job::quiet())
+        .expect("nobody stops it");
     assert_eq!((found.cells_upper.rows(), found.cells_upper.columns()), (n, n));
     for cell in 0..n {
         assert!(found.cells_upper.get(cell, cell));

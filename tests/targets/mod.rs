@@ -20,6 +20,7 @@ use enfilade_terrain::raster::{Raster, RasterOptions};
 use glam::{DVec3, Vec3};
 use std::sync::OnceLock;
 use testing::boxes;
+use testing::sound::assert_sound;
 
 /// A reader, or the core behind readers.
 pub struct Target {
@@ -52,7 +53,8 @@ pub const TARGETS: &[Target] = &[
     Target { name: "obj", run: obj_bytes, seeds: seeds::obj, memory: [MIB / 4, 64], share: 2 },
     Target { name: "geojson", run: geojson_bytes, seeds: seeds::geojson, memory: [MIB, 8192], share: 4 },
     Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB / 4, 64], share: 4 },
-    Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 4, 64], share: 4 },
+    // A PRT1 may promise so many isolated clusters; the list of its leaves is all that is taken for them.
+    Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 16, 0], share: 4 },
     Target { name: "rows", run: rows, seeds: seeds::rows, memory: [MIB / 4, 64], share: 4 },
     Target { name: "path", run: path, seeds: seeds::path, memory: [MIB / 4, 64], share: 4 },
     Target { name: "cells", run: cells, seeds: seeds::cells, memory: [MIB, 256], share: 10 },
@@ -108,29 +110,9 @@ fn pvs(bytes: &[u8]) -> bool {
     true
 }
 
-/// What a scene promises, whatever it was read from.
-fn sound(scene: &Scene) {
-    let mut next = 0;
-    for object in &scene.objects {
-        assert!(object.triangles.start == next && object.triangles.end > next);
-        assert!(object.triangles.len() <= ImportOptions::default().object_triangles as usize);
-        next = object.triangles.end;
-        for corner in object.triangles.clone().flat_map(|t| scene.corners(t as usize)) {
-            assert!(corner.is_finite() && object.bounds.contains(corner));
-        }
-    }
-    assert_eq!(next as usize, scene.triangles.len());
-    assert!(scene.origin.is_finite() && !scene.triangles.is_empty());
-    assert!(scene.hints.rooms.iter().flat_map(|r| r.surface.iter().flatten()).all(|p| p.is_finite()));
-    for opening in &scene.hints.openings {
-        assert!(opening.winding.len() >= 3 && opening.winding.iter().all(|p| p.is_finite()));
-        assert!(opening.rooms.iter().flatten().all(|&room| room < scene.hints.rooms.len()));
-    }
-}
-
 fn read<E: std::fmt::Display>(scene: Result<Scene, E>) -> bool {
     match scene {
-        Ok(scene) => sound(&scene),
+        Ok(scene) => assert_sound(&scene, ImportOptions::default().object_triangles),
         Err(e) => {
             assert!(!e.to_string().is_empty());
             return false;

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use testing::boxes::flat;
 use testing::forge::{Shape, random_file, sample};
+use testing::glb::base64;
 use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
 #[cfg(feature = "quake")]
 use testing::quake::{AIR, Layout, bsp as level, three_rooms};
@@ -66,14 +67,6 @@ pub fn gltf() -> Vec<Vec<u8>> {
     let length = 12 + 8 + text.len() + 8 + buffer.len();
     let head = [b"glTF".as_slice(), &word(2), &word(length), &word(text.len()), b"JSON", &text].concat();
     vec![within.into_bytes(), [head.as_slice(), &word(buffer.len()), b"BIN\0", &buffer].concat()]
-}
-
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    // A multiple of three bytes needs no padding.
-    let three = |c: &[u8]| u32::from(c[0]) << 16 | u32::from(c[1]) << 8 | u32::from(c[2]);
-    let four = |w: u32| [18, 12, 6, 0].map(|shift| char::from(LETTERS[(w >> shift & 63) as usize]));
-    bytes.chunks_exact(3).flat_map(|c| four(three(c))).collect()
 }
 
 pub fn obj() -> Vec<Vec<u8>> {

@@ -2,11 +2,11 @@
 
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Motion, Rect};
-use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch, make};
+use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, MakeOptions, Patch};
 use glam::DVec3;
 use std::io::Cursor;
 use std::time::Duration;
-use testing::ground::Raster;
+use testing::ground::{Raster, bytes};
 use testing::ground_file::{GroundFile, hills};
 
 /// Whole metres, rough enough that every level has an error.
@@ -16,12 +16,9 @@ fn number(c: u32, r: u32) -> u16 {
 
 const SIZE: [u32; 2] = [230, 225];
 
-fn made(threads: usize) -> Vec<u8> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+fn made() -> Vec<u8> {
     let mut raster = Raster { lattice: Some(1.0), ..Raster::of(SIZE, |c, r| f64::from(number(c, r))) };
-    let mut out = Cursor::new(Vec::new());
-    pool.install(|| make(&mut raster, &MakeOptions::default(), &mut out)).unwrap();
-    out.into_inner()
+    bytes(&mut raster, &MakeOptions::default())
 }
 
 fn open(bytes: Vec<u8>, cache: u64) -> Result<Ground, GroundError> {
@@ -39,7 +36,7 @@ fn refused(bytes: Vec<u8>) -> String {
 /// By docs/format.md alone: the header but for its checksums, heights of the table, all tiles' bytes, and the checksums.
 #[test]
 fn a_ground_is_written_as_the_document_says() {
-    let bytes = made(2);
+    let bytes = made();
     let least = (0..SIZE[1]).flat_map(|r| (0..SIZE[0]).map(move |c| number(c, r))).min().unwrap();
     let mut hand = GroundFile::by_hand(SIZE, 33, true, |c, r| number(c, r) - least);
     hand.head[72..80].copy_from_slice(&f64::from(least).to_le_bytes());
@@ -61,11 +58,6 @@ fn a_ground_is_written_as_the_document_says() {
     let shift = hills().bytes();
     assert_eq!(open(shift.clone(), u64::MAX).unwrap().sample(0, [0, 0]), Some(300.0));
     assert!(GroundFile::take_apart(&shift).bytes() == shift);
-}
-
-#[test]
-fn one_thread_and_two_make_the_same_bytes() {
-    assert!(made(1) == made(2));
 }
 
 #[test]
@@ -182,7 +174,7 @@ fn each_way(bytes: &[u8], check: impl Fn(Ground)) {
 
 #[test]
 fn a_damaged_tile_is_told_once_and_what_it_is_a_quarter_of_is_drawn() {
-    let mut file = GroundFile::take_apart(&made(2));
+    let mut file = GroundFile::take_apart(&made());
     let whole = open(file.bytes(), u64::MAX).unwrap();
     let grid = whole.header().grid.clone();
     for (level, x, y) in [(0, 3, 2), (1, 1, 1), (2, 0, 1)] {
@@ -216,7 +208,7 @@ fn a_damaged_tile_is_told_once_and_what_it_is_a_quarter_of_is_drawn() {
 #[test]
 fn a_file_that_is_cut_after_it_was_opened_is_drawn_as_far_as_it_goes() {
     let path = folder("cut").join("a.ground");
-    let bytes = made(2);
+    let bytes = made();
     std::fs::write(&path, &bytes).unwrap();
     let whole = open(bytes.clone(), u64::MAX).unwrap();
     let mut ground = Ground::open(&path, whole.cache_bytes() - 1).unwrap();

@@ -3,10 +3,10 @@
 use crate::cli::folder;
 use enfilade::runtime::{Camera, Motion, Rect};
 use enfilade_terrain::raster::{Raster as File, RasterOptions};
-use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, MakeOptions, Patch, Things, flight, make};
+use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Patch, Things, flight};
 use glam::{DVec2, DVec3};
 use testing::data::data;
-use testing::ground::{Raster, Scripted};
+use testing::ground::{Raster, Scripted, ground, written};
 use testing::ground_picture::Picture;
 use testing::random::Random;
 
@@ -14,13 +14,6 @@ const SIZE: [usize; 2] = [320, 180];
 const WHOLE: [Rect; 1] = [Rect::FULL];
 /// Of the near plane, metres.
 const NEAR: f64 = 1e-3;
-
-/// A raster as a ground, all of it in memory.
-fn ground(name: &str, raster: &mut Raster) -> Ground {
-    let path = folder(&format!("horizon-{name}")).join("X.ground");
-    make(raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
-    Ground::open(&path, u64::MAX).unwrap()
-}
 
 fn view(camera: Camera) -> GroundView<'static> {
     GroundView { camera, size: SIZE.map(|s| s as u32), windows: &WHOLE }
@@ -80,7 +73,7 @@ fn nothing_that_shows_is_hidden() {
         ("uneven", Raster { spacing: [30.0, 7.0], ..ridges(false) }),
         ("small", Raster::of([100, 80], |c, r| 20.0 * (f64::from(c) * 0.2).sin() + f64::from(r % 5))),
     ] {
-        let of = ground(name, &mut raster);
+        let of = ground(&mut raster);
         let (mut all, mut kept) = (0, 0);
         for k in 0..60 {
             let eye = eye(&of, [2.0, 0.3, 20.0, 200.0, -1.0][k % 5], &mut random);
@@ -103,7 +96,7 @@ fn nothing_that_shows_of_real_rasters_is_hidden() {
     // Of patches 2 m above the ground, at most so many in a hundred are kept.
     for (name, most) in [("bigtujunga", 45), ("exploradores_aster_30m", 100), ("srtm_ref", 60), ("dtm_2m", 100)] {
         let mut file = File::open(&[data.join("terrain").join(format!("{name}.tif"))], &RasterOptions::default()).unwrap();
-        let of = ground(name, &mut Raster::read(&mut file));
+        let of = ground(&mut Raster::read(&mut file));
         for (above, most) in [(2.0, most), (200.0, 100)] {
             let (mut all, mut kept) = (0, 0);
             for camera in flight(&of, above, 8) {
@@ -117,9 +110,9 @@ fn nothing_that_shows_of_real_rasters_is_hidden() {
 
 #[test]
 fn nothing_that_shows_is_hidden_while_tiles_are_late() {
-    let whole = ground("late", &mut ridges(true));
-    let path = folder("horizon-late-file").join("X.ground");
-    make(&mut ridges(true), &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
+    let whole = ground(&mut ridges(true));
+    let path = folder("late").join("X.ground");
+    written(&mut ridges(true), &path);
     let disk = Scripted::new(&path, &whole, 2, 1);
     let mut late = Ground::from_disk(&whole, Box::new(disk), whole.cache_bytes() / 3);
     let (mut scratch, mut motion, mut levels) = (GroundScratch::default(), Motion::default(), [0; 8]);
@@ -136,7 +129,7 @@ fn nothing_that_shows_is_hidden_while_tiles_are_late() {
 /// A wall across a plain, from one side to the other: all behind it is hidden, and nothing before it.
 #[test]
 fn a_wall_hides_what_is_behind_it() {
-    let of = ground("wall", &mut Raster::of([257, 257], |c, r| if c.abs_diff(140) < 8 { 300.0 } else { f64::from(r % 3) }));
+    let of = ground(&mut Raster::of([257, 257], |c, r| if c.abs_diff(140) < 8 { 300.0 } else { f64::from(r % 3) }));
     let eye = DVec3::new(-800.0, 20.0, 165.0);
     let (all, kept) = judged(&of, look(eye, eye + DVec3::X, 30.0), Limit::Pixels(0.0), "wall");
     let header = of.header();
@@ -161,7 +154,7 @@ fn what_shows_through_a_hole_is_not_hidden() {
         })
     };
     let hidden = [false, true].map(|hole| {
-        let of = ground(if hole { "hole" } else { "no-hole" }, &mut valley(hole));
+        let of = ground(&mut valley(hole));
         let height = of.height_at(-500.0, 0.0).unwrap();
         let eye = DVec3::new(-500.0, height + 60.0, 0.0);
         let (all, kept) = judged(&of, look(eye, eye + DVec3::new(1.0, -0.2, 0.0), 40.0), Limit::Pixels(0.0), "a hole");
@@ -173,22 +166,19 @@ fn what_shows_through_a_hole_is_not_hidden() {
 /// A hole behind a wall is no reason to hide a hill that one sees over both, below the eye's own height.
 #[test]
 fn a_hidden_hole_hides_nothing() {
-    let of = ground(
-        "hidden-hole",
-        &mut Raster::of([257, 129], |c, _| match c {
-            58..62 => 50.0,
-            70..90 => f64::NAN,
-            92.. => 80.0,
-            _ => 0.0,
-        }),
-    );
+    let of = ground(&mut Raster::of([257, 129], |c, _| match c {
+        58..62 => 50.0,
+        70..90 => f64::NAN,
+        92.. => 80.0,
+        _ => 0.0,
+    }));
     let eye = DVec3::new(-1080.0, 100.0, 0.0);
     judged(&of, look(eye, eye + DVec3::X, 40.0), Limit::Pixels(0.0), "a hidden hole");
 }
 
 #[test]
 fn an_eye_that_is_not_above_the_ground_sees_all_of_it() {
-    let of = ground("below", &mut ridges(true));
+    let of = ground(&mut ridges(true));
     let header = of.header();
     let [west, north] = header.plan(0, 0);
     let void = header.plan(170, 150);
@@ -221,7 +211,7 @@ fn an_eye_that_is_not_above_the_ground_sees_all_of_it() {
 /// From the eye on, each ray meets patches in their order.
 #[test]
 fn near_patches_come_first() {
-    let of = ground("order", &mut Raster::of([700, 500], |c, r| f64::from((c * 31 + r * 17) % 7)));
+    let of = ground(&mut Raster::of([700, 500], |c, r| f64::from((c * 31 + r * 17) % 7)));
     let header = of.header();
     let mut random = Random::new(9);
     for k in 0..12 {
@@ -253,7 +243,7 @@ fn near_patches_come_first() {
 fn boxes_that_ground_is_said_to_hide_have_no_pixel() {
     let mut random = Random::new(11);
     for (name, mut raster) in [("boxes", ridges(false)), ("boxes-holes", ridges(true))] {
-        let of = ground(name, &mut raster);
+        let of = ground(&mut raster);
         let (mut horizon, mut scratch) = (Horizon::new(&of), GroundScratch::default());
         let (mut hidden, mut shown) = (0, 0);
         for k in 0..200 {
@@ -302,7 +292,7 @@ fn a_ring_hides_what_is_inside_from_everywhere() {
         let from_middle = (10.0 * f64::from(c) - 1280.0).hypot(10.0 * f64::from(r) - 1280.0);
         (230.0 - 1.5 * (from_middle - 700.0).abs()).clamp(0.0, 80.0)
     };
-    let of = ground("ring", &mut Raster::of([257, 257], ring));
+    let of = ground(&mut Raster::of([257, 257], ring));
     let boxed = |middle: DVec2, half: f64, [low, high]: [f64; 2]| {
         let half = DVec3::new(half, 0.0, half);
         [DVec3::new(middle.x, low, middle.y) - half, DVec3::new(middle.x, high, middle.y) + half]
@@ -334,7 +324,7 @@ fn a_ring_hides_what_is_inside_from_everywhere() {
 /// What is not all on the raster is never said to be hidden, nor what is over very many tiles, nor what has no size.
 #[test]
 fn boxes_beside_the_raster_are_not_hidden() {
-    let of = ground("beside", &mut Raster::of([1025, 257], |c, _| if (300..330).contains(&c) { 300.0 } else { 0.0 }));
+    let of = ground(&mut Raster::of([1025, 257], |c, _| if (300..330).contains(&c) { 300.0 } else { 0.0 }));
     let [[west, north], [east, south]] = [of.header().plan(0, 0), of.header().plan(1024, 256)];
     let eye = DVec3::new(of.header().plan(240, 0)[0], 2.0, 0.0);
     let boxes = [

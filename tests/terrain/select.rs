@@ -7,30 +7,20 @@ use enfilade_terrain::{Ground, GroundError, GroundScratch, GroundView, Limit, Ma
 use glam::{DVec2, DVec3};
 use std::io::Cursor;
 use std::path::PathBuf;
+use testing::bakes;
 use testing::data::data;
-use testing::ground::{Raster, Scripted, judge};
+use testing::ground::{Raster, Scripted, bytes, ground, ground_with, judge, written};
 
 const SIZE: [u32; 2] = [1920, 1080];
 const WHOLE: [Rect; 1] = [Rect::FULL];
 /// Pixels that the camera's single precision adds.
 const ROUNDING: f64 = 1e-3;
 
-fn bytes_of(raster: &mut Raster, options: &MakeOptions) -> Vec<u8> {
-    let mut out = Cursor::new(Vec::new());
-    make(raster, options, &mut out).unwrap();
-    out.into_inner()
-}
-
-/// A raster as a ground, all of it in memory; the file stays.
-fn ground(name: &str, raster: &mut Raster) -> (PathBuf, Ground) {
-    ground_with(name, raster, &MakeOptions::default())
-}
-
-fn ground_with(name: &str, raster: &mut Raster, options: &MakeOptions) -> (PathBuf, Ground) {
-    let path = folder(&format!("terrain-{name}")).join("X.ground");
-    std::fs::write(&path, bytes_of(raster, options)).unwrap();
-    let ground = Ground::open(&path, u64::MAX).unwrap();
-    (path, ground)
+/// A raster as a ground, all of it in memory, and in a file.
+fn on_disk(name: &str, raster: &mut Raster) -> (PathBuf, Ground) {
+    let path = folder(name).join("X.ground");
+    written(raster, &path);
+    (path, ground(raster))
 }
 
 fn view(camera: Camera) -> GroundView<'static> {
@@ -61,7 +51,7 @@ fn hills(size: [u32; 2], voids: bool) -> Raster {
 fn no_sample_is_farther_from_its_place_than_was_asked_and_no_edge_is_open() {
     for (name, voids, width) in [("hills", false, 260), ("voids", true, 259)] {
         let mut raster = hills([width, 230], voids);
-        let (_, ground) = ground(name, &mut raster);
+        let ground = ground(&mut raster);
         let mut scratch = GroundScratch::default();
         let mut mixed = 0;
         for above in [2.0, 200.0, 1500.0] {
@@ -92,7 +82,7 @@ fn real_rasters_are_drawn_within_the_limit() {
         let file = data.join("terrain").join(format!("{name}.tif"));
         let mut file = File::open(&[file], &RasterOptions::default()).unwrap();
         let mut raster = Raster::read(&mut file);
-        let (_, ground) = ground(&format!("real-{}", name.replace('/', "-")), &mut raster);
+        let ground = ground(&mut raster);
         let mut scratch = GroundScratch::default();
         for above in [2.0, 200.0, 1500.0] {
             for camera in flight(&ground, above, 2) {
@@ -109,7 +99,7 @@ fn real_rasters_are_drawn_within_the_limit() {
 
 #[test]
 fn a_plain_is_one_tile_and_a_spike_is_all_of_its_error() {
-    let (_, plain) = ground("plain", &mut Raster::of([257, 257], |c, r| f64::from(c) + 2.0 * f64::from(r)));
+    let plain = ground(&mut Raster::of([257, 257], |c, r| f64::from(c) + 2.0 * f64::from(r)));
     assert!(plain.tiles().iter().all(|t| t.error < 1e-3), "a slope is flat at every level, to rounding");
     let mut scratch = GroundScratch::default();
     let above = view(look(DVec3::new(0.0, 4000.0, 0.0), DVec3::new(1.0, 0.0, 0.0)));
@@ -124,11 +114,11 @@ fn a_plain_is_one_tile_and_a_spike_is_all_of_its_error() {
             |level| ground.header().grid.tiles_of(level).map(|t| ground.tiles()[t as usize].error).fold(0.0, f32::max);
         [worst(0), worst(1), worst(3)]
     };
-    let (_, odd) = ground("odd-spike", &mut spike(129));
+    let odd = ground(&mut spike(129));
     let near = |found: f32, want: f32| (found - want).abs() < 0.1;
     let [zero, one, three] = errors(&odd);
     assert!(zero < 0.1 && near(one, 1000.0) && near(three, 1000.0), "{:?}", errors(&odd));
-    let (_, even) = ground("even-spike", &mut spike(128));
+    let even = ground(&mut spike(128));
     let [zero, one, three] = errors(&even);
     assert!(zero < 0.1 && near(one, 750.0) && near(three, 875.0), "{:?}", errors(&even));
 }
@@ -136,7 +126,7 @@ fn a_plain_is_one_tile_and_a_spike_is_all_of_its_error() {
 #[test]
 fn budgets_are_never_passed_and_a_larger_one_is_never_worse() {
     let mut raster = hills([700, 500], false);
-    let (_, ground) = ground("budget", &mut raster);
+    let ground = ground(&mut raster);
     let mut scratch = GroundScratch::default();
     for above in [2.0, 200.0, 1500.0] {
         for camera in flight(&ground, above, 10) {
@@ -158,7 +148,7 @@ fn budgets_are_never_passed_and_a_larger_one_is_never_worse() {
 #[test]
 fn tiles_that_are_late_leave_no_hole_and_nothing_waits_for_them() {
     let mut raster = hills([700, 500], true);
-    let (path, all) = ground("late", &mut raster);
+    let (path, all) = on_disk("late", &mut raster);
     let mut scratch = GroundScratch::default();
     let cameras = flight(&all, 200.0, 160);
     for (late, a_frame, cache) in [(4, 8, 1 << 19), (20, 1, 1 << 17)] {
@@ -185,12 +175,9 @@ fn tiles_that_are_late_leave_no_hole_and_nothing_waits_for_them() {
 
 #[test]
 fn the_same_tiles_give_the_same_patches_and_threads_the_same_bytes() {
-    let make_on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| bytes_of(&mut hills([700, 300], true), &MakeOptions::default()))
-    };
+    let make_on = |threads| bakes::on(threads, || bytes(&mut hills([700, 300], true), &MakeOptions::default()));
     assert!(make_on(1) == make_on(2), "threads matter");
-    let (_, ground) = ground("same", &mut hills([700, 300], true));
+    let ground = ground(&mut hills([700, 300], true));
     let camera = flight(&ground, 200.0, 3)[1];
     let (mut a, mut b) = (GroundScratch::default(), GroundScratch::default());
     for other in flight(&ground, 2.0, 4) {
@@ -204,7 +191,7 @@ fn the_same_tiles_give_the_same_patches_and_threads_the_same_bytes() {
 #[test]
 fn what_no_window_shows_is_neither_drawn_nor_asked_for() {
     let mut raster = hills([700, 500], false);
-    let (path, all) = ground("windows", &mut raster);
+    let (path, all) = on_disk("windows", &mut raster);
     let mut scratch = GroundScratch::default();
     let camera = look(DVec3::new(0.0, 200.0, 0.0), DVec3::new(100.0, 150.0, 0.0));
     let limit = Limit::Pixels(1.0);
@@ -235,7 +222,7 @@ fn what_no_window_shows_is_neither_drawn_nor_asked_for() {
 #[test]
 fn parts_of_a_tile_that_no_window_shows_are_not_drawn() {
     let mut raster = hills([700, 500], true);
-    let (_, ground) = ground("parts", &mut raster);
+    let ground = ground(&mut raster);
     let mut scratch = GroundScratch::default();
     let window = |x: f32, y: f32| Rect { min: glam::vec2(x, y), max: glam::vec2(x + 0.15, y + 0.3) };
     let windows = [window(-0.9, -0.5), window(0.1, -0.3), window(0.6, -0.9)];
@@ -261,7 +248,7 @@ fn parts_of_a_tile_that_no_window_shows_are_not_drawn() {
 #[test]
 fn a_small_raster_has_one_level_and_is_drawn_whole() {
     let mut raster = hills([200, 150], false);
-    let (_, ground) = ground("small", &mut raster);
+    let ground = ground(&mut raster);
     assert_eq!(ground.header().grid.top(), 0);
     let camera = look(DVec3::new(0.0, 5000.0, 0.0), DVec3::new(1.0, 0.0, 0.0));
     let mut scratch = GroundScratch::default();
@@ -277,7 +264,7 @@ fn no_ground_is_made_under_a_building() {
     // A house of 100 x 60 m, 20 m east and 30 m south of the middle, as two triangles and one that stands upright.
     let [a, b, c, d] = [(-30.0, 0.0), (70.0, 0.0), (70.0, 60.0), (-30.0, 60.0)].map(|(x, z)| DVec2::new(x, z));
     let options = MakeOptions { keep_out: vec![[a, b, c], [c, d, a], [a, a, b]], ..MakeOptions::default() };
-    let (_, ground) = ground_with("kept-out", &mut raster, &options);
+    let ground = ground_with(&mut raster, &options);
     // Samples stand at odd multiples of 5 m: 10 across and 6 down are inside.
     assert_eq!(ground.header().voids, 60);
     for (x, z, there) in [(20.0, 30.0, false), (69.0, 59.0, false), (20.0, 80.0, true), (-60.0, 30.0, true)] {
@@ -305,7 +292,7 @@ fn extreme_grounds_and_views() {
         ("lonely samples", Raster::of([300, 200], |c, r| if c % 2 == 0 && r % 2 == 0 { 5.0 } else { f64::NAN })),
     ];
     for (name, raster) in &mut all {
-        let (_, ground) = ground(&format!("extreme-{name}"), raster);
+        let ground = ground(raster);
         let top = ground.tiles().iter().map(|t| t.high).fold(0.0, f32::max);
         let middle = DVec3::new(0.0, ground.height_at(0.0, 0.0).unwrap_or(0.0), 0.0);
         let eyes = [2.0, 0.0, -3.0, 50.0, 1e5].map(|up| middle + DVec3::Y * up);
@@ -348,7 +335,7 @@ fn extreme_grounds_and_views() {
 #[test]
 fn error_over_distance_is_no_bound() {
     let mut raster = hills([700, 500], false);
-    let (_, ground) = ground("distance", &mut raster);
+    let ground = ground(&mut raster);
     let mut scratch = GroundScratch::default();
     let mut worst = 0f64;
     for camera in flight(&ground, 200.0, 12) {

@@ -1,20 +1,19 @@
 //! A bake of pipes, of which it sees prisms, beside one of their meshes: what is proven of the one holds of the other.
 
 use crate::cli::building;
-use enfilade::bake::{BakeOptions, bake};
+use enfilade::bake::BakeOptions;
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
 use enfilade::runtime::Mode;
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade_formats::{geojson, gltf, import, obj};
 use enfilade_measure::verify::{CheckOptions, check};
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
-use enfilade_measure::walkthrough::walk::{WalkOptions, walk};
+use enfilade_measure::walkthrough::walk::walk;
 use enfilade_scenes::{Kind, generate};
 use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::DVec3;
+use testing::bakes;
 use testing::random::Random;
 
 /// The villa with pipes.
@@ -53,8 +52,7 @@ fn with_pipes(scene: &Scene) -> Scene {
 }
 
 fn baked(scene: &Scene) -> PvsFile {
-    let pvs = PvsOptions { ray_budget: 1_000_000, ..PvsOptions::default() };
-    bake(scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file
+    bakes::baked(scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(1_000_000) })
 }
 
 #[test]
@@ -97,16 +95,7 @@ fn rows_of_pipes_are_those_of_their_meshes() {
     let middle = pipes.origin + pipes.bounds().centre();
     let frame = PathFrame { eye: middle, target: middle + DVec3::X };
     let path = CameraPath { name: "hall".into(), fov_y_degrees: 75.0, near: 0.01, frames: vec![frame] };
-    let options = WalkOptions {
-        modes: vec![Mode::Frustum.into()],
-        width: 160,
-        height: 90,
-        verify_pixels: true,
-        pictures: None,
-        every: 1,
-        doors_as_found: false,
-        min_pixels: vec![0],
-    };
+    let options = bakes::walk([Mode::Frustum], [160, 90]);
     let frustum = &walk(&meshes, &of_pipes, &path, &options, &mut |_| {}).unwrap()[0];
     assert_eq!(frustum.missed_pixels, Some(0));
     let shown = frustum.exact_triangles_mean.unwrap();
@@ -141,12 +130,10 @@ fn tubes_are_the_same_on_any_number_of_threads() {
     ];
     for (name, read) in read {
         let [one, two] = [1, 2].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| {
+            bakes::on(threads, || {
                 let scene = read(&ImportOptions { tube_radius: Some(0.2), ..ImportOptions::default() });
                 assert!(scene.objects.iter().filter(|object| object.is_tube()).count() >= 40, "{name}");
-                let pvs = PvsOptions { ray_budget: 100_000, ..PvsOptions::default() };
-                let file = bake(&scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).unwrap().file.write();
+                let file = bakes::baked(&scene, bakes::with_rays(100_000)).write();
                 (scene, file)
             })
         });
@@ -158,12 +145,11 @@ fn tubes_are_the_same_on_any_number_of_threads() {
 /// Pipes alone part nothing: everything is one open cell, which sees all of them.
 #[test]
 fn pipes_alone_are_one_open_cell() {
-    let made = generate(Kind::Pipes { sections: 3_000 }, 1).unwrap();
-    let mut scene = gltf::from_slice(&made.glb, "pipes", None, &ImportOptions::default()).unwrap();
+    let (_, mut scene) = bakes::generated(Kind::Pipes { sections: 3_000 }, 1);
     let ground = scene.objects.iter_mut().find(|object| object.node == "ground").unwrap();
     ground.role = Role::Furnishing;
     let options = BakeOptions { keep_bounds: true, ..BakeOptions::default() };
-    let file = bake(&scene, options, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(&scene, options);
     assert!(file.cells.len() == 1 && file.cells[0].open && file.reason.contains("no walls or floors"), "{}", file.reason);
     assert_eq!(file.bounds.unwrap().objects_upper.count_ones() as usize, scene.objects.len());
 }

@@ -5,7 +5,10 @@ use enfilade_tubes::{Counts, Mesh, Section, Shape, Tube, TubeError, Tubes, mesh,
 use glam::{DVec3, Vec3, dvec3};
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use testing::plain::{nearest_of_segment, open_edges};
 use testing::random::Random;
+
+use super::{elbow, helix, stiff};
 
 /// Metres: what single precision of places some metres from the origin may add.
 const ROUNDING: f64 = 2e-6;
@@ -14,13 +17,20 @@ fn shape(radius: f64) -> Shape {
     Shape { radius, inner: 0.0, capped: true }
 }
 
+/// Whether points are corners of lines, or on a curve.
+const WAYS: [&str; 2] = ["line", "through"];
+
+fn made(way: &str, points: &[DVec3], closed: bool, radius: f64, error: f64) -> Tubes {
+    let (mut tubes, mut counts) = (Tubes::default(), Counts::default());
+    let add = if way == "line" { Tubes::line } else { Tubes::through };
+    add(&mut tubes, points, closed, shape(radius), error, &mut counts).unwrap();
+    tubes
+}
+
 /// Distance from a point to the curve of some pieces.
 fn to_curve(pieces: &[Piece], p: DVec3) -> f64 {
     let of = |piece: &Piece| match piece {
-        Piece::Line([a, b]) => {
-            let along = *b - *a;
-            (p - *a - along * ((p - *a).dot(along) / along.length_squared()).clamp(0.0, 1.0)).length()
-        }
+        Piece::Line(line) => nearest_of_segment(*line, p).distance(p),
         Piece::Arc(arc) => {
             let (x, y) = ((p - arc.middle).dot(arc.x.normalize()), (p - arc.middle).dot(arc.y.normalize()));
             let angle = y.atan2(x).rem_euclid(TAU);
@@ -50,13 +60,6 @@ fn is_closed(mesh: &Mesh, name: &str) -> i64 {
         assert!(count == 1 && edges.get(&(b, a)) == Some(&1), "{name}: the edge {a} to {b} is open");
     }
     mesh.positions.len() as i64 - edges.len() as i64 / 2 + mesh.triangles.len() as i64
-}
-
-/// An elbow between two straight pipes: the first along +X to the corner, the second along -Z.
-fn elbow(bend: f64) -> Vec<Piece> {
-    let arc = Arc { middle: dvec3(2.0, 0.0, -bend), x: dvec3(0.0, 0.0, bend), y: dvec3(bend, 0.0, 0.0), angle: FRAC_PI_2 };
-    let [from, to] = [arc.at(0.0), arc.at(FRAC_PI_2)];
-    vec![Piece::Line([DVec3::ZERO, from]), Piece::Arc(arc), Piece::Line([to, to - 3.0 * DVec3::Z])]
 }
 
 #[test]
@@ -189,35 +192,9 @@ fn what_is_odd_is_counted_and_what_is_wrong_refused() {
 /// Whatever the numbers: finite corners, closed surfaces, and no panic.
 #[test]
 fn extreme_tubes() {
-    let helix = |count: u32, pitch: f64| {
-        let at = move |k: u32| {
-            let t = 0.1 * f64::from(k);
-            dvec3(t.cos(), pitch * t, t.sin())
-        };
-        (0..count).map(at).collect::<Vec<_>>()
-    };
-    let far = DVec3::splat(1e7);
-    let cases: [(&str, Vec<DVec3>, f64, bool); 9] = [
-        ("two points 1 nm apart", vec![DVec3::ZERO, dvec3(1e-9, 0.0, 0.0)], 1.0, false),
-        ("a radius of 1 um", vec![DVec3::ZERO, DVec3::X, dvec3(1.0, 1.0, 0.0)], 1e-6, false),
-        ("a radius of 10 km", vec![DVec3::ZERO, DVec3::X, dvec3(1.0, 1.0, 0.0)], 1e4, false),
-        ("far away", vec![far, far + DVec3::X, far + DVec3::ONE], 0.1, false),
-        ("a spike", vec![DVec3::ZERO, dvec3(10.0, 0.0, 0.0), dvec3(0.0, 0.2, 0.0)], 0.1, false),
-        ("a helix", helix(20_000, 0.05), 0.1, false),
-        ("a ring", helix(62, 0.0), 0.1, true),
-        ("a triangle", vec![DVec3::ZERO, DVec3::X, DVec3::Y], 0.1, true),
-        ("along -Z", vec![DVec3::Z, DVec3::ZERO, dvec3(1e-3, 0.0, -1.0)], 0.1, false),
-    ];
-    for (name, points, radius, closed) in cases {
-        for way in ["line", "through"] {
-            let mut tubes = Tubes::default();
-            let mut counts = Counts::default();
-            let error = radius * 1e-2;
-            let made = match way {
-                "line" => tubes.line(&points, closed, shape(radius), error, &mut counts),
-                _ => tubes.through(&points, closed, shape(radius), error, &mut counts),
-            };
-            made.unwrap_or_else(|e| panic!("{name}, {way}: {e}"));
+    for (name, points, radius, closed) in stiff() {
+        for way in WAYS {
+            let tubes = made(way, &points, closed, radius, radius * 1e-2);
             for tube in &tubes.tubes {
                 let of = mesh(&tubes, tube, 8);
                 let largest = of.positions.iter().map(|p| p.abs().max_element()).fold(0.0, f32::max);
@@ -232,8 +209,7 @@ fn extreme_tubes() {
 #[test]
 fn a_helix_of_a_million_sections() {
     const PITCH: f64 = 0.01;
-    let at = |k: u32| 0.1 * f64::from(k);
-    let points: Vec<DVec3> = (0..500_000).map(at).map(|t| dvec3(t.cos(), PITCH * t, t.sin())).collect();
+    let points = helix(500_000, PITCH);
     let mut tubes = Tubes::default();
     tubes.through(&points, false, shape(0.01), 2e-4, &mut Counts::default()).unwrap();
     let (tube, sections) = (&tubes.tubes[0], &tubes.sections);
@@ -305,17 +281,7 @@ fn winding_tubes() -> Vec<(&'static str, Tubes)> {
         ("knot", knot, true, 0.3),
         ("back", back, false, 0.1),
     ] {
-        for way in ["line", "through"] {
-            let mut tubes = Tubes::default();
-            let error = usual_error(radius);
-            let mut counts = Counts::default();
-            let made = match way {
-                "line" => tubes.line(&points, closed, shape(radius), error, &mut counts),
-                _ => tubes.through(&points, closed, shape(radius), error, &mut counts),
-            };
-            made.unwrap();
-            all.push((name, tubes));
-        }
+        all.extend(WAYS.map(|way| (name, made(way, &points, closed, radius, usual_error(radius)))));
     }
     let mut elbows = Tubes::default();
     elbows.curve(&elbow(0.3), false, shape(0.1), 1e-3, &mut Counts::default()).unwrap();
@@ -334,11 +300,7 @@ fn prisms_hold_their_tubes() {
                 let [a, b] = [0, 1].map(|_| all.start + random.below(all.len()) as u32);
                 let segments = if round == 0 { all.clone() } else { a.min(b)..a.max(b) + 1 };
                 let of = prism(&tubes, tube, segments.clone());
-                let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
-                for [a, b, c] in &of.triangles {
-                    [(a, b), (b, c), (c, a)].iter().for_each(|&(p, q)| *edges.entry((*p, *q)).or_default() += 1);
-                }
-                assert!(edges.keys().all(|&(p, q)| edges.get(&(q, p)) == edges.get(&(p, q))), "{name}: open");
+                assert_eq!(open_edges(of.triangles.iter().copied()), 0, "{name}: open");
                 let surface = part(&tubes, tube, segments.clone(), 24);
                 for &t in surface.triangles.iter().step_by(13) {
                     let corners = at(&surface, t);
@@ -350,14 +312,10 @@ fn prisms_hold_their_tubes() {
                 // Not much is added: a sphere of two radii around each corner is near a section.
                 let radius = f64::from(tubes.of(tube)[0].radius());
                 let places: Vec<DVec3> = tubes.of(tube).iter().map(|s| Vec3::from(s.place).as_dvec3()).collect();
-                let to_line = |p: DVec3, [a, b]: [DVec3; 2]| {
-                    let along = b - a;
-                    (p - a - along * ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0)).length()
-                };
                 for &p in &of.positions {
                     let last = [places[places.len() - 1], places[0]];
                     let lines = places.windows(2).map(|pair| [pair[0], pair[1]]).chain(tube.closed.then_some(last));
-                    let near = lines.map(|line| to_line(p, line)).fold(f64::INFINITY, f64::min);
+                    let near = lines.map(|line| nearest_of_segment(line, p).distance(p)).fold(f64::INFINITY, f64::min);
                     assert!(near < 3.0 * radius, "{name}: a corner {near} m from the curve");
                 }
             }

@@ -1,13 +1,15 @@
 //! Tubes as they are drawn, by pixels: against exact surfaces of lines and arcs, edge by edge, and counted.
 
 use enfilade::runtime::Camera;
-use enfilade_tubes::curve::{Arc, Piece};
+use enfilade_tubes::curve::Piece;
 use enfilade_tubes::{Band, Counts, Runs, SIDES, Selection, Shape, Tubes, View, usual_error};
 use glam::{DVec3, Vec3, dvec3};
-use std::collections::HashMap;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 use std::ops::Range;
+use testing::plain::{nearest, nearest_of_segment, open_edges};
 use testing::random::Random;
+
+use super::{elbow, helix, stiff};
 
 const NEAR: f64 = 1e-3;
 const SIZE: [f64; 2] = [960.0, 540.0];
@@ -30,13 +32,6 @@ fn pixel(camera: &Camera, p: DVec3) -> Option<[f64; 2]> {
     (w >= NEAR && x.abs() <= w && y.abs() <= w).then(|| [x / w * SIZE[0] / 2.0, y / w * SIZE[1] / 2.0])
 }
 
-/// A line, an elbow, and a line, about 5 m; the elbow's middle is at (2, 0, -bend).
-fn elbow(bend: f64) -> Vec<Piece> {
-    let arc = Arc { middle: dvec3(2.0, 0.0, -bend), x: dvec3(0.0, 0.0, bend), y: dvec3(bend, 0.0, 0.0), angle: FRAC_PI_2 };
-    let [from, to] = [arc.at(0.0), arc.at(FRAC_PI_2)];
-    vec![Piece::Line([DVec3::ZERO, from]), Piece::Arc(arc), Piece::Line([to, to - 3.0 * DVec3::Z])]
-}
-
 /// A point of the exact surface: of a piece, at a share of it, at an angle.
 fn surface(piece: &Piece, share: f64, angle: f64, radius: f64) -> DVec3 {
     let (at, x, y) = match piece {
@@ -50,22 +45,6 @@ fn surface(piece: &Piece, share: f64, angle: f64, radius: f64) -> DVec3 {
         }
     };
     at + radius * (angle.cos() * x + angle.sin() * y)
-}
-
-/// The point of a triangle that is nearest to another point.
-fn nearest([a, b, c]: [DVec3; 3], p: DVec3) -> DVec3 {
-    let n = (b - a).cross(c - a);
-    let on_plane = p - n * ((p - a).dot(n) / n.length_squared());
-    let is_inside = [(a, b), (b, c), (c, a)].iter().all(|(u, v)| (*v - *u).cross(on_plane - *u).dot(n) >= 0.0);
-    if is_inside {
-        return on_plane;
-    }
-    let of_edge = |(u, v): (DVec3, DVec3)| {
-        let t = ((p - u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0);
-        u.lerp(v, if t.is_nan() { 0.0 } else { t })
-    };
-    let edges = [(a, b), (b, c), (c, a)].map(of_edge);
-    edges.into_iter().min_by(|p_, q| p_.distance_squared(p).total_cmp(&q.distance_squared(p))).unwrap()
 }
 
 fn bands(selection: &Selection) -> impl Iterator<Item = Band> + '_ {
@@ -116,10 +95,7 @@ impl Drawn {
 
     /// The point that is nearest to another one, of the bands along the nearest lines: of all, one may be nearer still.
     fn nearest(&self, p: DVec3) -> DVec3 {
-        let away = |[a, b]: [DVec3; 2]| {
-            let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
-            a.lerp(b, if t.is_nan() { 0.0 } else { t }).distance_squared(p)
-        };
+        let away = |line: [DVec3; 2]| nearest_of_segment(line, p).distance_squared(p);
         let mut order: Vec<(f64, usize)> = self.0.iter().enumerate().map(|(k, band)| (away(band.0), k)).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         let close = order.iter().take(8).flat_map(|(_, k)| &self.0[*k].1).map(|&t| nearest(t, p));
@@ -209,15 +185,7 @@ fn bits(p: Vec3) -> [u32; 3] {
 
 /// Edges of a tube that no other triangle shares in the other direction.
 fn unmatched(tubes: &Tubes, selection: &Selection) -> usize {
-    let mut edges: HashMap<_, i32> = HashMap::new();
-    for band in bands(selection) {
-        for [a, b, c] in band.triangles(tubes).map(|t| t.map(bits)) {
-            for (from, to) in [(a, b), (b, c), (c, a)].into_iter().filter(|(from, to)| from != to) {
-                *edges.entry((band.tube(), from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
-            }
-        }
-    }
-    edges.values().filter(|&&sum| sum != 0).count()
+    open_edges(bands(selection).flat_map(|band| band.triangles(tubes).map(move |t| t.map(|p| (band.tube(), bits(p))))))
 }
 
 /// A pipe away from the eye, with turns, which is all seen: rings have all sides from 64 to 4.
@@ -292,21 +260,7 @@ fn far_fewer_triangles_than_sides_that_are_the_same_everywhere() {
 /// Whatever the numbers: finite corners, and no panic.
 #[test]
 fn stiff_tubes_and_views() {
-    let helix: Vec<DVec3> = (0..20_000).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.01 * t, t.sin())).collect();
-    let line: Vec<DVec3> = (0..10_000).map(|k| dvec3(0.001 * f64::from(k), 0.0, 0.0)).collect();
-    let ring: Vec<DVec3> = (0..62).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.0, t.sin())).collect();
-    let far = DVec3::splat(1e7);
-    let cases: [(&str, Vec<DVec3>, f64, bool); 8] = [
-        ("a helix", helix, 0.1, false),
-        ("a line of 10,000 points", line, 0.1, false),
-        ("a ring", ring, 0.1, true),
-        ("two points 1 nm apart", vec![DVec3::ZERO, dvec3(1e-9, 0.0, 0.0)], 1.0, false),
-        ("a radius of 1 um", vec![DVec3::ZERO, DVec3::X, dvec3(1.0, 1.0, 0.0)], 1e-6, false),
-        ("a radius of 10 km", vec![DVec3::ZERO, DVec3::X, dvec3(1.0, 1.0, 0.0)], 1e4, false),
-        ("far away", vec![far, far + DVec3::X, far + DVec3::ONE], 0.1, false),
-        ("a spike", vec![DVec3::ZERO, dvec3(10.0, 0.0, 0.0), dvec3(0.0, 0.2, 0.0)], 0.1, false),
-    ];
-    for (name, points, radius, closed) in cases {
+    for (name, points, radius, closed) in stiff() {
         let mut tubes = Tubes::default();
         let shape = Shape { radius, inner: 0.5 * radius, capped: true };
         tubes.through(&points, closed, shape, radius * 1e-2, &mut Counts::default()).unwrap();
@@ -333,9 +287,8 @@ fn stiff_tubes_and_views() {
     }
     // Far away, a helix of any number of sections is one chord or a few.
     let mut tubes = Tubes::default();
-    let points: Vec<DVec3> = (0..3000).map(|k| 0.1 * f64::from(k)).map(|t| dvec3(t.cos(), 0.1 * t, t.sin())).collect();
     let shape = Shape { radius: 0.1, inner: 0.0, capped: true };
-    tubes.through(&points, false, shape, 1e-3, &mut Counts::default()).unwrap();
+    tubes.through(&helix(3000, 0.1), false, shape, 1e-3, &mut Counts::default()).unwrap();
     let view = view(&camera(dvec3(2e4, 10.0, 0.0), dvec3(0.0, 10.0, 0.0), 60.0), 0.5);
     let chosen = select(&tubes, &objects(&tubes, 1_000_000), &view).chosen();
     assert!(tubes.sections.len() > 3000 && chosen.segments < 100, "{chosen:?} of {}", tubes.sections.len());

@@ -8,14 +8,14 @@ mod common;
 use allocation_counter::measure;
 use common::{building, path};
 use enfilade::runtime::{Camera, Mode};
-use enfilade_terrain::{Ground, MakeOptions, Placement, make};
+use enfilade_terrain::{Ground, Placement};
 use enfilade_viewer::culling::{Culling, Oracle};
 use enfilade_viewer::doors::Doors;
 use enfilade_viewer::draw::mesh::{Mesh, Runs};
 use enfilade_viewer::ground::{Land, Shown};
 use enfilade_viewer::mode::ViewMode;
 use glam::DVec3;
-use testing::ground::{Raster, Scripted};
+use testing::ground::{Raster, Scripted, written};
 
 #[test]
 fn a_frame_that_is_decided_and_listed_allocates_nothing_once_warm() {
@@ -59,7 +59,7 @@ fn ground_that_is_chosen_and_loaded_allocates_nothing_once_warm() {
     let (building, path) = (building("villa_rotonda"), path("villa_rotonda"));
     let at = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("no-alloc.ground");
     let mut raster = Raster::of([513, 513], |c, r| f64::from(c * 31 % 57) + f64::from(r * 17 % 91));
-    make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&at).unwrap()).unwrap();
+    written(&mut raster, &at);
     let whole = Ground::open(&at, u64::MAX).unwrap();
     // A tile a frame: a walk is over before all have come.
     let late = Ground::from_disk(&whole, Box::new(Scripted::new(&at, &whole, 4, 1)), whole.cache_bytes());

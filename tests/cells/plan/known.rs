@@ -1,12 +1,13 @@
 //! What is known about a scene, against what the plan strategy finds.
 
 use enfilade::CellId;
-use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split, validate};
+use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
 use enfilade::geom::Plane;
 use enfilade::scene::Scene;
 use enfilade::scene::rays::RayScene;
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
+use testing::sound::assert_sealed;
 
 /// What is open is called so.
 pub const OPEN: [&str; 3] = ["outside", "west court", "east court"];
@@ -78,12 +79,7 @@ pub fn assert_known(scene: &Scene, known: &Known) -> (CellGraph, BTreeMap<&'stat
             (0..=100).map(|k| locator.locate(line[0].lerp(line[1], f64::from(k) / 100.0)).map(|f| f.0)).collect();
         assert_eq!(found.len(), 1, "{line:?} goes through {found:?}: {}", told(&graph, scene));
     }
-    let faults = validate::structure(&graph, scene.tolerance().coplanar.max(1e-9));
-    assert!(faults.is_empty(), "{faults:?}");
-    let sealing = validate::sealing(&graph, &rays, 100_000, 1);
-    assert!(sealing.segments > 10_000, "only {} segments were followed", sealing.segments);
-    let leaks: Vec<String> = sealing.leaks.iter().map(ToString::to_string).collect();
-    assert!(leaks.is_empty(), "{leaks:?}");
+    assert_sealed(&graph, scene, 1.0, 100_000);
     (graph, of)
 }
 

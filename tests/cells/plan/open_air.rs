@@ -1,13 +1,13 @@
 //! What is outside: yards, balconies, and courts between wings.
 
-use super::building::Building;
 use super::known::{Known, OPEN, assert_known};
-use super::{EYE, FAR, HIGH, WALL, door_x, v};
+use super::{EYE, FAR, HIGH, door_x, v};
 use testing::solids::Box3;
+use testing::walls::{Building, WALL};
 
 #[test]
 fn a_courtyard_is_outside() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     // A ring 4 m wide around a yard of 5 x 5 m: the roof has a hole, and a wall stands around it.
     let yard: Box3 = [v(4.2, -1., 4.2), v(9.2, 9., 9.2)];
     b.shell(v(0., 0., 0.), v(13.4, HIGH, 13.4), &[[yard[0].with_y(HIGH), yard[1]]]);
@@ -28,7 +28,7 @@ fn a_courtyard_is_outside() {
 
 #[test]
 fn a_balcony_is_outside() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     let out = door_x(6., 3., 2.5);
     // Two storeys of one room each, without a stair; on the upper one a door to a balcony with parapets.
     b.shell(v(0., 0., 0.), v(6., HIGH, 5.), &[]);
@@ -54,7 +54,7 @@ fn a_balcony_is_outside() {
 /// Wings of three rooms side by side, 6 m apart, each room with a window into what lies between two wings, with or without ground below.
 fn wings(count: usize, ground: bool) -> (Building, Known) {
     const ROOMS: [[&str; 3]; 3] = [["a1", "a2", "a3"], ["b1", "b2", "b3"], ["c1", "c2", "c3"]];
-    let (mut b, mut known) = (Building::new(), Known::default());
+    let (mut b, mut known) = (Building::default(), Known::default());
     let west = |wing: usize| 11.0 * wing as f64;
     let window = |x: f64, z: f64| [v(x - 0.01, 0.9, z - 0.7), v(x + WALL + 0.01, 2.2, z + 0.7)];
     let court = |wing: usize| if count < 3 { "outside" } else { OPEN[1 + wing] };

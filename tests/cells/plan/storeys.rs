@@ -1,15 +1,15 @@
 //! Rooms over each other: galleries, half storeys, roofs, stairs, shafts.
 
-use super::building::Building;
 use super::known::{Known, assert_known};
-use super::{EYE, FAR, HIGH, WALL, between, door_x, door_z, v};
+use super::{EYE, FAR, HIGH, between, door_x, door_z, v};
 use enfilade::scene::Role;
 use glam::DVec3;
 use testing::solids::Box3;
+use testing::walls::{Building, WALL};
 
 #[test]
 fn a_gallery_open_to_its_hall_is_part_of_it() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     b.shell(v(0., 0., 0.), v(9., 5.8, 6.), &[door_z(2., 0., -WALL)]);
     // A slab at half height over a third of it, without anything at its edge.
     b.solid(v(6., 2.6, 0.), v(9., 2.9, 6.));
@@ -28,7 +28,7 @@ fn a_gallery_open_to_its_hall_is_part_of_it() {
 
 #[test]
 fn a_room_under_a_gallery_is_one_of_its_own() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     b.shell(v(0., 0., 0.), v(9., 5.8, 6.), &[]);
     b.solid(v(6., 2.6, 0.), v(9., 2.9, 6.));
     // A wall under its edge, with a doorway.
@@ -49,7 +49,7 @@ fn a_room_under_a_gallery_is_one_of_its_own() {
 
 #[test]
 fn split_levels_joined_by_half_a_stair_are_two_rooms() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     let way: Box3 = [v(3.9, 1.4, 2.), v(4.3, 3.4, 3.)];
     // Floors at 0 and 1.4 m, each 3.6 m high; the wall between stands from the lower floor to the upper roof.
     b.shell(v(0., 0., 0.), v(4., 3.6, 5.), &[way]);
@@ -103,7 +103,7 @@ fn attic(b: &mut Building) {
 
 #[test]
 fn an_attic_has_rooms_under_its_slopes() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     attic(&mut b);
     assert_known(
         &b.finish(),
@@ -122,7 +122,7 @@ fn an_attic_has_rooms_under_its_slopes() {
 /// Two sheets of a floor lie over each other for 2 m, one 40 micrometres above the other. What leads between them is too narrow for a portal.
 #[test]
 fn a_floor_of_two_sheets_parts_storeys() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     let (lo, hi) = (v(0., 0., 0.), v(10., 6., 5.));
     for (a, c) in [
         (lo, hi.with_y(0.)),
@@ -149,7 +149,7 @@ fn a_floor_of_two_sheets_parts_storeys() {
 
 #[test]
 fn stairs_join_two_storeys_through_the_floor() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     let hole: Box3 = [v(4., HIGH - 0.1, 0.5), v(5., HIGH + 0.3, 4.)];
     b.shell(v(0., 0., 0.), v(7., HIGH, 6.), &[hole]);
     b.shell(v(0., HIGH + WALL, 0.), v(7., 2. * HIGH + WALL, 6.), &[hole]);
@@ -176,7 +176,7 @@ fn stairs_join_two_storeys_through_the_floor() {
 
 #[test]
 fn a_lift_shaft_is_one_cell_over_its_storeys() {
-    let mut b = Building::new();
+    let mut b = Building::default();
     let (lo, hi) = (v(6.2, 0., 2.), v(8.2, 8.8, 4.));
     let mut known = Known { within: vec![[v(7.2, 0.3, 3.), v(7.2, 8.5, 3.)]], ..Known::default() };
     let doors: Vec<Box3> =

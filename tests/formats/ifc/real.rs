@@ -7,6 +7,7 @@ use enfilade_formats::ifc::import_bytes;
 use glam::{DVec2, DVec3};
 use serde_json::Value;
 use std::collections::BTreeMap;
+use testing::bakes;
 use testing::data::data;
 use testing::house;
 
@@ -226,10 +227,7 @@ fn the_same_on_any_number_of_threads() {
     let folder = data();
     for file in ["webifc-mpl/Office_A_20110811", "duplex/Duplex_A_20110907"] {
         let path = folder.join(format!("{file}.ifc"));
-        let on = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| enfilade_formats::import(&path, &ImportOptions::default()).unwrap())
-        };
+        let on = |threads| bakes::on(threads, || enfilade_formats::import(&path, &ImportOptions::default()).unwrap());
         assert!(on(1) == on(5), "{file}");
     }
 }

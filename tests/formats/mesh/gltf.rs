@@ -2,13 +2,13 @@
 
 mod rooms;
 
-use super::glb::{Glb, pack};
 use super::{TRIANGLE, assert_sound, assert_triangles, read_glb, world};
 use crate::cli::folder;
 use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade_formats::import;
 use glam::DVec3;
 use serde_json::{Value, json};
+use testing::glb::{Glb, pack};
 
 fn scene(glb: &Glb) -> Scene {
     let scene = read_glb(&glb.bytes()).unwrap();

@@ -1,12 +1,11 @@
 //! Files that lie: an error or a sound scene, never a panic, never memory on a file's word.
 
-use super::glb::{Glb, pack};
 use super::{TRIANGLE, assert_sound, read_glb, read_obj};
 use crate::cli::folder;
 use enfilade::scene::{ImportError, ImportOptions};
 use enfilade_formats::import;
-use proptest::prelude::*;
 use serde_json::{Value, json};
+use testing::glb::{Glb, pack};
 
 /// Two nodes, one below the other, over an indexed mesh with a material; a room and a portal.
 fn small() -> Glb {
@@ -226,60 +225,6 @@ fn an_obj_cut_off_anywhere_is_an_error_or_a_part_of_it() {
             assert_sound(&scene, &ImportOptions::default());
             assert!(scene.triangles.len() <= 4);
         }
-    }
-}
-
-/// Replaces, inserts and removes bytes.
-fn mutations() -> impl Strategy<Value = Vec<(prop::sample::Index, u8, u8)>> {
-    prop::collection::vec((any::<prop::sample::Index>(), any::<u8>(), 0..4u8), 1..8)
-}
-
-fn mutate(bytes: &mut Vec<u8>, mutations: &[(prop::sample::Index, u8, u8)]) {
-    for (at, byte, kind) in mutations {
-        let at = at.index(bytes.len().max(1));
-        match kind {
-            _ if bytes.is_empty() => bytes.push(*byte),
-            0 => bytes[at] ^= 1 << (byte % 8),
-            1 => bytes[at] = *byte,
-            2 => bytes.insert(at, b"0123456789-./{}[]\",:e "[*byte as usize % 22]),
-            _ => drop(bytes.remove(at)),
-        }
-    }
-}
-
-fn is_error_or_sound(read: Result<enfilade::scene::Scene, ImportError>) {
-    match read {
-        Ok(scene) => assert_sound(&scene, &ImportOptions::default()),
-        Err(error) => assert!(!error.to_string().is_empty()),
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 4000, failure_persistence: None, ..ProptestConfig::default() })]
-
-    #[test]
-    fn a_mutated_glb_is_an_error_or_sound(mutations in mutations()) {
-        let mut bytes = small().bytes();
-        mutate(&mut bytes, &mutations);
-        is_error_or_sound(read_glb(&bytes));
-    }
-
-    /// Mutations that keep the container whole get further.
-    #[test]
-    fn a_mutated_document_is_an_error_or_sound(json in mutations(), bin in mutations()) {
-        let glb = small();
-        let mut text = glb.json.to_string().into_bytes();
-        let mut chunk = glb.bin.clone();
-        mutate(&mut text, &json[..json.len().min(2)]);
-        mutate(&mut chunk, &bin);
-        is_error_or_sound(read_glb(&pack(&text, Some(&chunk))));
-    }
-
-    #[test]
-    fn a_mutated_obj_is_an_error_or_sound(mutations in mutations()) {
-        let mut bytes = OBJ.as_bytes().to_vec();
-        mutate(&mut bytes, &mutations);
-        is_error_or_sound(enfilade_formats::obj::from_slice(&bytes, "test", None, &ImportOptions::default()));
     }
 }
 

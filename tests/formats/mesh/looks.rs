@@ -1,11 +1,11 @@
 //! Materials, pictures and texture coordinates, where somebody asks how a model looks.
 
 use super::TRIANGLE;
-use super::glb::Glb;
 use crate::cli::folder;
 use enfilade::scene::{ImportOptions, Material, Picture, Scene};
 use enfilade_formats::{import, obj, picture};
 use serde_json::json;
+use testing::glb::Glb;
 
 fn traced() -> ImportOptions {
     ImportOptions { trace: true, ..ImportOptions::default() }

@@ -4,7 +4,6 @@
 mod compressed;
 #[cfg(feature = "draco")]
 pub mod draco;
-pub mod glb;
 mod gltf;
 mod hostile;
 mod looks;
@@ -18,6 +17,8 @@ mod scans;
 use enfilade::scene::{ImportError, ImportOptions, Scene};
 use glam::DVec3;
 use std::path::PathBuf;
+use testing::meshes::corners;
+use testing::sound;
 
 /// One triangle facing +Z.
 const TRIANGLE: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -32,8 +33,7 @@ fn read_obj(text: &str) -> Result<Scene, ImportError> {
 
 /// The corners of an object's triangles in the model's own coordinates.
 fn world(scene: &Scene, object: usize) -> Vec<[DVec3; 3]> {
-    let range = scene.objects[object].triangles.clone();
-    range.map(|t| scene.corners(t as usize).map(|p| p + scene.origin)).collect()
+    corners(scene, &scene.objects[object])
 }
 
 /// Asserts that both have the same triangles in the same order, each starting from any of its corners.
@@ -50,23 +50,7 @@ fn assert_triangles(found: &[[DVec3; 3]], expected: &[[[f64; 3]; 3]]) {
 /// What a scene promises, whatever it was read from.
 #[track_caller]
 fn assert_sound(scene: &Scene, options: &ImportOptions) {
-    let mut next = 0;
-    for object in &scene.objects {
-        assert!(object.triangles.start == next && object.triangles.end > next);
-        assert!(object.triangles.len() <= options.object_triangles as usize);
-        next = object.triangles.end;
-        for corner in object.triangles.clone().flat_map(|t| scene.corners(t as usize)) {
-            assert!(corner.is_finite() && object.bounds.contains(corner));
-        }
-    }
-    assert_eq!(next as usize, scene.triangles.len());
-    assert!(scene.origin.is_finite() && !scene.triangles.is_empty());
-    let mut hints = scene.hints.rooms.iter().flat_map(|r| r.surface.iter().flatten());
-    assert!(hints.all(|p| p.is_finite()));
-    for opening in &scene.hints.openings {
-        assert!(opening.winding.len() >= 3 && opening.winding.iter().all(|p| p.is_finite()));
-        assert!(opening.rooms.iter().flatten().all(|&room| room < scene.hints.rooms.len()));
-    }
+    sound::assert_sound(scene, options.object_triangles);
 }
 
 /// A file of the data folder.

@@ -1,6 +1,5 @@
 //! Doors, windows and glass by their names, and models whose +Z is up.
 
-use super::glb::{Glb, pack, parts};
 use super::read_obj;
 use crate::cli;
 use enfilade::cells::{PortalKind, SplitOptions, split};
@@ -9,6 +8,7 @@ use enfilade_formats::{import, obj};
 use enfilade_scenes::{Kind, generate};
 use serde_json::json;
 use std::path::Path;
+use testing::glb::{Glb, pack, parts};
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 

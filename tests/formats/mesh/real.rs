@@ -6,14 +6,14 @@ use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use glam::{DVec3, Vec3};
 use std::path::Path;
+use testing::bakes::on;
 
 fn scene(path: &Path) -> Scene {
     let options = ImportOptions::default();
     let scene = import(path, &options).unwrap();
     assert_sound(&scene, &options);
     // The same again, and whatever the number of threads.
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    assert_eq!(pool.install(|| import(path, &options)).unwrap(), scene);
+    assert_eq!(on(1, || import(path, &options)).unwrap(), scene);
     scene
 }
 

@@ -13,8 +13,6 @@ use std::path::Path;
 use testing::data::data;
 use testing::random::Places;
 
-const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];
-
 /// Of `count` random points in the levels' boxes, those that the map and the compiled level do not both call free or both solid,
 /// and whether the map calls them free.
 fn disagreements(folder: &Path, name: &str, count: usize) -> Vec<(DVec3, bool)> {
@@ -44,7 +42,7 @@ fn disagreements(folder: &Path, name: &str, count: usize) -> Vec<(DVec3, bool)> 
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn a_map_and_its_compiled_level_agree_on_what_is_solid() {
     let folder = data();
-    for name in LEVELS {
+    for name in crate::levels::LEVELS {
         let found = disagreements(&folder, name, 100_000);
         assert!(found.len() < 100, "{name}: {} {:?}", found.len(), &found[..found.len().min(8)]);
     }
@@ -54,7 +52,7 @@ fn a_map_and_its_compiled_level_agree_on_what_is_solid() {
 #[ignore = "a million points; run by `just torture`"]
 fn a_map_and_its_compiled_level_agree_in_a_million_points() {
     let folder = data();
-    for name in LEVELS {
+    for name in crate::levels::LEVELS {
         let found = disagreements(&folder, name, 1_000_000);
         let text = std::fs::read(folder.join(format!("quake-id-gpl/{name}.map"))).unwrap();
         let (solids, _) = solids(&text.iter().map(|&b| char::from(b)).collect::<String>());

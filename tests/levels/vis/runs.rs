@@ -8,18 +8,15 @@ use enfilade_levels::{Level, LevelPortal, VisError, VisOptions, digest, vis, vis
 use glam::DVec3;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use testing::bakes::on;
 use testing::grid::{Grid, Recipe};
 
 #[test]
 fn one_thread_two_threads_and_again_give_the_same() {
     let grid = Grid::random(Recipe { size: [6, 2, 6], doors: 0.6, joined: 0.0, outside: false, objects: 0 }, 3);
     let level = level(&grid.graph());
-    let on = |threads: usize| {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool").install(|| run(&level))
-    };
-    let one = on(1);
-    assert!(one == on(2), "two threads");
-    assert!(one == on(1), "again");
+    let [one, two, again] = [1, 2, 1].map(|threads| on(threads, || run(&level)));
+    assert!(one == two && one == again);
     let other = run_with(&level, &VisOptions { seed: 2, ..OPTIONS }).expect("a result");
     assert_eq!(one.lower.first_outside(&other.upper), None, "another seed");
 }

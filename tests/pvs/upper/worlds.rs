@@ -5,28 +5,18 @@ use enfilade::cells::CellGraph;
 use enfilade::geom::{Aabb, Plane};
 use enfilade::job::Job;
 use enfilade::pvs::flow::by_cell::FlowByCell;
-use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
+use enfilade::pvs::flow::{FlowResult, flow};
 use enfilade::{BitMatrix, CellId};
 use glam::{DAffine3, DQuat, DVec3};
-use testing::grid;
-use testing::grid::{Grid, Recipe};
+use testing::bakes::on;
+use testing::grid::{self, Grid, Recipe, input};
 use testing::random::Random;
 
 /// Flow over a grid and its objects, with nothing known.
 fn grid_flow(grid: &Grid, max_steps: u64) -> FlowResult {
-    let placement = grid.placement();
-    let input = FlowInput {
-        graph: &grid.graph(),
-        placement: &placement,
-        placed_boxes: None,
-        object_bounds: &grid.object_bounds(),
-        cells_lower: &BitMatrix::new(grid.cells, grid.cells),
-        objects_lower: &BitMatrix::new(grid.cells, grid.objects.len()),
-        max_steps,
-        coplanar: 1e-5,
-        fronts: None,
-    };
-    flow(&input, &Job::quiet()).unwrap()
+    let nothing = [&BitMatrix::new(grid.cells, grid.cells), &BitMatrix::new(grid.cells, grid.objects.len())];
+    let (graph, placement, bounds) = (grid.graph(), grid.placement(), grid.object_bounds());
+    flow(&input(&graph, &placement, &bounds, nothing, max_steps), &Job::quiet()).unwrap()
 }
 
 /// Recipes of random worlds: convex rooms, joined rooms, rooms inside a ring, storeys.
@@ -44,33 +34,13 @@ fn no_line_ever_reaches_beyond_the_upper_bound() {
             let grid = Grid::random(recipe, 100 * r as u64 + seed);
             let result = grid_flow(&grid, 1_000_000);
             assert_eq!(result.capped, 0);
-            let (u, mut random, mut path) = (&result.cells_upper, Random::new(seed), Vec::new());
-            for k in 0..200_000 {
-                let (room, p, direction) =
-                    if k % 2 == 0 { grid.random_ray(&mut random) } else { grid.aimed_ray(&mut random) };
-                grid.walk(room, p, direction, &mut path);
-                for (i, &a) in path.iter().enumerate() {
-                    for &b in &path[i..] {
-                        assert!(
-                            u.get(a, b) && u.get(b, a),
-                            "recipe {r} seed {seed}: {a} sees {b} from {p} along {direction}"
-                        );
-                    }
-                }
-            }
-            for k in 0..100_000 {
-                let o = k % grid.objects.len();
-                let (bounds, room) = grid.objects[o];
-                let p = grid::inside(&bounds, &mut random);
-                let direction = grid.random_ray(&mut random).2;
-                grid.walk(room, p, direction, &mut path);
-                for &a in &path {
-                    assert!(
-                        result.objects_upper.get(a, o),
-                        "recipe {r} seed {seed}: {a} sees object {o} at {p} along {direction}"
-                    );
-                }
-            }
+            let [cells, objects] = grid.seen(200_000, seed);
+            assert_eq!(cells.first_outside(&result.cells_upper), None, "recipe {r} seed {seed}: a line joins cells");
+            assert_eq!(
+                objects.first_outside(&result.objects_upper),
+                None,
+                "recipe {r} seed {seed}: a line leads to an object"
+            );
         }
     }
 }
@@ -202,11 +172,7 @@ fn running_out_of_steps_only_adds() {
 #[test]
 fn one_thread_and_two_give_the_same_bits() {
     let grid = Grid::random(RECIPES[2], 5);
-    let on = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| grid_flow(&grid, 300))
-    };
-    assert_eq!(on(1), on(2));
+    assert_eq!(on(1, || grid_flow(&grid, 300)), on(2, || grid_flow(&grid, 300)));
 }
 
 /// Rows that are asked for one by one, in any order: they have what the whole flow has, little more, and no more than planes allow.
@@ -219,17 +185,7 @@ fn rows_of_single_cells_hold_those_of_all() {
         let (all, most) = (grid_flow(&grid, 1_000_000), grid_flow(&grid, 0));
         let (no_cells, no_objects) =
             (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
-        let by_cell = FlowByCell::new(FlowInput {
-            graph: &g,
-            placement: &placement,
-            placed_boxes: None,
-            object_bounds: &bounds,
-            cells_lower: &no_cells,
-            objects_lower: &no_objects,
-            max_steps: 1_000_000,
-            coplanar: 1e-5,
-            fronts: None,
-        });
+        let by_cell = FlowByCell::new(input(&g, &placement, &bounds, [&no_cells, &no_objects], 1_000_000));
         for cell in (0..grid.cells).rev() {
             let row = by_cell.row(CellId(cell as u32), &Job::quiet()).unwrap();
             let within = |a: &[u64], b: &[u64]| a.iter().zip(b).all(|(a, b)| a & !b == 0);
@@ -248,18 +204,7 @@ fn what_is_known_to_be_visible_is_in_the_bound_and_saves_steps() {
     let grid = Grid::random(RECIPES[1], 11);
     let (g, placement, bounds) = (grid.graph(), grid.placement(), grid.object_bounds());
     let run = |cells_lower: &BitMatrix, objects_lower: &BitMatrix| {
-        let input = FlowInput {
-            graph: &g,
-            placement: &placement,
-            placed_boxes: None,
-            object_bounds: &bounds,
-            cells_lower,
-            objects_lower,
-            max_steps: 1_000_000,
-            coplanar: 1e-5,
-            fronts: None,
-        };
-        flow(&input, &Job::quiet()).unwrap()
+        flow(&input(&g, &placement, &bounds, [cells_lower, objects_lower], 1_000_000), &Job::quiet()).unwrap()
     };
     let (no_cells, no_objects) = (BitMatrix::new(grid.cells, grid.cells), BitMatrix::new(grid.cells, grid.objects.len()));
     let blind = run(&no_cells, &no_objects);

@@ -8,19 +8,11 @@ use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use enfilade_measure::walkthrough::tour::tour;
 use enfilade_measure::walkthrough::walk::{Summary, WalkOptions, walk};
 use glam::DVec3;
+use testing::bakes;
 use testing::boxes::{A, Building, CORRIDOR, flat, p};
 
 fn options(modes: &[Mode]) -> WalkOptions {
-    WalkOptions {
-        modes: modes.iter().map(|&m| m.into()).collect(),
-        width: 160,
-        height: 90,
-        verify_pixels: true,
-        pictures: None,
-        every: 1,
-        doors_as_found: false,
-        min_pixels: vec![0],
-    }
+    bakes::walk(modes.iter().copied(), [160, 90])
 }
 
 fn summaries(scene: &Scene, file: &PvsFile, path: &CameraPath, modes: &[Mode]) -> Vec<Summary> {

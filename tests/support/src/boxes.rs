@@ -1,17 +1,15 @@
 //! Buildings made of boxes, by hand: scenes and `.pvs` files with known answers.
-use crate::meshes::soup;
-use enfilade::cells::{Cell, CellGraph, Piece, Placement, Portal, PortalKind, PortalState, Strategy};
+use crate::files::pvs;
+use crate::meshes::{flat_along, soup};
+use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
 use enfilade::geom::{Aabb, Plane};
-use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;
 
 /// A point.
-pub fn p(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
-}
+pub use glam::dvec3 as p;
 
 pub fn block(min: DVec3, max: DVec3) -> Piece {
     let planes = (0..3).flat_map(|axis| {
@@ -58,23 +56,7 @@ impl Building {
     /// A portal: the box from `min` to `max` must be flat along one axis; `low` is the cell on the lesser side of it.
     pub fn portal(&mut self, low: CellId, high: CellId, min: DVec3, max: DVec3, kind: PortalKind) {
         let axis = (0..3).find(|&a| min[a] == max[a]).expect("flat along an axis");
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let corner = |a: &DVec3, b: &DVec3| {
-            let mut corner = *a;
-            corner[v] = b[v];
-            corner[u] = a[u];
-            corner
-        };
-        let winding = vec![
-            min,
-            {
-                let mut c = min;
-                c[u] = max[u];
-                c
-            },
-            max,
-            corner(&min, &max),
-        ];
+        let winding = flat_along(axis, min, max).to_vec();
         let plane = Plane { n: DVec3::AXES[axis], d: min[axis] };
         let state = PortalState::of_kind(kind);
         self.portals.push(Portal { cells: [low, high], plane, winding, kind, state, source: None });
@@ -118,26 +100,10 @@ impl Building {
         self.meshes.into_iter().for_each(|mesh| builder.add(mesh).unwrap());
         let scene = builder.finish("building").unwrap();
         let graph = relative_graph(self.cells, self.portals, &scene);
-        let (n, m) = (graph.cells.len(), scene.objects.len());
         let placement = placement(&graph, &scene);
         let [mut cells, mut objects] = joined_rows(&graph, &placement);
         rows(&mut cells, &mut objects);
-        let pvs = Pvs {
-            graph,
-            cells_lower: cells.clone(),
-            cells_upper: cells,
-            objects_lower: objects.clone(),
-            objects_upper: objects,
-            placement: Placement { matrix: placement, boxes: None },
-            unresolved: BitMatrix::new(n, m),
-            witnesses: Vec::new(),
-            guarantee: Guarantee::Conservative,
-            clusters: Vec::new(),
-            repairs: Vec::new(),
-            unseen: None,
-            sampling_end: SamplingEnd::Rays,
-            stats: PvsStats::default(),
-        };
+        let pvs = pvs(graph, [cells.clone(), cells], [objects.clone(), objects], placement);
         let file = PvsFile::from_bake(&scene, &options, &pvs, false);
         (scene, file)
     }

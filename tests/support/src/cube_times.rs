@@ -1,9 +1,12 @@
 //! Visibility cubes by the clock, for benches.
 
-use enfilade::pvs::cubes::{Cube, CubeEngine, CubeView};
+use enfilade::ObjectId;
+use enfilade::pvs::cubes::{Cube, CubeEngine, CubeView, NONE};
 use enfilade::scene::Scene;
 use glam::DVec3;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+
+pub use crate::times::timed;
 
 /// Pixels along a face's edge.
 pub const SIZE: u32 = 256;
@@ -14,13 +17,6 @@ pub fn row(scene: &Scene, name: &str, times: &[Duration], ready: Duration) {
     let slowest = times.iter().max().expect("an eye").as_secs_f64();
     let (mean, slowest, ready) = (mean * 1e3, slowest * 1e3, ready.as_secs_f64());
     println!("| {} | {name} | {mean:.2} | {slowest:.2} | {ready:.2} |", scene.triangles.len());
-}
-
-/// What work gives, and its time.
-pub fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    let out = work();
-    (out, start.elapsed())
 }
 
 /// Cubes of [`SIZE`], and the least time of each eye.
@@ -34,4 +30,17 @@ pub fn cubes(engine: &mut dyn CubeEngine, eyes: &[DVec3], repeats: usize) -> (Ve
         }
     }
     (out, times)
+}
+
+/// A face of a cube as a camera sees it: the axes to the right, up and ahead, and the objects that show, in order.
+pub fn face(scene: &Scene, view: &CubeView, cube: &Cube, face: usize) -> ([DVec3; 3], Vec<ObjectId>) {
+    let (side, pixels) = (view.size, (view.size * view.size) as usize);
+    let at = |x: u32, y: u32| view.direction(face * pixels + (y * side + x) as usize);
+    let last = side - 1;
+    let (across, down) = (at(last, 0) - at(0, 0), at(0, last) - at(0, 0));
+    let ids = cube.triangles[face * pixels..][..pixels].iter().filter(|&&t| t != NONE);
+    let mut seen: Vec<ObjectId> = ids.map(|&t| scene.object_of(t as usize)).collect();
+    seen.sort_unstable();
+    seen.dedup();
+    ([across.normalize(), -down.normalize(), (at(0, 0) + at(last, last)).normalize()], seen)
 }

@@ -3,9 +3,11 @@
 //! Walls have no thickness, so a line is in one room or in the next, and crosses a wall inside its door or stops there. Joined
 //! rooms have no wall between them: their cell is an L, a U, a ring.
 
+use crate::meshes::flat_along;
 use crate::random::Random;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
+use enfilade::pvs::flow::FlowInput;
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 
@@ -199,6 +201,26 @@ impl Grid {
         }
     }
 
+    /// What random lines, and lines from random points of objects, join: cells x cells, cells x objects.
+    pub fn seen(&self, lines: usize, seed: u64) -> [BitMatrix; 2] {
+        let (mut random, mut path) = (Random::new(seed), Vec::new());
+        let mut cells = BitMatrix::new(self.cells, self.cells);
+        let mut objects = BitMatrix::new(self.cells, self.objects.len());
+        for k in 0..lines {
+            let (room, p, direction) = if k % 2 == 0 { self.random_ray(&mut random) } else { self.aimed_ray(&mut random) };
+            self.walk(room, p, direction, &mut path);
+            for &a in &path {
+                path.iter().for_each(|&b| _ = cells.set(a, b));
+            }
+            if let Some(&(bounds, room)) = self.objects.get(k % self.objects.len().max(1)) {
+                let (p, direction) = (inside(&bounds, &mut random), self.random_ray(&mut random).2);
+                self.walk(room, p, direction, &mut path);
+                path.iter().for_each(|&cell| _ = objects.set(cell, k % self.objects.len()));
+            }
+        }
+        [cells, objects]
+    }
+
     /// A ray from a random point.
     pub fn random_ray(&self, random: &mut Random) -> (usize, DVec3, DVec3) {
         let room = random.below(self.cell.len());
@@ -235,14 +257,7 @@ pub fn inside(b: &Aabb, random: &mut Random) -> DVec3 {
 
 /// A rectangular portal: a box flat along `axis`, leading up that axis.
 pub fn rectangle(cells: [CellId; 2], axis: usize, b: &Aabb) -> Portal {
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let corner = |cu: f64, cv: f64| {
-        let mut p = b.min;
-        (p[u], p[v]) = (cu, cv);
-        p
-    };
-    let winding =
-        vec![corner(b.min[u], b.min[v]), corner(b.max[u], b.min[v]), corner(b.max[u], b.max[v]), corner(b.min[u], b.max[v])];
+    let winding = flat_along(axis, b.min, b.max).to_vec();
     let plane = Plane::through(b.min, DVec3::AXES[axis]);
     let kind = PortalKind::Door;
     Portal { cells, plane, winding, kind, state: PortalState::of_kind(kind), source: None }
@@ -254,4 +269,17 @@ pub fn graph(cells: Vec<Cell>, portals: Vec<Portal>) -> CellGraph {
         CellGraph { strategy: Strategy::Given, reason, cells, portals, smallest_hole: 0.0, closed_holes: Vec::new(), notes };
     graph.link();
     graph
+}
+
+/// What flow takes: nothing is known of cells and objects but `lower`.
+pub fn input<'a>(
+    graph: &'a CellGraph,
+    placement: &'a BitMatrix,
+    object_bounds: &'a [Aabb],
+    lower: [&'a BitMatrix; 2],
+    max_steps: u64,
+) -> FlowInput<'a> {
+    let [cells_lower, objects_lower] = lower;
+    let (placed_boxes, coplanar, fronts) = (None, 1e-5, None);
+    FlowInput { graph, placement, placed_boxes, object_bounds, cells_lower, objects_lower, max_steps, coplanar, fronts }
 }

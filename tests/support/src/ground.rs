@@ -1,10 +1,12 @@
 //! Ground, judged: every sample of a raster against where the selected tiles draw it, and the mesh of what is drawn, edge by edge.
 
 use enfilade::runtime::{Camera, Rect};
-use enfilade_terrain::{Disk, Ground, GroundError, GroundView, Heights, Patch, drawn};
+use enfilade_terrain::{Disk, Ground, GroundError, GroundView, Heights, MakeOptions, Patch, drawn, make};
 use glam::{DVec2, DVec3};
 use std::collections::HashSet;
+use std::io::Cursor;
 use std::ops::Range;
+use std::path::Path;
 
 /// A raster in memory.
 pub struct Raster {
@@ -65,6 +67,29 @@ impl Heights for Raster {
         out.copy_from_slice(&self.heights[rows.start as usize * columns..rows.end as usize * columns]);
         Ok(())
     }
+}
+
+/// The bytes of a raster's ground.
+pub fn bytes(raster: &mut Raster, options: &MakeOptions) -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    make(raster, options, &mut out).expect("a ground");
+    out.into_inner()
+}
+
+/// A raster as a ground, all of it in memory.
+pub fn ground(raster: &mut Raster) -> Ground {
+    ground_with(raster, &MakeOptions::default())
+}
+
+pub fn ground_with(raster: &mut Raster, options: &MakeOptions) -> Ground {
+    let bytes = bytes(raster, options);
+    let length = bytes.len() as u64;
+    Ground::read(Cursor::new(bytes), length, u64::MAX).expect("what was made")
+}
+
+/// Writes a raster's ground.
+pub fn written(raster: &mut Raster, path: &Path) {
+    std::fs::write(path, bytes(raster, &MakeOptions::default())).expect("a folder to write to");
 }
 
 /// What was found of one frame.

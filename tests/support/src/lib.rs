@@ -1,12 +1,16 @@
 //! What tests and benches share: scenes by hand, seeded numbers, files taken apart.
 
+pub mod bakes;
 pub mod boxes;
 pub mod crowd;
 pub mod cube_times;
 pub mod data;
 pub mod explain;
 pub mod eyes;
+pub mod files;
+pub mod floor;
 pub mod forge;
+pub mod glb;
 pub mod grid;
 pub mod ground;
 pub mod ground_file;
@@ -18,6 +22,7 @@ pub mod maze;
 pub mod meshes;
 pub mod openings;
 pub mod page;
+pub mod plain;
 pub mod prt;
 pub mod prt_texts;
 pub mod quake;
@@ -25,7 +30,10 @@ pub mod random;
 pub mod rooms;
 pub mod sights;
 pub mod solids;
+pub mod sound;
 pub mod stretches;
 pub mod tiffs;
+pub mod times;
 pub mod truth;
+pub mod walls;
 pub mod world;

@@ -1,6 +1,7 @@
 //! Quads, boxes and triangles as meshes, and scenes of them.
 
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::geom::area;
+use enfilade::scene::{ImportOptions, Mesh, Object, Role, Scene, SceneBuilder, Source};
 use glam::DVec3;
 
 pub type Triangle = [DVec3; 3];
@@ -27,6 +28,21 @@ fn corner(min: DVec3, max: DVec3, i: u32) -> DVec3 {
 /// The six sides of a box, counter-clockwise from outside.
 pub fn sides(min: DVec3, max: DVec3) -> Vec<Quad> {
     SIDES.map(|side| side.map(|i| corner(min, max, i))).to_vec()
+}
+
+/// A box that is flat along an axis, counter-clockwise seen from that axis' far end.
+pub fn flat(min: DVec3, max: DVec3) -> Quad {
+    let axis = (0..3).find(|&k| min[k] == max[k]).expect("flat along an axis");
+    flat_along(axis, min, max)
+}
+
+pub fn flat_along(axis: usize, min: DVec3, max: DVec3) -> Quad {
+    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+    [[min, min], [max, min], [max, max], [min, max]].map(|[of_u, of_v]| {
+        let mut corner = min;
+        (corner[u], corner[v]) = (of_u[u], of_v[v]);
+        corner
+    })
 }
 
 /// Two triangles for each quad.
@@ -67,4 +83,45 @@ pub fn scene(meshes: impl IntoIterator<Item = Mesh>) -> Scene {
     let mut builder = builder();
     meshes.into_iter().for_each(|m| builder.add(m).expect("a sound mesh"));
     builder.finish("hand-made").expect("a scene")
+}
+
+/// A scene of parts, each an opaque object.
+pub fn parts(parts: &[Vec<Triangle>]) -> Scene {
+    scene(parts.iter().enumerate().map(|(i, part)| soup(&format!("part {i}"), Role::Structure, true, part)))
+}
+
+/// Triangles of an object, in the coordinates of the model.
+pub fn corners(scene: &Scene, object: &Object) -> Vec<Triangle> {
+    object.triangles.clone().map(|t| scene.corners(t as usize).map(|p| p + scene.origin)).collect()
+}
+
+/// Square metres of an object.
+pub fn area_of(scene: &Scene, object: &Object) -> f64 {
+    object.triangles.clone().map(|t| area(&scene.corners(t as usize))).sum()
+}
+
+/// Square metres of all objects.
+pub fn area_of_all(scene: &Scene) -> f64 {
+    scene.objects.iter().map(|object| area_of(scene, object)).sum()
+}
+
+/// The same scene after each triangle has been changed.
+pub fn changed(of: &Scene, change: impl Fn(Triangle) -> Triangle) -> Scene {
+    let triangles = |object: &Object| corners(of, object).into_iter().map(&change).collect::<Vec<_>>();
+    scene(of.objects.iter().map(|object| soup(&object.node, object.role, object.opaque, &triangles(object))))
+}
+
+/// Named boxes as the text of an OBJ file.
+pub fn obj(boxes: &[(String, [f64; 3], [f64; 3])]) -> String {
+    let mut text = String::new();
+    for (i, (name, min, max)) in boxes.iter().enumerate() {
+        text += &format!("o {name}\n");
+        for p in (0..8).map(|i| corner(DVec3::from(*min), DVec3::from(*max), i)) {
+            text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+        }
+        for [a, b, c, d] in SIDES.map(|side| side.map(|k| 8 * i as u32 + k + 1)) {
+            text += &format!("f {a} {b} {c} {d}\n");
+        }
+    }
+    text
 }

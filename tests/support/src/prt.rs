@@ -32,9 +32,7 @@ pub fn level(path: &Path) -> Level {
 
 /// Reference rows: `c n: id id ...`.
 pub fn rows(path: &Path, cells: usize) -> BitMatrix {
-    let mut text = String::new();
-    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    flate2::read::GzDecoder::new(file).read_to_string(&mut text).expect("gzip");
+    let text = unpacked(path);
     let mut rows = BitMatrix::new(cells, cells);
     for line in text.lines() {
         let (head, ids) = line.split_once(':').expect("a row");
@@ -42,4 +40,12 @@ pub fn rows(path: &Path, cells: usize) -> BitMatrix {
         ids.split_whitespace().for_each(|id| _ = rows.set(cell, id.parse().expect("an id")));
     }
     rows
+}
+
+/// The text of a packed file.
+pub fn unpacked(path: &Path) -> String {
+    let mut text = String::new();
+    let file = std::fs::File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    flate2::read::GzDecoder::new(file).read_to_string(&mut text).expect("gzip");
+    text
 }

@@ -1,6 +1,6 @@
 //! Hand-made rooms: a grid of boxes with doors between neighbours, each with a wall of finite thickness, and its cell graph.
 
-use crate::meshes::{scene, solid};
+use crate::meshes::{Triangle, cuboid, flat_along, scene, solid};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::geom::{Aabb, Plane};
 use enfilade::scene::{Mesh, Role, Scene};
@@ -39,18 +39,38 @@ pub fn box_piece(min: [f64; 3], max: [f64; 3], origin: DVec3) -> Piece {
     Piece { planes, bounds }
 }
 
+/// Solids of two rooms, 4 x 5 m along x and 2.8 m high, walls of 0.2 m, and a doorway of 0.9 x 2.1 m between them.
+pub const HOUSE: [[[f64; 3]; 2]; 9] = [
+    [[-0.2, -0.2, -0.2], [8.4, 0.0, 5.2]],
+    [[-0.2, 2.8, -0.2], [8.4, 3.0, 5.2]],
+    [[-0.2, 0.0, -0.2], [0.0, 2.8, 5.2]],
+    [[8.2, 0.0, -0.2], [8.4, 2.8, 5.2]],
+    [[0.0, 0.0, -0.2], [8.2, 2.8, 0.0]],
+    [[0.0, 0.0, 5.0], [8.2, 2.8, 5.2]],
+    [[4.0, 0.0, 0.0], [4.2, 2.8, 2.0]],
+    [[4.0, 0.0, 2.9], [4.2, 2.8, 5.0]],
+    [[4.0, 2.1, 2.0], [4.2, 2.8, 2.9]],
+];
+
+/// The same as triangles, solid by solid.
+pub fn house() -> Vec<Vec<Triangle>> {
+    HOUSE.map(|[min, max]| cuboid(min.into(), max.into())).to_vec()
+}
+
+/// Ground of 60 x 20 m with walls across it at x = 20 and x = 40, 12 m high and longer than it is wide, and twenty pebbles between each two.
+pub fn three_yards() -> Vec<(String, [f64; 3], [f64; 3])> {
+    let mut boxes = vec![("ground".to_owned(), [0.0, -1.0, 0.0], [60.0, 0.0, 20.0])];
+    boxes.extend([20.0, 40.0].map(|x| ("wall".to_owned(), [x - 0.1, -0.5, -3.0], [x + 0.1, 12.0, 23.0])));
+    for (yard, i) in (0..3).flat_map(|yard| (0..20).map(move |i| (yard, i))) {
+        let (x, z) = (f64::from(20 * yard + 4 * (i % 4) + 3), f64::from(3 * (i / 4) + 3));
+        boxes.push((format!("pebble of yard {yard}"), [x, 0.0, z], [x + 0.3, 0.3, z + 0.3]));
+    }
+    boxes
+}
+
 /// A rectangular portal across `axis` from the cell on the low side to the one on the high side.
 pub fn portal(cells: [u32; 2], axis: usize, min: [f64; 3], max: [f64; 3], origin: DVec3) -> Portal {
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let winding: Vec<DVec3> = [(false, false), (true, false), (true, true), (false, true)]
-        .iter()
-        .map(|&(hu, hv)| {
-            let mut p = min;
-            p[u] = if hu { max[u] } else { min[u] };
-            p[v] = if hv { max[v] } else { min[v] };
-            DVec3::from(p) - origin
-        })
-        .collect();
+    let winding = flat_along(axis, DVec3::from(min) - origin, DVec3::from(max) - origin).to_vec();
     let plane = Plane::through(winding[0], geom::newell(&winding).normalize());
     Portal {
         cells: cells.map(CellId),

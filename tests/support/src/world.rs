@@ -156,14 +156,6 @@ impl World {
         }
         None
     }
-
-    /// Least distance of a point of a face's plane from the face's edges; negative outside of the face.
-    pub fn depth_in(&self, face: &Face, p: DVec3) -> f64 {
-        let corners = face.corners.iter().map(|&c| self.vertices[c]);
-        let next = corners.clone().cycle().skip(1);
-        let inwards = |(a, b): (DVec3, DVec3)| Some(face.plane.n.cross(b - a).try_normalize()?.dot(p - a));
-        corners.zip(next).filter_map(inwards).fold(f64::INFINITY, f64::min)
-    }
 }
 
 fn child(reference: i32) -> Child {

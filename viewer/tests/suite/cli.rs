@@ -1,11 +1,15 @@
 //! The viewer's command line, as far as it needs no window: one line and exit 2 for bad input; pictures; what the alarm exits with.
 
-use crate::common::{building, needs_device, shipped};
+use crate::common::{folder, needs_device, shipped, villa};
 use std::path::Path;
 use std::process::{Command, Output};
 
 fn viewer(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_enfilade-viewer")).args(args).output().unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
 }
 
 #[test]
@@ -14,9 +18,19 @@ fn bad_input_is_one_line_that_names_it() {
     let broken = folder.join("viewer_broken.pvs");
     std::fs::write(&broken, "no pvs file").unwrap();
     let glb = shipped("office", "glb");
-    let (broken, glb, out) = (broken.to_str().unwrap(), glb.to_str().unwrap(), folder.join("no.png"));
-    let out = out.to_str().unwrap();
-    let cases: [(&[&str], &str); 9] = [
+    let (text_file, short) = (folder.join("text.ground"), folder.join("short.ground"));
+    std::fs::write(&text_file, "no ground").unwrap();
+    let whole = std::fs::read(crate::ground::made("damaged", crate::ground::hills())).unwrap();
+    std::fs::write(&short, &whole[..whole.len() - 7]).unwrap();
+    let (broken, glb, out) = (text(&broken), text(&glb), folder.join("no.png"));
+    let out = text(&out);
+    let cases: [(&[&str], &str); 15] = [
+        (&[glb, "--ground", text(&text_file), "--shot", out], "not a .ground file"),
+        (&[glb, "--ground", text(&text_file), "--bench"], "not a .ground file"),
+        (&[glb, "--ground", text(&short), "--shot", out], "cut off"),
+        (&[glb, "--ground", text(&short), "--bench"], "cut off"),
+        (&[glb, "--ground", "none.ground", "--shot", out], "none.ground: "),
+        (&[glb, "--ground", "none.ground", "--bench"], "none.ground: "),
         (&["--shot", out], "give a FILE"),
         (&["--bench"], "give a FILE"),
         (&["--path", "missing.json"], "give a FILE"),
@@ -31,6 +45,7 @@ fn bad_input_is_one_line_that_names_it() {
         let output = viewer(args);
         let told = String::from_utf8(output.stderr).unwrap();
         let line = told.lines().last().unwrap_or_default();
+        assert!(told.lines().count() == 1 || !args.contains(&"--ground"), "{args:?}: {told}");
         assert_eq!(output.status.code(), Some(2), "{args:?}: {told}");
         assert!(line.starts_with("enfilade-viewer: ") && line.contains(expected), "{args:?}: {told}");
     }
@@ -49,10 +64,9 @@ fn bad_input_is_one_line_that_names_it() {
 #[test]
 fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
     needs_device!();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_shot");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = folder("viewer_shot");
     let (pvs, lying, png) = (folder.join("villa.pvs"), folder.join("lying.pvs"), folder.join("shot.png"));
-    let mut villa = building("villa_rotonda");
+    let mut villa = villa().clone();
     villa.file.save(&pvs).unwrap();
     let rows = villa.file.object_rows.as_mut().unwrap();
     (0..rows.rows()).for_each(|cell| (0..rows.columns()).for_each(|object| rows.clear(cell, object)));
@@ -61,10 +75,8 @@ fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
     villa.file.save(&lying).unwrap();
     let (model, path) = (shipped("villa_rotonda", "glb"), shipped("villa_rotonda", "path.json"));
     let shot = |file: &Path, more: &[&str]| {
-        let mut args = vec![file.to_str().unwrap(), "--model", model.to_str().unwrap(), "--path", path.to_str().unwrap()];
-        args.extend(["--shot", png.to_str().unwrap(), "--size", "320x180", "--mode", "pvs"]);
-        args.extend(more);
-        viewer(&args)
+        let args = [text(file), "--model", text(&model), "--path", text(&path), "--shot", text(&png)];
+        viewer(&[&args[..], &["--size", "320x180", "--mode", "pvs"], more].concat())
     };
     let output = shot(&pvs, &["--frame", "9", "--alarm"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
@@ -81,17 +93,17 @@ fn a_shot_is_a_picture_and_the_alarm_is_an_exit_code() {
 #[test]
 fn a_shot_of_the_start_is_the_same_whoever_was_there() {
     needs_device!();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_start");
+    let folder = folder("viewer_start");
     std::fs::create_dir_all(folder.join("enfilade")).unwrap();
     let pvs = folder.join("villa.pvs");
-    let villa = building("villa_rotonda");
+    let villa = villa();
     villa.file.save(&pvs).unwrap();
     let model = shipped("villa_rotonda", "glb");
     let shot = |name: &str, more: &[&str]| {
         let png = folder.join(name);
-        let args = [pvs.to_str().unwrap(), "--model", model.to_str().unwrap(), "--size", "160x90", "--mode", "both"];
+        let args = [text(&pvs), "--model", text(&model), "--size", "160x90", "--mode", "both"];
         let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
-        let output = command.args(args).args(["--shot", png.to_str().unwrap()]).args(more);
+        let output = command.args(args).args(["--shot", text(&png)]).args(more);
         let output = output.env("XDG_CONFIG_HOME", &folder).output().unwrap();
         assert!(output.status.success(), "{output:?}");
         std::fs::read(png).unwrap()
@@ -106,12 +118,10 @@ fn a_shot_of_the_start_is_the_same_whoever_was_there() {
 #[test]
 fn a_bench_is_a_line_a_mode() {
     needs_device!();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("viewer_bench");
-    std::fs::create_dir_all(&folder).unwrap();
-    let pvs = folder.join("villa.pvs");
-    building("villa_rotonda").file.save(&pvs).unwrap();
+    let pvs = folder("viewer_bench").join("villa.pvs");
+    villa().file.save(&pvs).unwrap();
     let (model, path) = (shipped("villa_rotonda", "glb"), shipped("villa_rotonda", "path.json"));
-    let args = [pvs.to_str().unwrap(), "--model", model.to_str().unwrap(), "--path", path.to_str().unwrap()];
+    let args = [text(&pvs), "--model", text(&model), "--path", text(&path)];
     let output = viewer(&[&args[..], &["--bench", "--size", "160x90", "--alarm"]].concat());
     assert!(output.status.success(), "{output:?}");
     let text = String::from_utf8(output.stdout).unwrap();

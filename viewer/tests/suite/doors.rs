@@ -1,13 +1,8 @@
 //! Doors: they stop people while they are shut, and no frame misses a pixel beside or behind a leaf, wherever it is.
 
-use crate::common::{building, needs_device};
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use crate::common::{self, differ, needs_device, villa};
+use enfilade::bake::BakeOptions;
 use enfilade::runtime::{Camera, Mode};
-use enfilade::scene::ImportOptions;
-use enfilade_formats::import;
-use enfilade_scenes::{Kind, generate};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -21,7 +16,8 @@ use enfilade_viewer::session::Session;
 use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec3;
 use std::path::Path;
-use std::sync::OnceLock;
+use testing::bakes;
+use testing::random::Random;
 
 const SIZE: [u32; 2] = [160, 90];
 
@@ -29,43 +25,11 @@ const SIZE: [u32; 2] = [160, 90];
 /// forgotten is of hundreds.
 const AT_EDGES: u32 = 1;
 
-/// Baked once for all tests here.
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
-
 /// A generated office: some of its doors are shut.
 fn office(rooms: usize) -> Building {
-    let made = generate(Kind::Office { rooms, storeys: None, furnished: false }, 0).unwrap();
-    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("doors_office_{rooms}.glb"));
-    std::fs::write(&file, made.glb).unwrap();
-    let scene = import(&file, &ImportOptions::default()).unwrap();
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let (_, scene) = bakes::office(rooms, false);
+    let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(0) });
     Building::new(scene, file, Default::default())
-}
-
-/// Repeatable numbers.
-///
-/// Based on: Steele, Lea, Flood, *Fast splittable pseudorandom number generators*, 2014.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ self.0 >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ z >> 31
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
-    }
 }
 
 /// Somebody in a building, whom every way of culling is tried on.
@@ -77,8 +41,8 @@ struct Visit<'b> {
 
 impl<'b> Visit<'b> {
     fn new(building: &'b Building, oracle: Oracle, size: [u32; 2], seed: u64) -> Self {
-        let (canvas, session) = crate::common::visit(building, oracle, size);
-        Self { session, canvas, random: Random(seed) }
+        let (canvas, session) = common::visit(building, oracle, size);
+        Self { session, canvas, random: Random::new(seed) }
     }
 
     fn doors(&self) -> &[Door] {
@@ -111,16 +75,23 @@ impl<'b> Visit<'b> {
         self.session.motion.walker = Walker::new(eye, to, false);
     }
 
+    /// Opens or shuts a door at once.
+    fn turn_door(&mut self, door: usize) {
+        self.session.open_or_shut(door);
+        self.session.renderer.doors.step(SECONDS, None);
+        self.session.renderer.doors_changed();
+    }
+
     /// One step of a walk at random, past doors that are opened and shut at random.
     fn step(&mut self, step: usize) {
         let count = self.doors().len();
         if step.is_multiple_of(25) {
             let (door, random) = (self.random.below(count), &mut self.random);
-            let (away, along) = (6.0 * random.unit() - 3.0, 3.0 * random.unit() - 1.5);
+            let (away, along) = (6.0 * random.real(0.0, 1.0) - 3.0, 3.0 * random.real(0.0, 1.0) - 1.5);
             self.stand(door, away, along);
         }
-        self.session.motion.walker.turn(1.2 * (self.random.unit() - 0.5), 0.2 * (self.random.unit() - 0.5));
-        if self.random.unit() < 0.25 {
+        self.session.motion.walker.turn(1.2 * (self.random.real(0.0, 1.0) - 0.5), 0.2 * (self.random.real(0.0, 1.0) - 0.5));
+        if self.random.real(0.0, 1.0) < 0.25 {
             let eye = self.session.motion.walker.eye;
             let mut near: Vec<usize> = (0..count).collect();
             near.sort_by(|a, b| {
@@ -185,14 +156,10 @@ fn the_alarm_sees_a_portal_that_is_shut_while_its_leaf_is_open() {
         portals.iter().for_each(|&portal| culler.set_open(portal, false));
         seen += usize::from(visit.missed(Mode::Portals).pixels > 100);
         // With its leaf in it, the same portal misses nothing, and less is drawn.
-        visit.session.open_or_shut(door);
-        visit.session.renderer.doors.step(SECONDS, None);
-        visit.session.renderer.doors_changed();
+        visit.turn_door(door);
         assert_eq!(visit.missed(Mode::Portals).pixels, 0, "door {door}");
         culled += usize::from(visit.session.renderer.triangles() < open);
-        visit.session.open_or_shut(door);
-        visit.session.renderer.doors.step(SECONDS, None);
-        visit.session.renderer.doors_changed();
+        visit.turn_door(door);
     }
     assert!(seen >= 8 && culled >= 8, "{seen} doors of {} rang the alarm, {culled} hid anything", visit.doors().len());
 }
@@ -205,9 +172,7 @@ fn the_alarm_sees_a_leaf_that_is_not_drawn() {
     for door in 0..visit.doors().len() {
         // Culled with the door behind, drawn with it ahead.
         visit.stand(door, 1.5, 0.0);
-        visit.session.open_or_shut(door);
-        visit.session.renderer.doors.step(SECONDS, None);
-        visit.session.renderer.doors_changed();
+        visit.turn_door(door);
         visit.session.motion.walker.turn(std::f64::consts::PI, 0.0);
         assert_eq!(visit.missed(Mode::PortalsAndPvs).pixels, 0);
         visit.session.motion.walker.turn(std::f64::consts::PI, 0.0);
@@ -292,12 +257,7 @@ fn a_door_shows_where_it_is() {
 
 fn picture(visit: &mut Visit<'_>) -> Vec<[u8; 3]> {
     visit.session.view.hud = false;
-    visit.session.draw(&visit.canvas.view, Default::default(), 0.0).unwrap();
-    visit.canvas.read(&visit.session.renderer.gpu).unwrap().pixels().to_vec()
-}
-
-fn differ(a: &[[u8; 3]], b: &[[u8; 3]]) -> usize {
-    a.iter().zip(b).filter(|(a, b)| a != b).count()
+    common::drawn(&visit.canvas, &mut visit.session)
 }
 
 #[test]

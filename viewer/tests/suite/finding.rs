@@ -1,6 +1,6 @@
 //! What is in a building is found, told, gone to and hidden.
 
-use crate::common::{building, needs_device, path, quickly_baked};
+use crate::common::{self, needs_device, path, quickly_baked, villa};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::{Culler, Mode};
 use enfilade::scene::rays::RayScene;
@@ -129,13 +129,12 @@ fn what_was_found_is_ahead() {
 #[test]
 fn what_is_hidden_has_no_pixel_and_nobody_misses_it() {
     needs_device!();
-    let villa = building("villa_rotonda");
-    [Oracle::Software, Oracle::Device].into_iter().for_each(|oracle| hide_and_show(&villa, oracle));
+    [Oracle::Software, Oracle::Device].into_iter().for_each(|oracle| hide_and_show(villa(), oracle));
 }
 
 fn hide_and_show(villa: &Building, oracle: Oracle) {
     let walk = path("villa_rotonda");
-    let (canvas, mut session) = crate::common::visit(villa, oracle, SIZE);
+    let (canvas, mut session) = common::visit(villa, oracle, SIZE);
     (session.view.hud, session.view.layers.alarm) = (false, true);
     session.stand(&walk, walk.frames.len() / 2);
     let hidden = hide_what_is_clicked(&canvas, &mut session);
@@ -247,7 +246,7 @@ fn elements_are_found_and_told_by_what_their_author_says() {
     assert!(!elements(loads).is_empty() && !elements(loads).contains(id));
     // A pick tells the class, the GlobalId and properties by their sets.
     needs_device!();
-    let (_, mut session) = crate::common::visit(&duplex, Oracle::Software, SIZE);
+    let (_, mut session) = common::visit(&duplex, Oracle::Software, SIZE);
     session.begin(None);
     session.go_to_found(FindTarget::Node(object));
     let (facts, sheets) = session.told();

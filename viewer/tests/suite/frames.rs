@@ -1,8 +1,7 @@
 //! Frames on a device: no mode misses a pixel, the alarm sees what is broken on purpose, pictures are as they were.
 
-use crate::common::{building, needs_device, path};
+use crate::common::{self, differ, drawn, needs_device, path, villa};
 use enfilade::runtime::Mode;
-use enfilade::types::portal::PortalKind;
 use enfilade_viewer::args::Shown;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -12,20 +11,12 @@ use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::headless::Walk;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
-use enfilade_viewer::walker::MoveInput;
-use std::sync::OnceLock;
 
 const SIZE: [u32; 2] = [320, 180];
 
-/// Baked once for all tests here.
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
-
 /// Somebody in a building whose frames are culled by both, and what they are drawn on.
 fn visit(building: &Building) -> (Canvas, Session<'_>) {
-    let (canvas, mut session) = crate::common::visit(building, Oracle::Software, SIZE);
+    let (canvas, mut session) = common::visit(building, Oracle::Software, SIZE);
     session.view.mode = Mode::PortalsAndPvs.into();
     (canvas, session)
 }
@@ -42,17 +33,18 @@ fn no_mode_misses_a_pixel_on_the_recorded_walk() {
     let (villa, path) = (villa(), path("villa_rotonda"));
     for (mode, oracle) in ways() {
         let mut walk = Walk::new(villa, &path, Some(oracle), SIZE).unwrap();
-        let (mut least, mut seen) = (u64::MAX, 0);
+        let (mut least, mut sum) = (u64::MAX, 0);
         for frame in 0..path.frames.len() {
             let missed = walk.missed(walk.camera(frame), mode).unwrap().expect("counted");
             assert_eq!(missed.pixels, 0, "{mode} by {oracle:?}, frame {frame}: {missed:?}");
             least = least.min(walk.renderer.triangles());
-            seen += 1;
+            sum += walk.renderer.triangles();
         }
-        assert!(seen > 30);
         // That something was culled at all is what makes it a test.
         let all = villa.scene.triangles.len() as u64;
         assert!(mode.name() == "none" || least < all / 2, "{mode} by {oracle:?} drew {least} of {all} at least");
+        let most = all * path.frames.len() as u64 / 4;
+        assert!(mode != Mode::Chc.into() || (1..most).contains(&sum), "{oracle:?} hides less than three quarters: {sum}");
     }
 }
 
@@ -115,39 +107,8 @@ fn golden_pictures() {
         }
         session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
         let picture = canvas.read(&session.renderer.gpu).unwrap();
-        crate::common::compare(name, &picture);
+        common::compare(name, &picture);
     }
-}
-
-#[test]
-fn doors_shut_and_open_again() {
-    needs_device!();
-    let villa = villa();
-    let (canvas, mut session) = visit(villa);
-    session.motion.walker.flies = true;
-    // Before a door, looking at it.
-    let doors = villa.file.portals.iter().filter(|p| p.kind == PortalKind::Door && p.plane.y.abs() < 0.1);
-    let mut done = 0;
-    for door in doors {
-        let middle = enfilade_viewer::doors::middle(&door.winding).as_dvec3();
-        let n = door.plane.truncate().as_dvec3();
-        session.motion.walker = enfilade_viewer::walker::Walker::new(middle - n * 1.5, n, true);
-        let mut drawn = || {
-            session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-            let objects = session.renderer.culling.last.as_ref().unwrap().objects.len();
-            session.act(Action::Door);
-            // Until its leaf is at rest.
-            session.go(1.0, &MoveInput::default());
-            objects
-        };
-        let [open, shut, again] = [drawn(), drawn(), drawn()];
-        session.act(Action::Door);
-        session.go(1.0, &MoveInput::default());
-        assert_eq!(open, again, "a door that is opened again shows what it showed");
-        assert!(shut <= open);
-        done += usize::from(shut < open);
-    }
-    assert!(done >= 4, "{done} doors of the villa hid anything");
 }
 
 #[test]
@@ -164,24 +125,6 @@ fn a_lost_device_is_one_line() {
 }
 
 #[test]
-fn either_oracle_hides_three_quarters_of_the_villa() {
-    needs_device!();
-    let (villa, path) = (villa(), path("villa_rotonda"));
-    let mode = Mode::Chc;
-    let mut device = Walk::new(villa, &path, Some(Oracle::Device), SIZE).unwrap();
-    let mut software = Walk::new(villa, &path, Some(Oracle::Software), SIZE).unwrap();
-    let mut sums = [0, 0];
-    for frame in 0..path.frames.len() {
-        for (walk, sum) in [&mut device, &mut software].into_iter().zip(&mut sums) {
-            walk.missed(walk.camera(frame), mode).unwrap();
-            *sum += walk.renderer.triangles();
-        }
-    }
-    let all = (villa.scene.triangles.len() * path.frames.len()) as u64;
-    assert!(sums.iter().all(|&sum| sum > 0 && sum * 4 < all), "{sums:?} of {all}");
-}
-
-#[test]
 fn a_mirror_shows_something_else_and_the_fifth_takes_all_down() {
     needs_device!();
     let villa = villa();
@@ -190,15 +133,13 @@ fn a_mirror_shows_something_else_and_the_fifth_takes_all_down() {
     let mut most = 0;
     for _ in 0..8 {
         session.motion.walker.turn(std::f64::consts::FRAC_PI_4, 0.0);
-        let mut drawn = |hang: usize| {
+        let mut with = |hang: usize| {
             (0..hang).for_each(|_| session.act(Action::Mirror));
-            session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-            canvas.read(&session.renderer.gpu).unwrap()
+            drawn(&canvas, &mut session)
         };
-        let [bare, hung, cleared] = [drawn(0), drawn(1), drawn(4)];
-        let changed = bare.pixels().iter().zip(hung.pixels()).filter(|(a, b)| a != b).count();
-        most = most.max(changed);
-        assert!(bare.pixels() == cleared.pixels(), "a mirror is left");
+        let [bare, hung, cleared] = [with(0), with(1), with(4)];
+        most = most.max(differ(&bare, &hung));
+        assert!(bare == cleared, "a mirror is left");
     }
     // Of 57,600 pixels.
     assert!(most > 1000, "no mirror shows: {most} pixels changed");

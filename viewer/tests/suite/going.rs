@@ -1,10 +1,10 @@
 //! Ways that take somebody somewhere at once: points of a plan, storeys. What is free is measured here on every triangle; which cell is
 //! where, the library's own locator says.
 
-use crate::common::{building, needs_device, shipped};
+use crate::common::body::{EYE, FREE, HEAD, KNEE, nearest_beside};
+use crate::common::{self, building, needs_device, shipped, villa};
 use enfilade::cells::{Locator, PortalKind};
 use enfilade::runtime::Culler;
-use enfilade::scene::Scene;
 use enfilade_measure::pages::plans::Plans;
 use enfilade_measure::pages::storeys::storeys;
 use enfilade_viewer::building::Building;
@@ -20,37 +20,7 @@ use enfilade_viewer::session::Session;
 use enfilade_viewer::start::rooms::rooms;
 use enfilade_viewer::ui::plan::Plan;
 use glam::{DVec2, DVec3, Vec3Swizzles};
-use std::sync::OnceLock;
 use testing::boxes::{self, block, p};
-
-/// Of a person, metres.
-const EYE: f64 = 1.6;
-/// What must be free on all sides, from the knees to the head, metres.
-const FREE: f64 = 0.4;
-const BODY: [f64; 2] = [0.45, 1.8];
-
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
-
-/// Distance in the plan of the nearest triangle to a body: each triangle is cut at many heights, into lines.
-fn nearest_beside(scene: &Scene, eye: DVec3) -> f64 {
-    let mut nearest = f64::INFINITY;
-    for triangle in (0..scene.triangles.len()).map(|t| scene.corners(t)) {
-        for i in 0..=60 {
-            let y = eye.y - EYE + BODY[0] + (BODY[1] - BODY[0]) * f64::from(i) / 60.0;
-            let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j]));
-            let crossed = sides.into_iter().filter(|(a, b)| (a.y < y) != (b.y < y));
-            let cut: Vec<DVec2> = crossed.map(|(a, b)| (a + (b - a) * ((y - a.y) / (b.y - a.y))).xz()).collect();
-            if let [a, b] = cut[..] {
-                let t = ((eye.xz() - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
-                nearest = nearest.min((a + (b - a) * t).distance(eye.xz()));
-            }
-        }
-    }
-    nearest
-}
 
 /// Three storeys, 3 m from floor to floor, of two rooms each: 4 by 5 m and 6 by 5 m, the larger with a closet (1 by 2 m) cut out.
 fn house() -> Building {
@@ -97,7 +67,8 @@ fn a_click_on_the_plan_stands_in_the_cell_that_is_there() {
                 let walker = guide.to_plan(&storey, at);
                 assert_eq!(locator.locate(walker.eye).map(|home| home.0), Some(cell), "{at}: another cell");
                 if !walker.flies {
-                    let beside = nearest_beside(scene, walker.eye);
+                    let (eye, feet) = (walker.eye + scene.origin, walker.eye.y + scene.origin.y - EYE);
+                    let beside = nearest_beside(scene, eye, feet + KNEE, feet + HEAD);
                     assert!(beside >= FREE - 1e-3, "{at}: {} with something {beside} m beside", walker.eye);
                     stood += 1;
                 }
@@ -198,7 +169,7 @@ fn a_plan_as_a_picture_has_the_colours_of_the_svg_where_it_has_them() {
 #[test]
 fn doors_swing_by_a_quarter_about_a_jamb() {
     needs_device!();
-    let (_, session) = crate::common::visit(villa(), Oracle::Software, [64, 64]);
+    let (_, session) = common::visit(villa(), Oracle::Software, [64, 64]);
     let swings = swings(&session.renderer.doors);
     assert!(swings.len() >= 4, "{}", swings.len());
     for swing in &swings {
@@ -222,7 +193,7 @@ fn doors_swing_by_a_quarter_about_a_jamb() {
 fn a_click_a_wheel_and_a_key_reach_the_plan() {
     needs_device!();
     let (house, size) = (house(), [640, 480]);
-    let (canvas, mut session) = crate::common::visit(&house, Oracle::Software, size);
+    let (canvas, mut session) = common::visit(&house, Oracle::Software, size);
     session.begin(None);
     session.view.layers.plan = true;
     let mut draw = |session: &mut Session<'_>, events: Vec<egui::Event>| {

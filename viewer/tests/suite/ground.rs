@@ -1,10 +1,10 @@
 //! Ground around a building: it shows outside and through windows, and nowhere else; nothing of it is missed; it has no cracks.
 
-use crate::common::{building, needs_device, path, shipped};
+use crate::common::{self, differ, drawn, made as by_hand, needs_device, path, villa};
 use enfilade::CellId;
 use enfilade::cells::PortalKind;
 use enfilade::runtime::{Camera, Mode, Rect};
-use enfilade_terrain::{Ground, GroundView, Limit, Loading, MakeOptions, Patch, Placement, drawn as triangles_of, make};
+use enfilade_terrain::{Ground, GroundView, Limit, Loading, Patch, Placement, drawn as triangles_of};
 use enfilade_viewer::body::EYE;
 use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::Action;
@@ -14,30 +14,22 @@ use enfilade_viewer::draw::renderer::Renderer;
 use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::ground::{Land, Shown};
 use enfilade_viewer::headless::Walk;
-use enfilade_viewer::looks::Looks;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::sync::OnceLock;
 use testing::boxes::{self, block, p};
-use testing::ground::{Raster, Screen, Scripted};
+use testing::ground::{Raster, Screen, Scripted, written};
 
 const SIZE: [u32; 2] = [320, 180];
 const SKY: [u8; 3] = [204, 222, 240];
 /// Of all tiles here, bytes.
 const ALL: u64 = 32 << 20;
 
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
-
 /// Level under the villa, hills beyond: 257 x 257 samples, 2 m apart.
-fn hills() -> Raster {
+pub fn hills() -> Raster {
     let raster = Raster::of([257, 257], |c, r| {
         let (x, z) = (2.0 * f64::from(c) - 256.0, 2.0 * f64::from(r) - 256.0);
         let far = ((x.hypot(z) - 60.0) / 60.0).clamp(0.0, 1.0);
@@ -56,9 +48,9 @@ fn mountains() -> Raster {
 }
 
 /// Writes a ground.
-fn made(name: &str, mut raster: Raster) -> PathBuf {
+pub fn made(name: &str, mut raster: Raster) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("ground");
-    make(&mut raster, &MakeOptions::default(), &mut std::fs::File::create(&path).unwrap()).unwrap();
+    written(&mut raster, &path);
     path
 }
 
@@ -68,15 +60,10 @@ fn hills_around(name: &str) -> Land {
 
 /// Somebody in the villa on a ground, in flat colours without panels.
 fn visit(land: Option<Land>) -> (Canvas, Session<'static>) {
-    let (canvas, mut session) = crate::common::visit(villa(), Oracle::Software, SIZE);
+    let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
     land.into_iter().for_each(|land| session.renderer.set_ground(land).unwrap());
     (session.view.mode, session.view.hud) = (Mode::PortalsAndPvs.into(), false);
     (canvas, session)
-}
-
-fn drawn(canvas: &Canvas, session: &mut Session<'_>) -> Vec<[u8; 3]> {
-    session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
-    canvas.read(&session.renderer.gpu).unwrap().pixels().to_vec()
 }
 
 fn patches(renderer: &Renderer<'_>) -> usize {
@@ -313,8 +300,7 @@ fn row_of_rooms() -> Building {
         row.portal(CellId(room - 1), CellId(room), door.0, door.1, PortalKind::Door);
         row.wall("between", p(x, 0.0, 0.0), p(x, 3.0, 4.0), &[door]);
     }
-    let (scene, file) = row.finish();
-    Building::new(scene, file, Looks::default())
+    by_hand(row)
 }
 
 /// The villa stands behind a ridge of 80 m, which is 200 m wide above: from the foot of the ridge nothing of it is drawn, from above and from
@@ -435,8 +421,7 @@ fn tiles_are_shown_and_a_frozen_view_keeps_them() {
     let plain = drawn(&canvas, &mut session);
     session.act(Action::Ground);
     let coloured = drawn(&canvas, &mut session);
-    let changed = plain.iter().zip(&coloured).filter(|(a, b)| a != b).count();
-    assert!(changed > 10_000, "{changed} pixels have other colours");
+    assert!(differ(&plain, &coloured) > 10_000, "{} pixels have other colours", differ(&plain, &coloured));
     let before = session.renderer.terrain.as_ref().unwrap().shown.patches().to_vec();
     session.freeze();
     session.motion.walker.turn(2.0, 0.0);
@@ -452,26 +437,5 @@ fn the_golden_picture_of_ground() {
     session.motion.walker = Walker::new(DVec3::new(45.0, 18.0, 60.0), DVec3::new(-0.6, -0.2, -0.9), true);
     drawn(&canvas, &mut session);
     let picture = canvas.read(&session.renderer.gpu).unwrap();
-    crate::common::compare("ground", &picture);
-}
-
-#[test]
-fn a_wrong_ground_is_one_line_and_exit_2() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
-    let whole = std::fs::read(made("damaged", hills())).unwrap();
-    let (text, short) = (folder.join("text.ground"), folder.join("short.ground"));
-    std::fs::write(&text, "no ground").unwrap();
-    std::fs::write(&short, &whole[..whole.len() - 7]).unwrap();
-    let model = shipped("villa_rotonda", "glb");
-    let cases = [(text.as_path(), "not a .ground file"), (&short, "cut off"), (Path::new("none.ground"), "none.ground: ")];
-    for (file, expected) in cases {
-        for more in [&["--shot", "no.png"][..], &["--bench"]] {
-            let mut command = Command::new(env!("CARGO_BIN_EXE_enfilade-viewer"));
-            command.current_dir(folder).arg(&model).arg("--ground").arg(file).args(more);
-            let output = command.output().unwrap();
-            let told = String::from_utf8(output.stderr).unwrap();
-            assert_eq!(output.status.code(), Some(2), "{told}");
-            assert!(told.lines().count() == 1 && told.contains(expected), "{told}");
-        }
-    }
+    common::compare("ground", &picture);
 }

@@ -1,11 +1,9 @@
 //! What a person does who keeps the viewer open: pictures and paths as files, the wheel, and Escape.
 
-use crate::common::{building, has_device};
-use egui::RawInput;
+use crate::common::{self, differ, drawn, has_device, villa};
 use enfilade::runtime::Mode;
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::args::Shown;
-use enfilade_viewer::building::Building;
 use enfilade_viewer::commands::{Action, TABLE};
 use enfilade_viewer::culling::Oracle;
 use enfilade_viewer::draw::targets::Canvas;
@@ -14,26 +12,17 @@ use enfilade_viewer::session::Session;
 use enfilade_viewer::settings::Settings;
 use enfilade_viewer::walker::MoveInput;
 use glam::{DVec2, DVec3};
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::path::PathBuf;
 
 const SIZE: [u32; 2] = [320, 180];
-
-/// Baked once for all tests here.
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
 
 /// Somebody where a visit begins, and an empty folder that their files go to.
 fn visit(test: &str) -> Option<(Canvas, Session<'static>, PathBuf)> {
     if !has_device() {
         return None;
     }
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("habits").join(test);
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    let (canvas, mut session) = crate::common::visit(villa(), Oracle::Software, SIZE);
+    let folder = common::folder(&format!("habits/{test}"));
+    let (canvas, mut session) = common::visit(villa(), Oracle::Software, SIZE);
     session.view.mode = Mode::PortalsAndPvs.into();
     session.document.output = OutputFiles::beside(&folder.join("villa.glb"));
     session.begin(None);
@@ -43,30 +32,25 @@ fn visit(test: &str) -> Option<(Canvas, Session<'static>, PathBuf)> {
 #[test]
 fn a_screenshot_is_what_is_drawn_without_the_panels() {
     let Some((canvas, mut session, folder)) = visit("a_screenshot_is_what_is_drawn_without_the_panels") else { return };
-    let drawn = |session: &mut Session<'_>| {
-        session.draw(&canvas.view, RawInput::default(), 0.0).unwrap();
-        canvas.read(&session.renderer.gpu).unwrap().pixels().to_vec()
-    };
     session.view.hud = false;
     session.act(Action::Layer(Shown::Portals));
-    drawn(&mut session);
-    let bare = drawn(&mut session);
+    drawn(&canvas, &mut session);
+    let bare = drawn(&canvas, &mut session);
     for action in [Action::Hud, Action::Menu, Action::Preferences, Action::Layer(Shown::Plan)] {
         session.act(action);
     }
     session.view.crosshair = true;
-    drawn(&mut session);
-    let panels = drawn(&mut session);
-    assert!(panels.iter().zip(&bare).filter(|(a, b)| a != b).count() > 5000, "no panels show");
+    drawn(&canvas, &mut session);
+    let panels = drawn(&canvas, &mut session);
+    assert!(differ(&panels, &bare) > 5000, "no panels show");
     session.act(Action::Screenshot);
     session.act(Action::Screenshot);
     for name in ["villa-1.png", "villa-2.png"] {
-        let different = crate::common::read(&folder.join(name)).iter().zip(&bare).filter(|(a, b)| a != b).count();
-        assert_eq!(different, 0, "{name} of {} pixels", bare.len());
+        assert_eq!(differ(&common::read(&folder.join(name)), &bare), 0, "{name} of {} pixels", bare.len());
     }
     // And it is told, once the line has its size.
-    drawn(&mut session);
-    assert!(drawn(&mut session) != panels);
+    drawn(&canvas, &mut session);
+    assert!(drawn(&canvas, &mut session) != panels);
 }
 
 #[test]
@@ -221,7 +205,7 @@ fn all_panels_fit_into_a_window_of_one_pixel() {
         session.resize(size);
         let canvas = Canvas::new(&session.renderer.gpu, size);
         for _ in 0..3 {
-            session.draw(&canvas.view, RawInput::default(), 0.1).unwrap();
+            session.draw(&canvas.view, Default::default(), 0.1).unwrap();
         }
     }
     session.renderer.settle().unwrap();

@@ -1,35 +1,20 @@
 //! Hinges of leaves that were modelled by hand, whose axes are known; frames that stay where they are; leaves that are made.
 
 use enfilade::geom::Aabb;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{Role, Scene};
 use enfilade_viewer::doors::hinge::Motion;
 use enfilade_viewer::doors::leaves::{Leaf, leaves};
 use enfilade_viewer::doors::opening::Opening;
 use enfilade_viewer::doors::pieces::pieces;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
-
-/// Corners of a box, and its triangles.
-fn boxed(min: DVec3, max: DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
-    let corner = |i: usize| DVec3::new([min, max][i & 1].x, [min, max][i >> 1 & 1].y, [min, max][i >> 2].z);
-    let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-    ((0..8).map(corner).collect(), quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect())
-}
+use testing::boxes::p;
+use testing::meshes::{self, cuboid, soup};
 
 /// Doors, each a mesh of boxes.
 fn scene(doors: &[Vec<[DVec3; 2]>]) -> Scene {
-    let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
-    for boxes in doors {
-        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-        for &[min, max] in boxes {
-            let (corners, faces) = boxed(min, max);
-            let first = positions.len() as u32;
-            positions.extend(corners);
-            triangles.extend(faces.iter().map(|face| face.map(|i| i + first)));
-        }
-        builder.add(Mesh { node: "door".into(), role: Role::Door, opaque: true, positions, triangles }).unwrap();
-    }
-    builder.finish("doors").unwrap()
+    let boxes = |door: &[[DVec3; 2]]| door.iter().flat_map(|&[min, max]| cuboid(min, max)).collect::<Vec<_>>();
+    meshes::scene(doors.iter().map(|door| soup("door", Role::Door, true, &boxes(door))))
 }
 
 /// A doorway from x = 0 to `width`, y = 0 to 2.1 m, in the plane z = 0; its leaves, of which everything is in the model's coordinates.
@@ -41,10 +26,6 @@ fn hung(width: f64, doors: &[Vec<[DVec3; 2]>], is_shut: bool) -> (Opening, Vec<L
     let all = pieces(&scene);
     let found = leaves(&opening, &all.iter().collect::<Vec<_>>(), is_shut);
     (opening, found, scene.origin)
-}
-
-fn p(x: f64, y: f64, z: f64) -> DVec3 {
-    DVec3::new(x, y, z)
 }
 
 /// Around a leaf, as it is open by a share.

@@ -1,6 +1,6 @@
 //! Two passes against a pyramid of depth: nothing is missed, with a past or without one; what is hidden is left out, and counted.
 
-use crate::common::{building, needs_device, path};
+use crate::common::{self, needs_device, path, villa};
 use enfilade::runtime::{Camera, Mode};
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_viewer::building::Building;
@@ -9,22 +9,20 @@ use enfilade_viewer::draw::alarm::Missed;
 use enfilade_viewer::draw::frame::FrameRequest;
 use enfilade_viewer::draw::marks::Marking;
 use enfilade_viewer::headless::Walk;
-use enfilade_viewer::looks::Looks;
 use enfilade_viewer::mode::ViewMode;
 use glam::DVec3;
-use testing::boxes::{self, block, p};
+use testing::boxes::p;
 use testing::random::Random;
 
 /// A hall with a wall, two things behind it and one beside; twelve triangles each.
 fn hall() -> Building {
-    let mut hall = boxes::Building::default();
-    hall.cell("hall", vec![block(p(-20.0, -20.0, -20.0), p(20.0, 20.0, 20.0))]);
-    hall.thing("wall", p(-3.0, -3.0, -4.0), p(3.0, 3.0, -3.0));
-    hall.thing("behind it", p(-1.0, -1.0, -6.0), p(1.0, 1.0, -5.0));
-    hall.thing("behind it", p(-0.5, 1.2, -6.0), p(0.5, 1.8, -5.0));
-    hall.thing("beside it", p(6.0, -1.0, -6.0), p(7.0, 1.0, -5.0));
-    let (scene, file) = hall.finish();
-    Building::new(scene, file, Looks::default())
+    let things = [
+        ("wall", p(-3.0, -3.0, -4.0), p(3.0, 3.0, -3.0)),
+        ("behind it", p(-1.0, -1.0, -6.0), p(1.0, 1.0, -5.0)),
+        ("behind it", p(-0.5, 1.2, -6.0), p(0.5, 1.8, -5.0)),
+        ("beside it", p(6.0, -1.0, -6.0), p(7.0, 1.0, -5.0)),
+    ];
+    common::hall(20.0, &things)
 }
 
 /// From the other side of the wall than most things, or from theirs.
@@ -79,12 +77,8 @@ fn a_wall_hides_what_is_behind_it_from_the_third_frame_on() {
 #[test]
 fn from_inside_the_box_of_an_object_it_is_drawn_and_hides_the_rest() {
     needs_device!();
-    let mut hall = boxes::Building::default();
-    hall.cell("hall", vec![block(p(-20.0, -20.0, -20.0), p(20.0, 20.0, 20.0))]);
-    hall.thing("around the eye", p(-1.0, -1.0, 3.0), p(1.0, 1.0, 5.0));
-    hall.thing("outside", p(-1.0, -1.0, -6.0), p(1.0, 1.0, -5.0));
-    let (scene, file) = hall.finish();
-    let hall = Building::new(scene, file, Looks::default());
+    let around = ("around the eye", p(-1.0, -1.0, 3.0), p(1.0, 1.0, 5.0));
+    let hall = common::hall(20.0, &[around, ("outside", p(-1.0, -1.0, -6.0), p(1.0, 1.0, -5.0))]);
     let (path, size) = (still(), [333, 187]);
     let mut walk = Walk::new(&hall, &path, None, size).unwrap();
     for objects in [2, 2, 1] {
@@ -114,10 +108,10 @@ fn a_frozen_frame_is_what_was_drawn_of_it() {
 #[test]
 fn nothing_is_missed_after_jumps_at_any_size() {
     needs_device!();
-    let (villa, path) = (building("villa_rotonda"), path("villa_rotonda"));
+    let (villa, path) = (villa(), path("villa_rotonda"));
     let bounds = villa.scene.bounds();
     for size in [[333, 187], [187, 333], [1, 1], [3, 200]] {
-        let mut walk = Walk::new(&villa, &path, None, size).unwrap();
+        let mut walk = Walk::new(villa, &path, None, size).unwrap();
         let mut random = Random::new(u64::from(size[0]));
         let (mut drawn, mut in_frustum) = (0, 0);
         for jump in 0..40 {

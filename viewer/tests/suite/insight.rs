@@ -1,7 +1,6 @@
 //! What explains the culling: kinds of triangles, two modes side by side, frozen frames, profiles, the flight along a line of sight.
 
-use crate::common::{building, needs_device, path, sampled, shipped};
-use egui::RawInput;
+use crate::common::{self, needs_device, path, sampled, shipped, villa};
 use enfilade::runtime::Mode;
 use enfilade::scene::ImportOptions;
 use enfilade_formats::import;
@@ -14,26 +13,17 @@ use enfilade_viewer::draw::frame::FrameRequest;
 use enfilade_viewer::draw::marks::Marking;
 use enfilade_viewer::draw::targets::Canvas;
 use enfilade_viewer::headless::Walk;
-use enfilade_viewer::looks::Looks;
 use enfilade_viewer::mode::ViewMode;
 use enfilade_viewer::output_files::OutputFiles;
 use enfilade_viewer::session::Session;
 use enfilade_viewer::walker::{MoveInput, Walker};
 use glam::DVec3;
-use std::path::Path;
-use std::sync::OnceLock;
-use testing::boxes::{self, block, p};
+use testing::boxes::p;
 
 const SIZE: [u32; 2] = [320, 180];
 
-/// Baked once for all tests here.
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
-
 fn visit(building: &Building, oracle: Oracle) -> (Canvas, Session<'_>) {
-    let (canvas, mut session) = crate::common::visit(building, oracle, SIZE);
+    let (canvas, mut session) = common::visit(building, oracle, SIZE);
     session.view.hud = false;
     session.view.mode = Mode::PortalsAndPvs.into();
     (canvas, session)
@@ -51,22 +41,21 @@ fn innermost(session: &mut Session<'_>, canvas: &Canvas, path: &CameraPath) -> u
 
 /// A frame; returns its pixels.
 fn draw(canvas: &Canvas, session: &mut Session<'_>) -> Vec<[u8; 3]> {
-    session.draw(&canvas.view, RawInput::default(), 0.0).unwrap();
+    let pixels = common::drawn(canvas, session);
     session.renderer.settle().unwrap();
-    canvas.read(&session.renderer.gpu).unwrap().pixels().to_vec()
+    pixels
 }
 
 #[test]
 fn triangles_of_boxes_are_of_the_kinds_that_one_counts_by_hand() {
     needs_device!();
     // Twelve triangles each: a box before the eye, of which the front shows; one hidden by it; one behind the eye.
-    let mut hall = boxes::Building::default();
-    hall.cell("hall", vec![block(p(-10.0, -10.0, -10.0), p(10.0, 10.0, 10.0))]);
-    hall.thing("before", p(-1.0, -1.0, -4.0), p(1.0, 1.0, -3.0));
-    hall.thing("hidden", p(-0.2, -0.2, -6.0), p(0.2, 0.2, -5.0));
-    hall.thing("behind", p(-1.0, -1.0, 3.0), p(1.0, 1.0, 4.0));
-    let (scene, file) = hall.finish();
-    let hall = Building::new(scene, file, Looks::default());
+    let things = [
+        ("before", p(-1.0, -1.0, -4.0), p(1.0, 1.0, -3.0)),
+        ("hidden", p(-0.2, -0.2, -6.0), p(0.2, 0.2, -5.0)),
+        ("behind", p(-1.0, -1.0, 3.0), p(1.0, 1.0, 4.0)),
+    ];
+    let hall = common::hall(10.0, &things);
     let (canvas, mut session) = visit(&hall, Oracle::Software);
     session.motion.walker = Walker::new(p(0.0, 0.0, 0.0) - hall.file.origin, DVec3::NEG_Z, true);
     session.act(Action::Waste);
@@ -183,8 +172,7 @@ fn a_profile_has_every_frame_and_leads_to_it() {
     let villa = villa();
     let mut short = path("villa_rotonda");
     short.frames = short.frames.into_iter().step_by(20).collect();
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("insight");
-    std::fs::create_dir_all(&folder).unwrap();
+    let folder = common::folder("insight");
     let (canvas, mut session) = visit(villa, Oracle::Software);
     session.document.output = OutputFiles::beside(&folder.join("villa.glb"));
     session.act(Action::Heat);

@@ -1,6 +1,6 @@
 //! A scene as it looks: the same picture in every mode, materials and pictures in their places.
 
-use crate::common::{baked, building, needs_device, path, shipped};
+use crate::common::{self, baked, differ, needs_device, path, shipped, villa};
 use enfilade::runtime::{Camera, Mode};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::{extensions, import};
@@ -19,15 +19,9 @@ use enfilade_viewer::walker::Walker;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use testing::data::data;
 
 const SIZE: [u32; 2] = [320, 180];
-
-fn villa() -> &'static Building {
-    static VILLA: OnceLock<Building> = OnceLock::new();
-    VILLA.get_or_init(|| building("villa_rotonda"))
-}
 
 /// The picture of a frame.
 fn drawn(walk: &mut Walk<'_, '_>, camera: Camera, mode: impl Into<ViewMode>) -> Vec<[u8; 3]> {
@@ -52,8 +46,7 @@ fn pictures_are_the_same_in_every_mode() {
             for frame in (0..path.frames.len()).step_by(9) {
                 let camera = whole.camera(frame);
                 let [expected, found] = [drawn(&mut whole, camera, Mode::None), drawn(&mut walk, camera, *mode)];
-                let differ = expected.iter().zip(&found).filter(|(a, b)| a != b).count();
-                assert_eq!(differ, 0, "{detail:?}, {mode} by {oracle:?}, frame {frame}");
+                assert_eq!(differ(&expected, &found), 0, "{detail:?}, {mode} by {oracle:?}, frame {frame}");
                 least = least.min(walk.renderer.triangles());
             }
             // That something was culled at all is what makes it a test.
@@ -144,14 +137,15 @@ fn walls(name: &str, walls: &[(f32, Value)]) -> (PathBuf, Building) {
     (model.clone(), baked(scene, &model))
 }
 
+/// A path of one frame, from an eye to the origin.
+fn before(eye: DVec3) -> CameraPath {
+    let frames = vec![PathFrame { eye, target: DVec3::ZERO }];
+    CameraPath { name: "before".into(), fov_y_degrees: 60.0, near: 0.1, frames }
+}
+
 /// What is seen on the walls at x = -0.8 and 0.8, from before them.
 fn seen(building: &Building) -> [[u8; 3]; 2] {
-    let path = CameraPath {
-        name: "before".into(),
-        fov_y_degrees: 60.0,
-        near: 0.1,
-        frames: vec![PathFrame { eye: DVec3::new(0.0, 0.0, 3.0), target: DVec3::ZERO }],
-    };
+    let path = before(DVec3::new(0.0, 0.0, 3.0));
     let mut walk = Walk::new(building, &path, None, [192, 108]).unwrap();
     walk.renderer.set_detail(Detail::Full).unwrap();
     let camera = walk.camera(0);
@@ -260,13 +254,8 @@ fn pictures_lean_normals_and_say_what_shines_and_what_is_metal() {
 fn four_samples_change_edges_and_nothing_else() {
     needs_device!();
     let (_, wall) = walls("looks_smooth", &[(0.0, unlit(json!({"baseColorFactor": [0.0, 0.0, 0.0, 1.0]})))]);
-    let path = CameraPath {
-        name: "before".into(),
-        fov_y_degrees: 60.0,
-        near: 0.1,
-        // A little to the side, so that edges fall anywhere between pixels.
-        frames: vec![PathFrame { eye: DVec3::new(0.13, 0.07, 3.0), target: DVec3::ZERO }],
-    };
+    // A little to the side, so that edges fall anywhere between pixels.
+    let path = before(DVec3::new(0.13, 0.07, 3.0));
     let mut walk = Walk::new(&wall, &path, None, [192, 108]).unwrap();
     let camera = walk.camera(0);
     let [full, smooth] = [Detail::Full, Detail::Smooth].map(|detail| {
@@ -321,7 +310,7 @@ fn a_mirror_shows_what_is_behind_the_eye_as_it_looks() {
     let picture = unlit(json!({"baseColorTexture": {"index": 0}}));
     let white = unlit(json!({"baseColorFactor": [1.0, 1.0, 1.0, 1.0]}));
     let (_, hall) = walls("looks_mirror", &[(0.0, white), (6.0, picture)]);
-    let (canvas, mut session) = crate::common::visit(&hall, Oracle::Software, [192, 108]);
+    let (canvas, mut session) = common::visit(&hall, Oracle::Software, [192, 108]);
     (session.view.hud, session.view.mode) = (false, Mode::None.into());
     session.motion.walker = Walker::new(DVec3::new(0.0, 0.0, 3.0) - hall.file.origin, DVec3::NEG_Z, true);
     // Half a metre to either side on a wall that seems to be 9 m away.

@@ -1,5 +1,6 @@
 //! What the viewer does, a module a subject; the window and the counter of allocations have processes of their own.
 
+#[allow(dead_code, reason = "the window's test uses the rest")]
 mod common;
 
 mod cli;

@@ -1,5 +1,6 @@
 //! A model that nothing was baked of is opened: what there is meanwhile, what a stop leaves, what becomes of an older file.
 
+use crate::common::folder;
 use enfilade::file::PvsFile;
 use enfilade_scenes::{Kind, generate};
 use enfilade_viewer::building::{Building, EARLY};
@@ -9,12 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A folder of its own with a gallery of so many rooms.
 fn model(test: &str, rooms: usize) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-    if folder.exists() {
-        std::fs::remove_dir_all(&folder).unwrap();
-    }
-    std::fs::create_dir_all(&folder).unwrap();
-    let model = folder.join("model.glb");
+    let model = folder(test).join("model.glb");
     std::fs::write(&model, generate(Kind::Gallery { rooms }, 1).unwrap().glb).unwrap();
     model
 }

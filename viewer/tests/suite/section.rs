@@ -1,6 +1,6 @@
 //! Sections: caps whose pixels are known, what is cut away, and that nobody misses it.
 
-use crate::common::{building, needs_device, path};
+use crate::common::{self, made, needs_device, path, villa};
 use enfilade::cells::PortalKind;
 use enfilade::runtime::Mode;
 use enfilade::scene::ImportOptions;
@@ -43,7 +43,7 @@ struct Visit<'b> {
 
 impl<'b> Visit<'b> {
     fn new(building: &'b Building, oracle: Oracle) -> Self {
-        let (canvas, mut session) = crate::common::visit(building, oracle, SIZE);
+        let (canvas, mut session) = common::visit(building, oracle, SIZE);
         (session.view.hud, session.view.layers.alarm) = (false, true);
         Self { canvas, session }
     }
@@ -118,10 +118,10 @@ fn caps_are_as_large_as_what_is_cut() {
 #[test]
 fn what_is_cut_away_is_neither_picked_nor_missed() {
     needs_device!();
-    let villa = building("villa_rotonda");
+    let villa = villa();
     let walk = path("villa_rotonda");
     for oracle in [Oracle::Software, Oracle::Device] {
-        let mut visit = Visit::new(&villa, oracle);
+        let mut visit = Visit::new(villa, oracle);
         let mut capped = 0;
         for (frame, is_upright) in [(0, false), (40, true), (90, false), (120, true)] {
             visit.session.stand(&walk, frame);
@@ -197,8 +197,7 @@ fn lengths_snap_and_are_kept_until_escape() {
     house.wall("wall", p(4.0, 0.0, 0.0), p(4.0, 2.7, 5.0), &[(p(4.0, 0.0, 1.0), p(4.0, 2.1, 1.9))]);
     house.wall("back", p(0.5, 0.0, 0.0), p(0.5, 2.7, 5.0), &[]);
     house.portal(study, hall, p(4.0, 0.0, 1.0), p(4.0, 2.1, 1.9), PortalKind::Door);
-    let (scene, file) = house.finish();
-    let house = Building::new(scene, file, Looks::default());
+    let house = made(house);
     let origin = house.file.origin;
     let mut visit = Visit::new(&house, Oracle::Software);
     let session = &mut visit.session;
@@ -240,9 +239,8 @@ fn names_are_those_of_rooms_that_are_reached() {
     let hall = house.cell("Hall", vec![block(p(4.2, 0.0, 0.0), p(8.0, 2.7, 4.0))]);
     house.wall("wall", p(4.1, 0.0, 0.0), p(4.1, 2.7, 4.0), &[(p(4.1, 0.0, 1.0), p(4.1, 2.1, 2.0))]);
     house.portal(study, hall, p(4.1, 0.0, 1.0), p(4.1, 2.1, 2.0), PortalKind::Door);
-    let (scene, mut file) = house.finish();
-    [study, hall].iter().for_each(|cell| file.cells[cell.index()].source = Some("room".into()));
-    let house = Building::new(scene, file, Looks::default());
+    let mut house = made(house);
+    house.file.cells.iter_mut().for_each(|cell| cell.source = Some("room".into()));
     let mut visit = Visit::new(&house, Oracle::Software);
     visit.session.view.mode = Mode::Portals.into();
     visit.session.motion.walker = Walker::new(p(0.5, 1.6, 1.8) - house.file.origin, DVec3::X, true);

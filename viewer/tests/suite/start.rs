@@ -1,24 +1,18 @@
 //! Where a visit begins, by hand and in real models: a person fits there, stands on a floor, in the room that anybody would choose. What
 //! is free is measured here on every triangle, slice by slice; nothing of that is the viewer's.
 
-use crate::common::{building, quickly_baked};
+use crate::common::body::{EYE, corners, free, free_and_on_a_floor, nearest_beside};
+use crate::common::{building, made, quickly_baked};
 use enfilade::file::FileCell;
 use enfilade::scene::{Role, Scene};
-use enfilade::{BitMatrix, cells::PortalKind};
+use enfilade::{BitMatrix, CellId, cells::PortalKind};
 use enfilade_viewer::building::Building;
 use enfilade_viewer::collision::Solid;
-use enfilade_viewer::looks::Looks;
 use enfilade_viewer::start::start;
-use glam::{DVec2, DVec3, Vec3Swizzles};
+use glam::{DVec2, DVec3};
 use testing::boxes::{self, block, p};
 use testing::data::data;
-
-/// Of a person, metres.
-const EYE: f64 = 1.6;
-const KNEE: f64 = 0.45;
-const HEAD: f64 = 1.8;
-/// What must be free on all sides, metres.
-const FREE: f64 = 0.4;
+use testing::meshes::cuboid;
 
 /// Where a visit begins, in the model's own coordinates, and where it looks.
 fn begun(building: &Building) -> (DVec3, DVec3) {
@@ -27,87 +21,27 @@ fn begun(building: &Building) -> (DVec3, DVec3) {
     (eye + building.scene.origin, along)
 }
 
-/// Made by hand.
-fn made(building: boxes::Building) -> Building {
-    let (scene, file) = building.finish();
-    Building::new(scene, file, Looks::default())
-}
-
-fn corners(scene: &Scene) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-    scene.triangles.iter().map(|t| t.map(|i| scene.positions[i as usize] + scene.origin))
-}
-
-/// Distance in the plan of the nearest triangle to an axis between two heights: each triangle is cut at many heights, into lines.
-fn nearest_beside(scene: &Scene, at: DVec3, low: f64, high: f64) -> f64 {
-    let mut nearest = f64::INFINITY;
-    for triangle in corners(scene) {
-        for i in 0..=60 {
-            let y = low + (high - low) * f64::from(i) / 60.0;
-            let sides = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j]));
-            let crossed = sides.into_iter().filter(|(a, b)| (a.y < y) != (b.y < y));
-            let cut: Vec<DVec2> = crossed.map(|(a, b)| (a + (b - a) * ((y - a.y) / (b.y - a.y))).xz()).collect();
-            if let [a, b] = cut[..] {
-                let t = ((at.xz() - a).dot(b - a) / (b - a).length_squared().max(1e-12)).clamp(0.0, 1.0);
-                nearest = nearest.min((a + (b - a) * t).distance(at.xz()));
-            }
-        }
-    }
-    nearest
-}
-
-/// Heights of all triangles over a point of the plan.
-fn surfaces(scene: &Scene, at: DVec2) -> Vec<f64> {
-    let over = |[a, b, c]: [DVec3; 3]| {
-        let side = |p: DVec3, q: DVec3| (q.xz() - p.xz()).perp_dot(at - p.xz());
-        let (u, v, w) = (side(b, c), side(c, a), side(a, b));
-        let is_within = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
-        (is_within && u + v + w != 0.0).then(|| (a.y * u + b.y * v + c.y * w) / (u + v + w))
-    };
-    corners(scene).filter_map(over).collect()
-}
-
-/// That a person fits where the eye is; the height of the floor below.
-fn free_and_on_a_floor(what: &str, scene: &Scene, eye: DVec3) -> f64 {
-    let below = surfaces(scene, eye.xz()).into_iter().filter(|y| *y < eye.y).fold(f64::NEG_INFINITY, f64::max);
-    assert!((eye.y - below - EYE).abs() < 1e-3, "{what}: {eye} is {} above what is below", eye.y - below);
-    free(what, scene, eye);
-    below
-}
-
-fn free(what: &str, scene: &Scene, eye: DVec3) {
-    let feet = eye.y - EYE;
-    let nearest = nearest_beside(scene, eye, feet + KNEE, feet + HEAD);
-    assert!(nearest >= FREE - 1e-3, "{what}: {eye}: something is {nearest} m beside");
-    for i in 0..16 {
-        let way = DVec2::from_angle(f64::from(i) * std::f64::consts::TAU / 16.0) * FREE * f64::from(i % 2);
-        let across = surfaces(scene, eye.xz() + way).into_iter().find(|y| (feet + KNEE..feet + HEAD).contains(y));
-        assert!(across.is_none(), "{what}: {eye}: a surface at {across:?}");
-    }
-}
-
-/// The faces of a box, their fronts out of it.
-fn box_faces(min: DVec3, max: DVec3) -> Vec<[DVec3; 3]> {
-    let corner = |i: usize| DVec3::from_array([0, 1, 2].map(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }));
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]].map(|half| half.map(corner))).collect()
-}
-
 /// A room of slabs and walls, 0.2 m thick, around free space.
 fn walls(house: &mut boxes::Building, min: DVec3, max: DVec3) {
     let (low, high) = (min - 0.2, max + 0.2);
     for axis in 0..3 {
         let (mut below, mut above) = (high, low);
         (below[axis], above[axis]) = (min[axis], max[axis]);
-        house.mesh("wall", Role::Structure, true, box_faces(low, below));
-        house.mesh("wall", Role::Structure, true, box_faces(above, high));
+        house.mesh("wall", Role::Structure, true, cuboid(low, below));
+        house.mesh("wall", Role::Structure, true, cuboid(above, high));
     }
+}
+
+/// Walls, and the cell that they are around.
+fn room(house: &mut boxes::Building, name: &str, min: DVec3, max: DVec3) -> CellId {
+    walls(house, min, max);
+    house.cell(name, vec![block(min, max)])
 }
 
 #[test]
 fn a_table_in_the_middle_is_walked_around() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(6.0, 2.7, 5.0));
-    house.cell("room", vec![block(p(0.0, 0.0, 0.0), p(6.0, 2.7, 5.0))]);
+    room(&mut house, "room", p(0.0, 0.0, 0.0), p(6.0, 2.7, 5.0));
     house.thing("table", p(1.5, 0.0, 1.2), p(4.5, 0.75, 3.8));
     let house = made(house);
     let (eye, along) = begun(&house);
@@ -122,8 +56,7 @@ fn a_table_in_the_middle_is_walked_around() {
 #[test]
 fn a_kitchen_full_of_counters_leaves_its_floor() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(3.4, 2.5, 3.0));
-    house.cell("kitchen", vec![block(p(0.0, 0.0, 0.0), p(3.4, 2.5, 3.0))]);
+    room(&mut house, "kitchen", p(0.0, 0.0, 0.0), p(3.4, 2.5, 3.0));
     // Along three walls, and a block that is too large for anybody within to be near to its sides.
     house.thing("counter", p(0.0, 0.0, 0.0), p(3.4, 0.9, 0.6));
     house.thing("cupboard", p(0.0, 0.0, 0.6), p(0.6, 2.2, 3.0));
@@ -137,12 +70,9 @@ fn a_kitchen_full_of_counters_leaves_its_floor() {
 #[test]
 fn nobody_begins_in_a_plenum() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(5.0, 2.6, 4.0));
-    walls(&mut house, p(5.2, 0.0, 0.0), p(10.0, 2.6, 4.0));
+    let rooms = [(0.0, 5.0), (5.2, 10.0)].map(|(a, b)| room(&mut house, "room", p(a, 0.0, 0.0), p(b, 2.6, 4.0)));
     // Larger than each room, high enough to stand in, full of pipes.
-    walls(&mut house, p(0.0, 2.8, 0.0), p(10.0, 4.9, 4.0));
-    let rooms = [(0.0, 5.0), (5.2, 10.0)].map(|(a, b)| house.cell("room", vec![block(p(a, 0.0, 0.0), p(b, 2.6, 4.0))]));
-    house.cell("plenum", vec![block(p(0.0, 2.8, 0.0), p(10.0, 4.9, 4.0))]);
+    room(&mut house, "plenum", p(0.0, 2.8, 0.0), p(10.0, 4.9, 4.0));
     house.portal(rooms[0], rooms[1], p(5.1, 0.0, 1.0), p(5.1, 2.1, 2.0), PortalKind::Door);
     for i in 0..9 {
         let x = 0.5 + f64::from(i);
@@ -156,9 +86,8 @@ fn nobody_begins_in_a_plenum() {
 #[test]
 fn a_hall_is_begun_on_its_floor_and_not_on_its_ceiling() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0));
     // The author drew one space from slab to slab; a hung ceiling divides it, and a pillar stands in the middle.
-    house.cell("hall", vec![block(p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0))]);
+    room(&mut house, "hall", p(0.0, 0.0, 0.0), p(8.0, 6.0, 8.0));
     house.solid("ceiling", Role::Structure, true, p(0.0, 3.0, 0.0), p(8.0, 3.05, 8.0));
     house.solid("pillar", Role::Structure, true, p(3.7, 0.0, 3.7), p(4.3, 3.0, 4.3));
     let house = made(house);
@@ -169,10 +98,8 @@ fn a_hall_is_begun_on_its_floor_and_not_on_its_ceiling() {
 #[test]
 fn a_room_with_a_name_comes_before_a_larger_one_without() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(12.0, 2.7, 9.0));
-    walls(&mut house, p(12.4, 0.0, 0.0), p(15.0, 2.7, 3.0));
-    house.cell("cell 0", vec![block(p(0.0, 0.0, 0.0), p(12.0, 2.7, 9.0))]);
-    house.cell("office", vec![block(p(12.4, 0.0, 0.0), p(15.0, 2.7, 3.0))]);
+    room(&mut house, "cell 0", p(0.0, 0.0, 0.0), p(12.0, 2.7, 9.0));
+    room(&mut house, "office", p(12.4, 0.0, 0.0), p(15.0, 2.7, 3.0));
     let mut house = made(house);
     assert!(begun(&house).0.x < 12.0, "of two without a name, the larger");
     house.file.cells[1].source = Some("office-room".into());
@@ -184,15 +111,13 @@ fn a_room_with_a_name_comes_before_a_larger_one_without() {
 #[test]
 fn a_furnished_room_comes_before_a_larger_bare_one() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0));
-    walls(&mut house, p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0));
-    house.cell("bare", vec![block(p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0))]);
-    house.cell("furnished", vec![block(p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0))]);
+    room(&mut house, "bare", p(0.0, 0.0, 0.0), p(7.0, 2.7, 6.0));
+    room(&mut house, "furnished", p(7.4, 0.0, 0.0), p(11.0, 2.7, 4.0));
     house.thing("desk", p(7.4, 0.0, 1.0), p(8.2, 0.75, 2.6));
     // Beams are no furniture; nor is what reaches from room to room.
     for i in 0..6 {
         let x = 0.5 + f64::from(i);
-        house.mesh("beam", Role::Structure, true, box_faces(p(x, 2.5, 0.0), p(x + 0.2, 2.7, 6.0)));
+        house.mesh("beam", Role::Structure, true, cuboid(p(x, 2.5, 0.0), p(x + 0.2, 2.7, 6.0)));
     }
     house.solid("railing", Role::Furnishing, true, p(6.5, 0.9, 5.0), p(7.5, 1.0, 5.1));
     let house = made(house);
@@ -204,10 +129,8 @@ fn a_furnished_room_comes_before_a_larger_bare_one() {
 #[test]
 fn stairs_are_no_room_to_begin_in() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(3.0, 5.0, 6.0));
-    walls(&mut house, p(3.2, 0.0, 0.0), p(6.0, 2.7, 3.0));
-    let stairs = house.cell("stairs", vec![block(p(0.0, 0.0, 0.0), p(3.0, 5.0, 6.0))]);
-    let room = house.cell("room", vec![block(p(3.2, 0.0, 0.0), p(6.0, 2.7, 3.0))]);
+    let stairs = room(&mut house, "stairs", p(0.0, 0.0, 0.0), p(3.0, 5.0, 6.0));
+    let room = room(&mut house, "room", p(3.2, 0.0, 0.0), p(6.0, 2.7, 3.0));
     house.portal(stairs, room, p(3.1, 0.0, 1.0), p(3.1, 2.1, 2.0), PortalKind::Door);
     for i in 0..10 {
         let step = f64::from(i);
@@ -232,8 +155,8 @@ fn a_visit_begins_within_a_level_whose_walls_show_one_side() {
     let (low, high) = (p(0.0, 0.0, 0.0), p(8.0, 4.0, 8.0));
     let (below, above) = (p(-20.0, -1.0, -20.0), p(20.0, 5.0, 20.0));
     let mut level = boxes::Building::default();
-    level.mesh("hall", Role::Unknown, true, box_faces(low, high).into_iter().map(|[a, b, c]| [a, c, b]).collect());
-    level.mesh("shell", Role::Unknown, true, box_faces(below, above));
+    level.mesh("hall", Role::Unknown, true, cuboid(low, high).into_iter().map(|[a, b, c]| [a, c, b]).collect());
+    level.mesh("shell", Role::Unknown, true, cuboid(below, above));
     for i in 0..8 {
         level.thing("stone", p(-15.0, -1.0, -15.0 + f64::from(i)), p(-14.5, 0.0, -14.5 + f64::from(i)));
     }
@@ -249,8 +172,7 @@ fn a_visit_begins_within_a_level_whose_walls_show_one_side() {
 #[test]
 fn one_looks_along_a_corridor_and_not_at_its_side() {
     let mut house = boxes::Building::default();
-    walls(&mut house, p(0.0, 0.0, 0.0), p(2.0, 2.7, 20.0));
-    house.cell("corridor", vec![block(p(0.0, 0.0, 0.0), p(2.0, 2.7, 20.0))]);
+    room(&mut house, "corridor", p(0.0, 0.0, 0.0), p(2.0, 2.7, 20.0));
     let house = made(house);
     let (eye, along) = begun(&house);
     let ahead = if along.z > 0.0 { 20.0 - eye.z } else { eye.z };
@@ -279,8 +201,7 @@ fn models_without_any_place_to_stand_begin_somewhere() {
 
     // 2. A doll's house, with its cell and without.
     let mut dolls = boxes::Building::default();
-    walls(&mut dolls, p(0.0, 0.0, 0.0), p(0.6, 0.27, 0.5));
-    dolls.cell("room", vec![block(p(0.0, 0.0, 0.0), p(0.6, 0.27, 0.5))]);
+    room(&mut dolls, "room", p(0.0, 0.0, 0.0), p(0.6, 0.27, 0.5));
     let mut dolls = made(dolls);
     let (eye, _) = begun(&dolls);
     assert!((0.1..0.5).contains(&eye.x) && (0.1..0.2).contains(&eye.y) && (0.1..0.4).contains(&eye.z), "{eye}");

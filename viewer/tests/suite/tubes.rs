@@ -1,11 +1,9 @@
 //! Tubes on a device: their pixels against triangles that are worked out here, thin ones against what they cover, and no mode misses one.
 
-use crate::common::{needs_device, path, shipped};
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+use crate::common::{self, needs_device, path, shipped};
+use enfilade::bake::BakeOptions;
 use enfilade::runtime::{Camera, Mode};
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
+use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::picture::Picture;
 use enfilade_tubes::{Counts, SIDES, Shape, Tubes, usual_error};
@@ -22,12 +20,13 @@ use enfilade_viewer::mode::ViewMode;
 use glam::{DVec2, DVec3, dvec3};
 use std::collections::{HashMap, HashSet};
 use std::sync::OnceLock;
+use testing::bakes;
+use testing::meshes::{corners, soup};
 
 const SIZE: [u32; 2] = [320, 180];
 
 fn building(scene: Scene) -> Building {
-    let pvs = PvsOptions { ray_budget: 0, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(0) });
     let scene = scene.meshed(|_| 6);
     let looks = Looks::read(&scene, &shipped("villa_rotonda", "glb"), &ImportOptions::default(), &|_| {});
     Building::new(scene, file, looks)
@@ -45,11 +44,7 @@ fn villa() -> &'static Building {
         let villa = import(&shipped("villa_rotonda", "glb"), &ImportOptions::default()).unwrap();
         let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
         for object in &villa.objects {
-            let corners = object.triangles.clone().flat_map(|t| villa.corners(t as usize));
-            let positions: Vec<DVec3> = corners.map(|p| p + villa.origin).collect();
-            let triangles = (0..positions.len() as u32 / 3).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-            let (node, role, opaque) = (object.node.clone(), object.role, object.opaque);
-            builder.add(Mesh { node, role, opaque, positions, triangles }).unwrap();
+            builder.add(soup(&object.node, object.role, object.opaque, &corners(&villa, object))).unwrap();
         }
         let bounds = villa.bounds();
         let [least, most] = [bounds.min + villa.origin, bounds.max + villa.origin];
@@ -369,7 +364,7 @@ fn sections_take_far_fewer_bytes_than_meshes() {
 fn sides_are_shown_where_there_are_tubes() {
     needs_device!();
     let (villa, path) = (villa(), path("villa_rotonda"));
-    let (canvas, mut session) = crate::common::visit(villa, Oracle::Software, SIZE);
+    let (canvas, mut session) = common::visit(villa, Oracle::Software, SIZE);
     session.stand(&path, path.frames.len() / 2);
     assert!(!session.is_on(Action::Tubes));
     session.act(Action::Tubes);
@@ -378,8 +373,8 @@ fn sides_are_shown_where_there_are_tubes() {
     session.act(Action::Tubes);
     assert!(!session.is_on(Action::Tubes));
     // A building without any.
-    let plain = crate::common::building("villa_rotonda");
-    let (_, mut session) = crate::common::visit(&plain, Oracle::Software, SIZE);
+    let plain = common::building("villa_rotonda");
+    let (_, mut session) = common::visit(&plain, Oracle::Software, SIZE);
     assert!(session.renderer.tubes.is_none());
     session.act(Action::Tubes);
     assert!(!session.is_on(Action::Tubes));

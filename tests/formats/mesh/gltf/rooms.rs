@@ -1,11 +1,11 @@
 //! Rooms and portals of the author.
 
 use super::{assert_triangles, names, scene};
-use crate::formats::mesh::glb::Glb;
 use enfilade::geom;
 use enfilade::scene::{ImportOptions, OpeningKind};
 use glam::DVec3;
 use serde_json::{Value, json};
+use testing::glb::Glb;
 
 /// A unit square facing +Z, as two triangles.
 const SQUARE: [[f32; 3]; 6] =

@@ -1,8 +1,8 @@
 //! What the viewer's tests share: buildings that are baked quickly, and devices that may not be there.
 
-use enfilade::bake::{BakeOptions, bake};
-use enfilade::job::Job;
-use enfilade::pvs::PvsOptions;
+pub mod body;
+
+use enfilade::bake::BakeOptions;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::CameraPath;
@@ -14,12 +14,46 @@ use enfilade_viewer::draw::targets::{Canvas, PICTURE};
 use enfilade_viewer::headless::device;
 use enfilade_viewer::looks::Looks;
 use enfilade_viewer::session::Session;
+use glam::DVec3;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use testing::bakes;
+use testing::boxes::{self, block};
 
 /// A building of this repository, with flow's rows only: what is undecided is drawn, so that pictures are whole all the same.
 pub fn building(name: &str) -> Building {
     let model = shipped(name, "glb");
     baked(import(&model, &options()).unwrap(), &model)
+}
+
+/// The villa, baked once for all tests.
+pub fn villa() -> &'static Building {
+    static VILLA: OnceLock<Building> = OnceLock::new();
+    VILLA.get_or_init(|| building("villa_rotonda"))
+}
+
+/// A building by hand.
+pub fn made(building: boxes::Building) -> Building {
+    let (scene, file) = building.finish();
+    Building::new(scene, file, Looks::default())
+}
+
+/// A hall that reaches so far to all sides, and things in it.
+pub fn hall(reach: f64, things: &[(&str, DVec3, DVec3)]) -> Building {
+    let mut hall = boxes::Building::default();
+    hall.cell("hall", vec![block(DVec3::splat(-reach), DVec3::splat(reach))]);
+    for &(name, min, max) in things {
+        hall.thing(name, min, max);
+    }
+    made(hall)
+}
+
+/// An empty folder.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    folder
 }
 
 /// A model from elsewhere, baked as fast. `None`, and by name, where this build doesn't read its format; fails where `CI` is set.
@@ -46,8 +80,7 @@ pub fn baked(scene: Scene, model: &Path) -> Building {
 /// The same, with so many rays.
 pub fn sampled(scene: Scene, model: &Path, ray_budget: u64) -> Building {
     let looks = Looks::read(&scene, model, &options(), &|_| {});
-    let pvs = PvsOptions { ray_budget, ..PvsOptions::default() };
-    let file = bake(&scene, BakeOptions { pvs, keep_bounds: true, ..BakeOptions::default() }, &Job::quiet()).unwrap().file;
+    let file = bakes::baked(&scene, BakeOptions { keep_bounds: true, ..bakes::with_rays(ray_budget) });
     Building::new(scene, file, looks).told_by(model)
 }
 
@@ -90,6 +123,17 @@ pub fn visit(building: &Building, oracle: Oracle, size: [u32; 2]) -> (Canvas, Se
     let canvas = Canvas::new(&gpu, size);
     let renderer = Renderer::new(gpu, building, oracle, size, PICTURE).unwrap();
     (canvas, Session::new(building, renderer))
+}
+
+/// Draws a frame; returns its pixels.
+pub fn drawn(canvas: &Canvas, session: &mut Session<'_>) -> Vec<[u8; 3]> {
+    session.draw(&canvas.view, egui::RawInput::default(), 0.0).unwrap();
+    canvas.read(&session.renderer.gpu).unwrap().pixels().to_vec()
+}
+
+/// How many pixels are others.
+pub fn differ(a: &[[u8; 3]], b: &[[u8; 3]]) -> usize {
+    a.iter().zip(b).filter(|(a, b)| a != b).count()
 }
 
 /// Compares a picture with a golden one; `ENFILADE_GOLDEN=write` writes that anew. Drivers differ at edges: one pixel in a hundred may.

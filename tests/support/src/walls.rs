@@ -1,22 +1,27 @@
 //! Buildings made of closed solids and of sheets.
 
-use super::{WALL, v};
+use crate::meshes::builder;
+use crate::solids::{Box3, less};
 use enfilade::geom::newell;
-use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
-use glam::{DVec2, DVec3};
-use testing::solids::{Box3, less};
+use enfilade::scene::{Mesh, Role, Scene, SceneBuilder};
+use glam::{DVec2, DVec3, dvec3 as v};
+
+/// How thick walls and slabs of a shell are.
+pub const WALL: f64 = 0.2;
 
 /// A building as closed solids.
 pub struct Building {
-    builder: SceneBuilder,
+    pub builder: SceneBuilder,
     parts: usize,
 }
 
-impl Building {
-    pub fn new() -> Self {
-        Self { builder: SceneBuilder::new(&ImportOptions::default(), Source::default()), parts: 0 }
+impl Default for Building {
+    fn default() -> Self {
+        Self { builder: builder(), parts: 0 }
     }
+}
 
+impl Building {
     pub fn mesh(&mut self, node: &str, role: Role, opaque: bool, polygons: &[Vec<DVec3>]) {
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
         for polygon in polygons {
@@ -26,7 +31,7 @@ impl Building {
         }
         self.parts += 1;
         let node = if node.is_empty() { format!("part {}", self.parts) } else { node.to_owned() };
-        self.builder.add(Mesh { node, role, opaque, positions, triangles }).unwrap();
+        self.builder.add(Mesh { node, role, opaque, positions, triangles }).expect("a sound building");
     }
 
     /// What lies between a convex polygon and the same polygon moved by `by`.
@@ -79,7 +84,7 @@ impl Building {
         let parts =
             holes.iter().fold(vec![[a, c]], |parts, &hole| parts.into_iter().flat_map(|p| less_flat(p, hole)).collect());
         for [a, c] in parts {
-            let flat = (0..3).find(|&k| a[k] == c[k]).unwrap();
+            let flat = (0..3).find(|&k| a[k] == c[k]).expect("a sound building");
             let (s, t) = ((flat + 1) % 3, (flat + 2) % 3);
             let corner = |k: usize, p: DVec3| {
                 let mut q = a;
@@ -111,13 +116,13 @@ impl Building {
     }
 
     pub fn finish(self) -> Scene {
-        self.builder.finish("hand-made").unwrap()
+        self.builder.finish("hand-made").expect("a sound building")
     }
 }
 
 /// As [`less`], for boxes that are flat along one axis.
 fn less_flat([a, c]: Box3, hole: Box3) -> Vec<Box3> {
-    let flat = (0..3).find(|&k| a[k] == c[k]).unwrap();
+    let flat = (0..3).find(|&k| a[k] == c[k]).expect("a sound building");
     let (mut low, mut high) = (a, c);
     (low[flat], high[flat]) = (a[flat] - 0.01, a[flat] + 0.01);
     let back = |mut p: DVec3| {

@@ -9,6 +9,12 @@ pub struct Glb {
     pub bin: Vec<u8>,
 }
 
+impl Default for Glb {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Glb {
     pub fn new() -> Self {
         let json = json!({
@@ -95,4 +101,16 @@ pub fn pack(json: &[u8], bin: Option<&[u8]>) -> Vec<u8> {
 pub fn parts(glb: &[u8]) -> (Value, Vec<u8>) {
     let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
     (serde_json::from_slice(&glb[20..20 + length]).unwrap(), glb[28 + length..].to_vec())
+}
+
+/// As URIs have it.
+pub fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let of = |three: &[u8]| {
+        let word = (0..3).fold(0, |word, k| word << 8 | u32::from(three.get(k).copied().unwrap_or(0)));
+        let letter =
+            |k: usize| if k > three.len() { '=' } else { char::from(LETTERS[(word >> (18 - 6 * k) & 63) as usize]) };
+        (0..4).map(letter).collect::<String>()
+    };
+    bytes.chunks(3).map(of).collect()
 }
