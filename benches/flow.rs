@@ -7,8 +7,8 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use enfilade::cells::{Cell, CellGraph};
-use enfilade::geom::Aabb;
 use enfilade::job::Job;
+use enfilade::math::geom::Aabb;
 use enfilade::pvs::flow::{FlowInput, FlowResult, flow};
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;

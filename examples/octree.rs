@@ -5,7 +5,7 @@
 //! Says how many nodes both trees have, and how many objects and queries a turn around the model takes with each. Both draw all that shows.
 
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;

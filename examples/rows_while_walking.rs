@@ -7,8 +7,8 @@
 
 use enfilade::bake::{BakeOptions, bake, find_cells};
 use enfilade::cells::{CellGraph, SplitOptions, place_objects};
-use enfilade::geom::Aabb;
 use enfilade::job::{Job, Stopped};
+use enfilade::math::geom::Aabb;
 use enfilade::pvs::PvsOptions;
 use enfilade::pvs::flow::FlowInput;
 use enfilade::pvs::flow::by_cell::{CellRow, FlowByCell};

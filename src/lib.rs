@@ -15,7 +15,7 @@
 //! * **Units** are metres, right-handed, +Y up, as in glTF. Importers convert units and axes, and record the source's.
 //! * **Precision**: build-side geometry is `f64` relative to [`scene::Scene::origin`]; the file and the run time hold `f32`
 //!   relative to the same origin. Only [`scene`] and `dump` ever add the origin back.
-//! * **Planes** are `n . p <= d` inside ([`geom::Plane`]); `n` is a unit vector pointing out.
+//! * **Planes** are `n . p <= d` inside ([`Plane`]); `n` is a unit vector pointing out.
 //! * **Portals** are convex planar windings. Portal `p` has two directed sides, numbered `2 * p + side`: side 0 leads from
 //!   `cells[0]` to `cells[1]`, side 1 back. The plane's normal points from `cells[0]` into `cells[1]`, and the winding is
 //!   counter-clockwise seen from the tip of that normal: `(b - a) x (c - a)` is along `+n`.
@@ -74,5 +74,3 @@ pub use glam;
 pub use ids::{CellId, DirectedPortal, ObjectId, PortalId};
 pub use math::bits::BitMatrix;
 pub use math::geom::{Aabb, Plane};
-#[cfg(feature = "bake")]
-pub use math::{bits, bvh, geom, parallel, polygon, random, tolerance};

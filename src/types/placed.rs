@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn a_placed_box_holds_its_part_and_is_less_than_a_step_larger() {
-        let mut random = crate::random::SplitMix::new(7);
+        let mut random = crate::math::random::SplitMix::new(7);
         let mut point = |scale: f64| DVec3::new(random.unit(), random.unit(), random.unit()) * scale;
         for scale in [1e-3, 1.0, 1e6] {
             for _ in 0..1000 {

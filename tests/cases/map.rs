@@ -5,7 +5,7 @@ use super::{case, passes};
 use crate::cli::{done, enfilade, folder, json};
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
 use enfilade::file::PvsFile;
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use enfilade::scene::{ImportError, ImportOptions, Leaves, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade_formats::import;
 use enfilade_levels::prt::read_prt;

@@ -2,8 +2,8 @@
 
 use enfilade::bake::find_cells;
 use enfilade::cells::{CellGraph, SplitOptions, Strategy, split};
-use enfilade::geom;
 use enfilade::job::Job;
+use enfilade::math::geom;
 use enfilade::scene::{Role, RoomHint, Scene};
 use glam::{DQuat, DVec2, DVec3, dvec3 as v};
 use testing::meshes::{builder, cuboid, soup};

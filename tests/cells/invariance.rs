@@ -3,7 +3,7 @@
 
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, PortalKind, SplitOptions, Strategy, split};
-use enfilade::geom::middle;
+use enfilade::math::geom::middle;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder};
 #[cfg(feature = "ifc")]
 use enfilade_formats::import;

@@ -124,7 +124,7 @@ fn glass_wall(role: Role) {
     let mut b = two_rooms(&[[v(3.9, 0., 0.), v(4.3, HIGH, 5.)]]);
     b.solid_as("glass", role, false, [v(4.09, 0., 0.), v(4.11, HIGH, 5.)]);
     let (graph, of) = assert_known(&b.finish(), &two_known(THROUGH));
-    let area: f64 = between(&graph, of["west"], of["east"]).iter().map(|p| enfilade::geom::area(&p.winding)).sum();
+    let area: f64 = between(&graph, of["west"], of["east"]).iter().map(|p| enfilade::math::geom::area(&p.winding)).sum();
     assert!((area - 5.0 * HIGH).abs() < 0.1, "the whole wall is open to the eye, not {area} m2");
 }
 
@@ -154,7 +154,7 @@ fn double_doors_are_one_door() {
         let portals = between(&graph, of["west"], of["east"]);
         assert_eq!(portals.len(), 1, "{portals:?}");
         assert_eq!((portals[0].kind, portals[0].state.shut), (PortalKind::Door, !open), "{portals:?}");
-        assert!((enfilade::geom::area(&portals[0].winding) - 1.8 * 2.1).abs() < 0.05);
+        assert!((enfilade::math::geom::area(&portals[0].winding) - 1.8 * 2.1).abs() < 0.05);
     }
 }
 
@@ -172,7 +172,7 @@ fn an_arch_without_a_leaf_parts_rooms() {
     let portals = between(&graph, of["west"], of["east"]);
     assert!(portals.iter().all(|p| p.kind == PortalKind::Opening), "{portals:?}");
     // All of the arch is open, and at most the rectangle around it: its facets are too small to cut the plan.
-    let area: f64 = portals.iter().map(|p| enfilade::geom::area(&p.winding)).sum();
+    let area: f64 = portals.iter().map(|p| enfilade::math::geom::area(&p.winding)).sum();
     let arch = 1.4 * 1.6 + 4.0 * 0.7 * 0.7 * (std::f64::consts::PI / 8.0).sin();
     assert!(area >= arch - 0.01 && area <= 1.4 * 2.4 + 0.05, "{area} m2, the arch has {arch}");
 }
@@ -323,7 +323,7 @@ fn doubled_and_crossing_walls_change_nothing() {
     }
     let (graph, of) = assert_known(&b.finish(), &two_known(THROUGH));
     let portals = between(&graph, of["west"], of["east"]);
-    let area: f64 = portals.iter().map(|p| enfilade::geom::area(&p.winding)).sum();
+    let area: f64 = portals.iter().map(|p| enfilade::math::geom::area(&p.winding)).sum();
     assert!(portals.len() == 1 && (area - 0.9 * 2.1).abs() < 0.02, "{portals:?}");
 }
 

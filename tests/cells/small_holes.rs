@@ -61,7 +61,7 @@ fn baked(scene: &Scene, given: Option<CellGraph>, smallest_hole: Option<f64>) ->
 }
 
 fn area(windings: &[Vec<glam::Vec3>]) -> f64 {
-    windings.iter().map(|w| enfilade::geom::area(&w.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>())).sum()
+    windings.iter().map(|w| enfilade::math::geom::area(&w.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>())).sum()
 }
 
 /// Whether some cell that holds `from` sees the object of node `to`.

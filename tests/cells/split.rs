@@ -3,7 +3,7 @@
 use super::plan::between;
 use crate::cli::building;
 use enfilade::cells::{CellGraph, Locator, Portal, PortalKind, SplitOptions, split};
-use enfilade::geom::{Aabb, area};
+use enfilade::math::geom::{Aabb, area};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use glam::{DMat3, DVec2, DVec3, dvec3 as v};

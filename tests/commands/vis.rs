@@ -155,7 +155,7 @@ fn check_line(level: &enfilade_levels::Level, rows: &enfilade::BitMatrix, line: 
         assert_eq!(portal.cells[side] as usize, cell, "{line}");
         cell = portal.cells[1 - side] as usize;
         let corners = &portal.winding;
-        let normal = enfilade::geom::newell(corners).normalize();
+        let normal = enfilade::math::geom::newell(corners).normalize();
         let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
         let (slope, height) = (normal.dot(to - from), normal.dot(middle - from));
         let at = if from == to { from } else { from + (to - from) * (height / slope) };

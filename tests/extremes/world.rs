@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState};
-use enfilade::geom::{Aabb, Plane, middle, newell};
+use enfilade::math::geom::{Aabb, Plane, middle, newell};
 use enfilade::scene::{Role, Scene};
 use glam::{DQuat, DVec3};
 use testing::grid;

@@ -3,7 +3,7 @@
 use crate::cli::{self, folder, names, run_words};
 use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, Strategy, read_cells};
 use enfilade::file::{Container, FileError, Gap, PvsFile, entropy_bits_per_pair, replace_file};
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, Witness};
 use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade::types::note::Note;

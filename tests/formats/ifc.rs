@@ -6,7 +6,7 @@ mod damage;
 mod real;
 mod zipped;
 
-use enfilade::geom::{area, middle, newell};
+use enfilade::math::geom::{area, middle, newell};
 use enfilade::scene::{ImportOptions, OpeningKind, Role, Scene};
 use enfilade_formats::ifc::import_bytes;
 use glam::{DVec2, DVec3};
@@ -140,10 +140,11 @@ fn check_meshes(house: &House, scene: &Scene, context: &str) {
     let reveals = (2.0 * 2.1 + 1.0) * 0.2 + (2.0 * 2.0 + 1.0) * 0.2 + 4.0 * 0.2;
     assert!((wall - sides - edges - reveals).abs() < 1e-4, "{context}: {wall}");
     let box_of_all =
-        enfilade::geom::Aabb::of((0..scene.triangles.len()).flat_map(|t| scene.corners(t)).map(|p| scene.origin + p));
+        enfilade::math::geom::Aabb::of((0..scene.triangles.len()).flat_map(|t| scene.corners(t)).map(|p| scene.origin + p));
     let built = [(0., -0.1, 0.), (6., 3.15, 3.)].map(|(x, y, z)| DVec3::new(x, y, z));
-    let expected =
-        enfilade::geom::Aabb::of((0..8).map(|i| house.at(DVec3::new(built[i & 1].x, built[i >> 1 & 1].y, built[i >> 2].z))));
+    let expected = enfilade::math::geom::Aabb::of(
+        (0..8).map(|i| house.at(DVec3::new(built[i & 1].x, built[i >> 1 & 1].y, built[i >> 2].z))),
+    );
     // Turned, the corners of the whole needn't be taken by any element.
     if house.degrees == 0.0 {
         assert!(near(box_of_all.min, expected.min) && near(box_of_all.max, expected.max), "{context}: {box_of_all:?}");

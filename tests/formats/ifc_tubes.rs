@@ -1,7 +1,7 @@
 //! Pipes of IFC as tubes: triangles against the exact surfaces of cylinders and elbows, and real files.
 #![cfg(feature = "ifc")]
 
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{ImportOptions, Object, Scene};
 use enfilade_formats::ifc::import_bytes;
 use enfilade_formats::import;

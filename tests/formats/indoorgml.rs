@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::cells::{Locator, PortalKind};
-use enfilade::geom::{Aabb, area};
+use enfilade::math::geom::{Aabb, area};
 use enfilade::scene::{ImportOptions, OpeningKind, Scene};
 use enfilade_formats::indoorgml::read_indoorgml;
 use enfilade_formats::{import, indoorgml};

@@ -1,6 +1,6 @@
 //! Lines of geographic systems: names, places and radii of tubes, and files that are refused with one line.
 
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{ImportOptions, Object, Role, Scene};
 use enfilade_formats::geojson;
 use enfilade_tubes::{Tube, usual_sides};

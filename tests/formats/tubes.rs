@@ -1,7 +1,7 @@
 //! Tubes of OBJ lines and of glTF extras: where they are, what is refused, and that a model that is cut shows the same.
 
 use enfilade::bake::without_rows;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::export::export;
 use enfilade_formats::{gltf, import, obj};

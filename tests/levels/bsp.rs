@@ -2,7 +2,7 @@
 #![cfg(feature = "quake")]
 
 use enfilade::BitMatrix;
-use enfilade::geom::{area, newell};
+use enfilade::math::geom::{area, newell};
 use enfilade_levels::bsp::{Bsp, BspError};
 use enfilade_levels::prt::{Dialect, Prt};
 use glam::DVec3;
@@ -376,7 +376,7 @@ fn real_levels_portals_lie_between_their_leaves() {
         // 1. What the tree, asked by another reader, says of points on both sides.
         let mut astray = 0;
         for p in &derived.level.portals {
-            let (middle, normal) = (enfilade::geom::middle(&p.winding), newell(&p.winding).normalize());
+            let (middle, normal) = (enfilade::math::geom::middle(&p.winding), newell(&p.winding).normalize());
             let leaf = |side: f64| theirs.leaf_at_point(0, (middle + normal * side * 0.01).as_vec3()) as u32;
             astray += u32::from([leaf(-1.0), leaf(1.0)] != p.cells.map(|c| c + 1));
             // 2. A third party's rows know them as neighbours.
@@ -410,7 +410,7 @@ fn real_levels_are_sealed() {
         for k in 0..4000 {
             // From a random corner of a random portal's middle on, in a random direction.
             let portal = &derived.portals[(k * 7919) % derived.portals.len()];
-            let mut p = enfilade::geom::middle(&portal.winding);
+            let mut p = enfilade::math::geom::middle(&portal.winding);
             let step = random.direction() * 0.37;
             for _ in 0..200 {
                 let q = p + step;

@@ -86,7 +86,8 @@ fn an_area_portal_is_a_door_that_is_not_drawn() {
         let unit = 1.0 / 32.0;
         for x in layers {
             let on = |w: &[DVec3]| w.iter().all(|p| (p.x - (x * unit - scene.origin.x)).abs() < 1e-9);
-            let covered: f64 = shutters.iter().filter(|p| on(&p.winding)).map(|p| enfilade::geom::area(&p.winding)).sum();
+            let covered: f64 =
+                shutters.iter().filter(|p| on(&p.winding)).map(|p| enfilade::math::geom::area(&p.winding)).sum();
             let face = f64::from((y[1] - y[0]) * (z[1] - z[0])) * unit * unit;
             assert!((covered - face).abs() < 1e-9, "{x}: {covered} of {face}");
         }

@@ -1,7 +1,7 @@
 //! Portal files and rows: what is right is read, what is wrong is named with its line and field, and nothing panics.
 
 use enfilade::BitMatrix;
-use enfilade::geom::newell;
+use enfilade::math::geom::newell;
 use enfilade_levels::MOST_CLUSTERS;
 use enfilade_levels::prt::{Dialect, MOST_ISOLATED, PrtFault, read_prt};
 use enfilade_levels::rows::{RowsFault, read_rows, write_rows};

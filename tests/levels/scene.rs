@@ -191,7 +191,8 @@ fn a_face_that_is_missing_hides_as_the_tree_says() {
     let entities = "{\n\"classname\" \"worldspawn\"\n}\n";
     let scene = scene(with_faces(&bsp(&three_rooms(AIR), Layout::default()), &[faces], entities));
     let file = baked(&scene, 200_000);
-    let area = |w: &Vec<glam::Vec3>| enfilade::geom::area(&w.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>()) * 32.0 * 32.0;
+    let area =
+        |w: &Vec<glam::Vec3>| enfilade::math::geom::area(&w.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>()) * 32.0 * 32.0;
     let bare: f64 = file.closed_holes.iter().map(area).sum();
     assert!((bare - 2.0).abs() < 1e-3, "{bare}");
     let report = check(&file, &scene, &CheckOptions { rays: 100_000, views: 0, ..CheckOptions::default() }).unwrap();
@@ -307,12 +308,12 @@ fn rows_of_a_real_level_hold_what_is_seen_and_little_more() {
             let edge = theirs.edges[e.unsigned_abs() as usize];
             theirs.vertices[if e < 0 { edge.b.0 } else { edge.a.0 } as usize].to_array().map(f64::from)
         };
-        enfilade::geom::area(&edges.iter().map(|e| DVec3::from_array(vertex(e))).collect::<Vec<_>>())
+        enfilade::math::geom::area(&edges.iter().map(|e| DVec3::from_array(vertex(e))).collect::<Vec<_>>())
     };
     let expected: f64 = faces.iter().map(area).sum();
     let structure = scene.objects.iter().filter(|o| o.role == Role::Structure);
     let triangles = structure.flat_map(|o| o.triangles.clone());
-    let found: f64 = triangles.map(|t| enfilade::geom::area(&scene.corners(t as usize))).sum::<f64>() * 32.0 * 32.0;
+    let found: f64 = triangles.map(|t| enfilade::math::geom::area(&scene.corners(t as usize))).sum::<f64>() * 32.0 * 32.0;
     assert!((found - expected).abs() < 1e-4 * expected, "{found} of {expected}");
 
     // Each leaf a cell.

@@ -87,7 +87,7 @@ fn the_level_read_by_hand_is_the_one_that_qbsp_reads() {
     // 2. Faces turn their counter-clockwise side to where they are seen from, and all opaque ones are in the mesh.
     for (face, objects) in world.faces.iter().zip(&mesh.objects) {
         let corners: Vec<_> = face.corners.iter().map(|&c| world.vertices[c]).collect();
-        assert!(enfilade::geom::newell(&corners).dot(face.plane.n) > 0.0);
+        assert!(enfilade::math::geom::newell(&corners).dot(face.plane.n) > 0.0);
         assert!(corners.iter().all(|&c| face.plane.distance(c).abs() < 0.1));
         assert_eq!(face.opaque, !objects.is_empty());
     }

@@ -341,7 +341,7 @@ fn why_tells_a_line_or_what_ends_each_chain() {
 
 /// That a chain leads out of one of the two cells, and that random lines through its first and last window keep to what is
 /// said of them: they pass no chain that is called impassable, and beyond others they stay inside the planes.
-fn check_separation(level: &Level, chain: &[u32], planes: &[enfilade::geom::Plane], pair: [u32; 2]) {
+fn check_separation(level: &Level, chain: &[u32], planes: &[enfilade::math::geom::Plane], pair: [u32; 2]) {
     let target = |d: u32| level.portals[d as usize / 2].cells[1 - d as usize % 2];
     let source = |d: u32| level.portals[d as usize / 2].cells[d as usize % 2];
     assert!(pair.contains(&source(chain[0])));

@@ -7,7 +7,7 @@ mod program;
 use crate::cli::folder;
 use enfilade::ObjectId;
 use enfilade::bake::without_rows;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;

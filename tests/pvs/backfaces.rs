@@ -73,11 +73,11 @@ fn baked(scene: &Scene, turn: DMat3) -> PvsFile {
     for (cell, (min, max)) in given.cells.iter_mut().zip(cells) {
         let corners =
             (0..8).map(|i| place(DVec3::from(std::array::from_fn(|k| if i >> k & 1 == 0 { min[k] } else { max[k] }))));
-        cell.pieces[0].bounds = enfilade::geom::Aabb::of(corners);
+        cell.pieces[0].bounds = enfilade::math::geom::Aabb::of(corners);
     }
     for portal in &mut given.portals {
         portal.winding.iter_mut().for_each(|p| *p = place(*p));
-        portal.plane = enfilade::geom::Plane::through(portal.winding[0], turn * portal.plane.n);
+        portal.plane = enfilade::math::geom::Plane::through(portal.winding[0], turn * portal.plane.n);
     }
     bakes::baked(scene, BakeOptions { given: Some(given), keep_bounds: true, ..bakes::with_rays(200_000) })
 }

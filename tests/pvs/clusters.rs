@@ -116,7 +116,7 @@ fn open_and_closed_cells_stay_apart() {
 #[cfg(feature = "quake")]
 mod level {
     use super::*;
-    use enfilade::geom::{Plane, area, clip};
+    use enfilade::math::geom::{Plane, area, clip};
     use enfilade::proof::{Asker, Goal, Why};
     use enfilade::scene::ImportOptions;
     use enfilade::{BitMatrix, CellId, ObjectId};

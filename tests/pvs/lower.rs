@@ -1,8 +1,8 @@
 //! The lower bound: rays, clearance, placement, witnesses, repairs, each against what is known without them.
 
 use enfilade::cells::{Locator, place_objects};
-use enfilade::geom::Aabb;
 use enfilade::job::Job;
+use enfilade::math::geom::Aabb;
 use enfilade::pvs::{Pvs, PvsOptions, bake};
 use enfilade::scene::rays::{Hit, RayScene};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene};
@@ -271,11 +271,11 @@ fn a_portal_left_out_is_found_and_mended() {
         assert!((at.x - 8.4).abs() < 1e-6 && (1.8..=2.7).contains(&at.z) && (0.0..=2.1).contains(&at.y), "{at}");
     }
     for portal in &pvs.graph.portals[portals..] {
-        let area = enfilade::geom::area(&portal.winding);
+        let area = enfilade::math::geom::area(&portal.winding);
         assert!((area - 0.9 * 2.1).abs() < 0.01, "the doorway, no more: {area} m2");
         let (behind, ahead) = (portal.cells[0], portal.plane.n.x > 0.0);
         assert_eq!(behind == CellId(1), ahead, "the normal points out of cells[0]");
-        assert!(enfilade::geom::newell(&portal.winding).dot(portal.plane.n) > 0.0);
+        assert!(enfilade::math::geom::newell(&portal.winding).dot(portal.plane.n) > 0.0);
     }
     let goal = object(&scene, "goal");
     assert!(pvs.objects_upper.get(0, goal) && pvs.cells_upper.get(0, 2) && pvs.cells_upper.get(2, 0));
@@ -349,7 +349,7 @@ fn an_unbounded_outside_sees_in_and_is_seen() {
     let room = rooms::box_piece([0.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);
     let half_space = |n: DVec3, at: DVec3| {
         let bounds = Aabb { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
-        enfilade::cells::Piece { planes: vec![enfilade::geom::Plane::through(at - scene.origin, n)], bounds }
+        enfilade::cells::Piece { planes: vec![enfilade::math::geom::Plane::through(at - scene.origin, n)], bounds }
     };
     let outside = vec![half_space(DVec3::NEG_X, DVec3::X * 4.2), half_space(DVec3::X, DVec3::ZERO)];
     let door = rooms::portal([0, 1], 0, [4.2, 0.0, 0.0], [4.2, 2.6, 4.0], scene.origin);

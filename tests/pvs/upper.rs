@@ -3,8 +3,8 @@
 mod worlds;
 
 use enfilade::cells::{Cell, CellGraph, Portal};
-use enfilade::geom::{Aabb, Plane};
 use enfilade::job::Job;
+use enfilade::math::geom::{Aabb, Plane};
 use enfilade::pvs::flow::flow;
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;

@@ -3,7 +3,7 @@
 use crate::cli::building;
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
-use enfilade::geom::{Aabb, middle};
+use enfilade::math::geom::{Aabb, middle};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::import;
 use glam::DVec3;

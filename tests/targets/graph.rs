@@ -5,8 +5,8 @@
 //! plane, 1e-6 beside 1e6.
 
 use enfilade::cells::{Cell, CellGraph, Portal, PortalKind, PortalState, validate};
-use enfilade::geom::{Plane, middle, newell};
 use enfilade::job::Job;
+use enfilade::math::geom::{Plane, middle, newell};
 use enfilade::pvs::flow::flow;
 use enfilade::{BitMatrix, CellId};
 use enfilade_levels::{Level, LevelPortal, VisOptions, vis};

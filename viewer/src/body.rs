@@ -2,7 +2,7 @@
 
 use crate::collision::{Face, Solid};
 use enfilade::ObjectId;
-use enfilade::geom::{Plane, clip};
+use enfilade::math::geom::{Plane, clip};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use std::cell::Cell;
 use std::f64::consts::TAU;

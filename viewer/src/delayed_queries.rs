@@ -7,7 +7,7 @@
 
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::mask::Mask;
 use enfilade::runtime::Camera;

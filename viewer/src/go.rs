@@ -7,7 +7,7 @@ use crate::start::places::{self, Place};
 use crate::start::rooms::Room;
 use crate::start::view::view;
 use crate::walker::Walker;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::runtime::{Culler, Scratch};
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};

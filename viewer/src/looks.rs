@@ -1,6 +1,6 @@
 //! Looks: materials and pictures, as a graphics processor takes them.
 
-use enfilade::parallel::map_range;
+use enfilade::math::parallel::map_range;
 use enfilade::scene::{ImportOptions, Material, Picture, Role, Scene};
 use enfilade_formats::picture;
 use image::imageops::{FilterType, resize};

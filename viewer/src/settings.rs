@@ -6,7 +6,7 @@ use crate::keymap::KeyMap;
 use crate::looks::Detail;
 use crate::units::Units;
 use crate::walker::Walker;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::Value;

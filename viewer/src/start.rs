@@ -13,7 +13,7 @@ use crate::body::{EYE, Space, TALL};
 use crate::building::Building;
 use crate::collision::Solid;
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{Role, Scene};
 use glam::{DVec3, Vec3Swizzles};
 use places::Place;

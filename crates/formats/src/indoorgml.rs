@@ -12,7 +12,7 @@ mod cells;
 mod surfaces;
 
 pub use cells::read_indoorgml;
-use enfilade::polygon::Polygon;
+use enfilade::math::polygon::Polygon;
 use enfilade::scene::builder::short_name;
 use enfilade::scene::{
     Hints, ImportError, ImportOptions, OpeningHint, OpeningKind, Place, RoomHint, Scene, SceneBuilder, Source, whole_file,
@@ -80,10 +80,10 @@ pub struct IndoorGml {
 }
 
 impl IndoorGml {
-    /// Tolerance for comparing coordinates, metres: as [`enfilade::tolerance::Tolerance::coplanar`].
+    /// Tolerance for comparing coordinates, metres: as [`enfilade::math::tolerance::Tolerance::coplanar`].
     pub(crate) fn coplanar(&self) -> f64 {
         let corners = self.spaces.iter().flat_map(|s| &s.surface).flat_map(|p| p.rings.iter().flatten().copied());
-        enfilade::tolerance::Tolerance::for_extent(enfilade::geom::Aabb::of(corners).diagonal()).coplanar
+        enfilade::math::tolerance::Tolerance::for_extent(enfilade::math::geom::Aabb::of(corners).diagonal()).coplanar
     }
 }
 
@@ -381,7 +381,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         let door = matches!(node.tag_name().name(), "ConnectionBoundary" | "AnchorBoundary");
         let id = short_name(id_of(node).unwrap_or("a boundary"));
         let winding = hull(&polygon);
-        if enfilade::geom::area(&winding) > CONVEX * enfilade::geom::area(&polygon.rings[0]) {
+        if enfilade::math::geom::area(&winding) > CONVEX * enfilade::math::geom::area(&polygon.rings[0]) {
             self.notes.push(Note::taken(format!("{id}: not convex; its convex hull is used")));
         }
         Ok(Some(Boundary { id, door, winding }))
@@ -397,7 +397,7 @@ impl<'a, 'i> Reader<'a, 'i> {
         }
         let polygon = Polygon::new(rings);
         if let Some(polygon) = &polygon {
-            let extent = enfilade::geom::Aabb::of(polygon.rings[0].iter().copied()).diagonal();
+            let extent = enfilade::math::geom::Aabb::of(polygon.rings[0].iter().copied()).diagonal();
             let off = polygon.off_plane();
             if off > FLAT * extent {
                 let id = id_of(node).map_or_else(|| line(node).to_string(), |id| format!("{}: ", short_name(id)));
@@ -460,7 +460,7 @@ fn loops(ring: Vec<DVec3>) -> Vec<Vec<DVec3>> {
         found.push(way.into_iter().map(|(p, _)| p).collect());
     }
     found.retain(|ring: &Vec<DVec3>| ring.len() > 2);
-    found.sort_by(|a, b| enfilade::geom::area(b).total_cmp(&enfilade::geom::area(a)));
+    found.sort_by(|a, b| enfilade::math::geom::area(b).total_cmp(&enfilade::math::geom::area(a)));
     found
 }
 
@@ -472,7 +472,7 @@ fn is_surface(node: &Node<'_, '_>) -> bool {
 fn is_same(a: &Option<Boundary>, b: &Option<Boundary>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => {
-            let near = enfilade::geom::Aabb::of(b.winding.iter().copied()).inflated(1e-2);
+            let near = enfilade::math::geom::Aabb::of(b.winding.iter().copied()).inflated(1e-2);
             a.id == b.id || a.winding.iter().all(|&p| near.contains(p))
         }
         (None, None) => true,

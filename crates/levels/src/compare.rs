@@ -2,7 +2,7 @@
 
 use super::{Level, Line, Vis};
 use enfilade::BitMatrix;
-use enfilade::geom::middle;
+use enfilade::math::geom::middle;
 
 /// Two sets of rows for one level. All pairs are ordered and include each cell with itself.
 #[derive(Clone, PartialEq, Debug)]

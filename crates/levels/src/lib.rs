@@ -27,8 +27,8 @@ pub use level::{FARTHEST, Level, MOST_CLUSTERS};
 pub use proof::{ChainProof, PairProof, why};
 
 use enfilade::BitMatrix;
-use enfilade::geom::{Plane, newell};
 use enfilade::job::{Digest, Job, Stopped};
+use enfilade::math::geom::{Plane, newell};
 use enfilade::pvs::flow::cells::{Cells, reached};
 use enfilade::pvs::flow::might_see::MightSee;
 use enfilade::pvs::flow::net::{Net, NetPortal};
@@ -305,14 +305,14 @@ fn coplanar(level: &Level) -> f64 {
         let plane = plane(winding);
         winding.iter().map(|p| plane.distance(*p).abs()).fold(0.0, f64::max)
     };
-    let bounds = enfilade::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
+    let bounds = enfilade::math::geom::Aabb::of(level.portals.iter().flat_map(|p| p.winding.iter().copied()));
     let farthest = level.portals.iter().map(|p| off(&p.winding)).fold(0.0, f64::max);
     (COPLANAR * bounds.diagonal()).max((ROUNDED[0] * farthest).min(ROUNDED[1] * level.rounding))
 }
 
 /// The plane of a winding.
 fn plane(winding: &[DVec3]) -> Plane {
-    let middle = enfilade::geom::middle(winding);
+    let middle = enfilade::math::geom::middle(winding);
     let relative: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
     Plane::through(middle, newell(&relative).normalize_or_zero())
 }

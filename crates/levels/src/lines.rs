@@ -6,14 +6,14 @@
 
 use super::{Level, Line};
 use enfilade::BitMatrix;
-use enfilade::bits;
-use enfilade::geom::Plane;
-use enfilade::parallel;
+use enfilade::math::bits;
+use enfilade::math::geom::Plane;
+use enfilade::math::parallel;
+use enfilade::math::random::Prng;
 use enfilade::pvs::flow::exact::{Answer, ask, passes};
 use enfilade::pvs::flow::goals::{Prover, Settled};
 use enfilade::pvs::flow::might_see::MightSee;
 use enfilade::pvs::flow::net::Net;
-use enfilade::random::Prng;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

@@ -2,7 +2,7 @@
 
 use super::lines::{Walk, Walker};
 use super::{Level, Line, Vis, VisError, VisOptions, check, net};
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use enfilade::pvs::flow::exact::{Answer, Term, passes};
 use enfilade::pvs::flow::goals::{CellGoals, Prover, Settled};
 use enfilade::pvs::flow::might_see::{MightSee, set};
@@ -67,7 +67,7 @@ pub fn why(level: &Level, options: &VisOptions, vis: &Vis, a: u32, b: u32) -> Re
 
 /// The line of `vis` that joins two cells, cut to them.
 fn witness(level: &Level, net: &Net, vis: &Vis, a: u32, b: u32) -> Option<Line> {
-    let at = |portal: u32| enfilade::geom::middle(&level.portals[portal as usize].winding);
+    let at = |portal: u32| enfilade::math::geom::middle(&level.portals[portal as usize].winding);
     let line = |p: DVec3, portals| Line { cells: [a, b], from: p, to: p, portals };
     if a == b {
         return Some(line(net.out(a as usize).next().map_or(DVec3::ZERO, |p| at(net.ids[p] / 2)), Vec::new()));
@@ -95,8 +95,8 @@ impl Line {
         }
         let hit = |portal: u32| {
             let winding = &level.portals[portal as usize / 2].winding;
-            let middle = enfilade::geom::middle(winding);
-            let n = enfilade::geom::newell(&winding.iter().map(|&p| p - middle).collect::<Vec<_>>());
+            let middle = enfilade::math::geom::middle(winding);
+            let n = enfilade::math::geom::newell(&winding.iter().map(|&p| p - middle).collect::<Vec<_>>());
             let d = self.to - self.from;
             let t = n.dot(middle - self.from) / n.dot(d);
             if t.is_finite() { self.from + d * t } else { self.from }

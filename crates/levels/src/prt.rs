@@ -13,7 +13,7 @@
 //! fault with its line and field. No limit silently changes the data.
 
 use crate::{FARTHEST, Level, LevelPortal, MOST_CLUSTERS};
-use enfilade::geom::newell;
+use enfilade::math::geom::newell;
 use glam::DVec3;
 use std::fmt;
 use std::str::Lines;
@@ -435,7 +435,7 @@ impl<'t> Fields<'t> {
 
 /// Checks that a winding has an area, is flat and convex.
 fn sound(winding: &[DVec3]) -> Result<(), PrtFault> {
-    let middle = enfilade::geom::middle(winding);
+    let middle = enfilade::math::geom::middle(winding);
     let around: Vec<DVec3> = winding.iter().map(|&p| p - middle).collect();
     let normal = newell(&around);
     let reach = around.iter().map(|p| p.length()).fold(0.0, f64::max);

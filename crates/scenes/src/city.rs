@@ -17,7 +17,7 @@ use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;
 use super::solid::{Solid, cuboid, lathe, loft, turn};
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 

@@ -16,7 +16,7 @@ use super::facts::Facts;
 use super::model::Model;
 use super::path::CameraPath;
 use super::solid::turn;
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use glam::{DAffine3, DMat3, DVec3};
 use parts::{BEND, BOOM, PANEL, Part, RAIL};
 

@@ -1,7 +1,7 @@
 //! Furniture: each piece has a few hundred triangles, its origin on the floor, its front towards +z.
 
 use super::solid::{Solid, cuboid, lathe, loft, turn};
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use glam::DVec3;
 
 fn v(x: f64, y: f64, z: f64) -> DVec3 {

@@ -10,7 +10,7 @@ use super::furniture;
 use super::model::{Material, Model, Placement};
 use super::path::CameraPath;
 use super::plan::{Hole, Plan, PlanRoom, Style, metres};
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;

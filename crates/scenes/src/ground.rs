@@ -6,7 +6,7 @@
 //! strip in the machine's byte order: machines of either order write the same heights, and those of one order the same bytes.
 
 use super::GenerateError;
-use enfilade::parallel;
+use enfilade::math::parallel;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};

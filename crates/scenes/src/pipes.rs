@@ -5,7 +5,7 @@ use super::facts::Facts;
 use super::model::{Material, Model, Pipe};
 use super::path::CameraPath;
 use super::solid::{cuboid, turn};
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::scene::Role;
 use enfilade_tubes::{Counts, Shape, Tubes, usual_error};
 use glam::DVec3;

@@ -7,7 +7,7 @@
 use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Placement};
 use super::solid::{Solid, cuboid, perforated};
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;

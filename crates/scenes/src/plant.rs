@@ -9,8 +9,8 @@ use super::facts::{Facts, Fill, Opening, Room};
 use super::model::{Material, Model, Pipe, Placement};
 use super::path::CameraPath;
 use super::solid::{Solid, cuboid, extrude, lathe, perforated, pipe, turn};
-use enfilade::geom::Aabb;
-use enfilade::random::Prng;
+use enfilade::math::geom::Aabb;
+use enfilade::math::random::Prng;
 use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 

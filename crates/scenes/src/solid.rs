@@ -3,7 +3,7 @@
 //! Every function returns a watertight mesh, counter-clockwise from outside and without T-junctions: neighbouring faces share
 //! whole edges. Sines are computed by a polynomial, not by the platform, so that generated files have the same bytes everywhere.
 
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use glam::{DVec2, DVec3};
 
 /// A closed mesh, metres.

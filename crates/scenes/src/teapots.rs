@@ -14,7 +14,7 @@ use super::facts::Facts;
 use super::model::{Material, Model};
 use super::path::CameraPath;
 use super::solid::{Solid, lathe, loft, turn};
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::scene::Role;
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 

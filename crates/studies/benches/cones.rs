@@ -16,7 +16,7 @@
 //! alone.
 
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;

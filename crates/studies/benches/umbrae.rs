@@ -12,7 +12,7 @@
 //! seconds over `e`. `--test` takes the sparse city and one region.
 
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};

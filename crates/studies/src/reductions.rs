@@ -3,13 +3,13 @@
 //! Based on: Ivson 2006, chapter 6.5, who compares three. What is not left out is asked about as in [`enfilade::occlusion::chc`].
 
 use enfilade::ObjectId;
+use enfilade::math::random::Prng;
 use enfilade::occlusion::hierarchy::Hierarchy;
 use enfilade::occlusion::mask::Scope;
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::stats::OnlineStats;
 use enfilade::occlusion::view::Frustum;
 use enfilade::occlusion::walk::{AskingWalk, Open, Policy};
-use enfilade::random::Prng;
 
 /// Of the leaves that showed in the last frame, which are asked about again. One that isn't counts as still in sight: less is asked, more is
 /// drawn.

@@ -8,10 +8,10 @@
 
 use crate::boxes::{Fit, Hull, fit};
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
+use enfilade::math::parallel;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::hierarchy::{Divide, Hierarchy, Node, Tree, most_levels};
-use enfilade::parallel;
 use enfilade::scene::{Object, Scene};
 use glam::DVec3;
 

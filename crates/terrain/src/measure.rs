@@ -3,7 +3,7 @@
 use super::grid::Key;
 use super::select::{GroundScratch, GroundView, Limit, Patch};
 use super::{Ground, drawn};
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::runtime::{Camera, Rect};
 use glam::{DVec2, DVec3};
 use std::time::Instant;

@@ -105,7 +105,7 @@ mod tests {
         cells(r#"{"id": "a", "pieces": [{"planes": [[0, 0, 0, 1]]}]}"#, "cells[0].pieces[0].planes[0]: no plane");
         cells(r#"{"id": "a", "pieces": [{"planes": [[1, 0, 0, 1]]}]}"#, "cells[0].pieces[0]: is unbounded");
         let one = r#"{"id": "1", "min": [0, 0, 0], "max": [1, 1, 1]}"#;
-        cells(&format!("{one}, {one}"), "cells[1].id: \"1\" came before");
+        cells(&format!("{one}, {one}"), "cells[1].id: \"1\" is a duplicate");
         // A number and a name of the same digits are different ids.
         let both = format!("{{\"cells\": [{one}, {}]}}", one.replace("\"1\"", "1"));
         assert_eq!(read_view_cells(&both, &scene()).unwrap().len(), 2);

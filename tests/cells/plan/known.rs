@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::cells::{CellGraph, Locator, SplitOptions, Strategy, split};
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use enfilade::scene::Scene;
 use enfilade::scene::rays::RayScene;
 use glam::DVec3;
@@ -92,8 +92,13 @@ fn told(graph: &CellGraph, scene: &Scene) -> String {
         format!("\n  cell {i} {} of {} pieces around {largest:.2?}", if c.open { "open" } else { "closed" }, c.pieces.len())
     };
     let portal = |p: &enfilade::cells::Portal| {
-        let at = enfilade::geom::middle(&p.winding) + scene.origin;
-        format!("\n  portal {:?} {:?} {:.2} m2 at {at:.2}", p.cells.map(|c| c.0), p.kind, enfilade::geom::area(&p.winding))
+        let at = enfilade::math::geom::middle(&p.winding) + scene.origin;
+        format!(
+            "\n  portal {:?} {:?} {:.2} m2 at {at:.2}",
+            p.cells.map(|c| c.0),
+            p.kind,
+            enfilade::math::geom::area(&p.winding)
+        )
     };
     let cells: String = graph.cells.iter().enumerate().map(cell).collect();
     cells + &graph.portals.iter().map(portal).collect::<String>()

@@ -1,7 +1,7 @@
 //! Real buildings, against what others wrote down about them.
 
 use super::{GRID, size};
-use enfilade::geom::{Aabb, area, middle, newell};
+use enfilade::math::geom::{Aabb, area, middle, newell};
 use enfilade::scene::{ImportOptions, OpeningHint, OpeningKind, Role, RoomHint, Scene};
 use enfilade_formats::ifc::import_bytes;
 use glam::{DVec2, DVec3};
@@ -45,8 +45,8 @@ fn point(value: &Value) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|i| value[i].as_f64().unwrap()))
 }
 
-fn bounds(room: &RoomHint) -> enfilade::geom::Aabb {
-    enfilade::geom::Aabb::of(room.surface.iter().flatten().copied())
+fn bounds(room: &RoomHint) -> enfilade::math::geom::Aabb {
+    enfilade::math::geom::Aabb::of(room.surface.iter().flatten().copied())
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn rooms_are_where_others_found_them() {
             assert!((floor - number(room, "floor_y")).abs() < 2e-3, "{file}: {name}: floor at {floor}");
             assert!((ceiling - number(room, "ceiling_y")).abs() < 2e-3, "{file}: {name}: ceiling at {ceiling}");
             let corners = list(room, "footprint").iter().flat_map(|polygon| polygon[0].as_array().unwrap());
-            let plan = enfilade::geom::Aabb::of(
+            let plan = enfilade::math::geom::Aabb::of(
                 corners.map(|c| DVec3::new(c[0].as_f64().unwrap(), floor, c[1].as_f64().unwrap()) - scene.origin),
             );
             // A footprint is cut at one height; rooms under slopes reach farther elsewhere.

@@ -1,7 +1,7 @@
 //! Brushes of a map, read anew, and rays between them: whether a map leaks.
 
 use super::imported;
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use glam::DVec3;
 use testing::data::data;
 use testing::random::Places;

@@ -2,8 +2,8 @@
 
 use super::upper;
 use enfilade::cells::CellGraph;
-use enfilade::geom::{Aabb, Plane};
 use enfilade::job::Job;
+use enfilade::math::geom::{Aabb, Plane};
 use enfilade::pvs::flow::by_cell::FlowByCell;
 use enfilade::pvs::flow::{FlowResult, flow};
 use enfilade::{BitMatrix, CellId};

@@ -3,7 +3,7 @@ use crate::files::pvs;
 use crate::meshes::{flat_along, soup};
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
 use enfilade::file::PvsFile;
-use enfilade::geom::{Aabb, Plane};
+use enfilade::math::geom::{Aabb, Plane};
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use glam::DVec3;

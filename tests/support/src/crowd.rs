@@ -3,7 +3,7 @@
 use crate::meshes::TRIANGLES;
 use crate::random::Places;
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::view::View;
 use enfilade::scene::{Object, Role, Scene};

@@ -6,7 +6,7 @@
 use crate::meshes::flat_along;
 use crate::random::Random;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
-use enfilade::geom::{Aabb, Plane};
+use enfilade::math::geom::{Aabb, Plane};
 use enfilade::pvs::flow::FlowInput;
 use enfilade::{BitMatrix, CellId};
 use glam::DVec3;

@@ -1,6 +1,6 @@
 //! Quads, boxes and triangles as meshes, and scenes of them.
 
-use enfilade::geom::area;
+use enfilade::math::geom::area;
 use enfilade::scene::{ImportOptions, Mesh, Object, Role, Scene, SceneBuilder, Source};
 use glam::DVec3;
 

@@ -8,7 +8,7 @@ use crate::random::Random;
 use crate::truth::{Homes, Truth};
 use crate::world::World;
 use enfilade::file::PvsFile;
-use enfilade::geom::area;
+use enfilade::math::geom::area;
 use glam::DVec3;
 
 /// Of the random points in the model's box that only one cell holds, a cell of the level has more open ones than this share of

@@ -1,10 +1,11 @@
 //! Hand-made rooms: a grid of boxes with doors between neighbours, each with a wall of finite thickness, and its cell graph.
 
 use crate::meshes::{Triangle, cuboid, flat_along, scene, solid};
+use enfilade::CellId;
 use enfilade::cells::{Cell, CellGraph, Piece, Portal, PortalKind, PortalState, Strategy};
-use enfilade::geom::{Aabb, Plane};
+use enfilade::math::geom;
+use enfilade::math::geom::{Aabb, Plane};
 use enfilade::scene::{Mesh, Role, Scene};
-use enfilade::{CellId, geom};
 use glam::DVec3;
 
 /// A sphere of `16 * rings * rings` triangles or so.

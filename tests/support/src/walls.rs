@@ -2,7 +2,7 @@
 
 use crate::meshes::builder;
 use crate::solids::{Box3, less};
-use enfilade::geom::newell;
+use enfilade::math::geom::newell;
 use enfilade::scene::{Mesh, Role, Scene, SceneBuilder};
 use glam::{DVec2, DVec3, dvec3 as v};
 

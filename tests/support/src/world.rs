@@ -3,7 +3,7 @@
 //! What can be looked through is what [`enfilade_levels`] takes for open: air and liquids. Solid leaves and sky are not.
 
 use crate::quake::lumps;
-use enfilade::geom::{Aabb, Plane};
+use enfilade::math::geom::{Aabb, Plane};
 use glam::DVec3;
 
 /// Lumps by their place in the directory.

@@ -15,7 +15,7 @@ pub mod swings;
 use crate::building::Building;
 use crate::collision::{Face, NOBODY};
 use crate::culling::Decision;
-use enfilade::geom::{Aabb, Plane};
+use enfilade::math::geom::{Aabb, Plane};
 use enfilade::runtime::{Camera, Culler};
 use enfilade::types::portal::PortalKind;
 use enfilade::{CellId, ObjectId, PortalId};

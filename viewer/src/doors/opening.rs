@@ -1,7 +1,7 @@
 //! The hole that a door stands in, and what is made for it: a leaf where the model has none, and what closes the gaps around one.
 
 use super::pieces::Facet;
-use enfilade::geom::{Aabb, Plane, clip, newell};
+use enfilade::math::geom::{Aabb, Plane, clip, newell};
 use glam::{DVec2, DVec3};
 
 /// Half of how thick a leaf is that is made, metres.

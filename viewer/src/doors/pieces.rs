@@ -1,7 +1,7 @@
 //! The doors of a model, in pieces: what hangs together by its edges. A door's frame and its leaf are often one mesh.
 
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{Role, Scene};
 use glam::DVec3;
 use std::collections::BTreeMap;

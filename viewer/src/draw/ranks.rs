@@ -1,6 +1,6 @@
 //! Which of the things that lie on each other shows: a rank for each object, different for those that touch, as far as there are ranks.
 
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::Scene;
 
 /// Ranks there are. More: what lies on a wall sinks into it, see `scene.wgsl`. Fewer: things that touch share one, and flicker.

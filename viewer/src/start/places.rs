@@ -3,7 +3,7 @@
 use super::rooms::{Room, holds};
 use crate::body::{DEEPEST, STEP, Space, around};
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{Role, Scene};
 use glam::{DVec2, DVec3, Vec3Swizzles};
 

@@ -3,7 +3,7 @@
 use crate::body::{EYE, STEP};
 use enfilade::CellId;
 use enfilade::file::{FilePortal, PvsFile};
-use enfilade::geom::{Aabb, Plane, area, clip};
+use enfilade::math::geom::{Aabb, Plane, area, clip};
 use enfilade::scene::{Object, Role, Scene};
 use enfilade::types::portal::PortalKind;
 use glam::{DVec2, DVec3, Vec4};

@@ -6,7 +6,7 @@ use crate::start::rooms::Room;
 use crate::units::Units;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::geom::{Plane, clip};
+use enfilade::math::geom::{Plane, clip};
 use enfilade::types::portal::PortalKind;
 use enfilade_measure::pages::storeys::{Storey, storeys};
 use enfilade_measure::walkthrough::picture::{hsv, hue};

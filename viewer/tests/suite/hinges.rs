@@ -1,6 +1,6 @@
 //! Hinges of leaves that were modelled by hand, whose axes are known; frames that stay where they are; leaves that are made.
 
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{Role, Scene};
 use enfilade_viewer::doors::hinge::Motion;
 use enfilade_viewer::doors::leaves::{Leaf, leaves};

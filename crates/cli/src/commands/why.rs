@@ -211,7 +211,7 @@ impl Answer<'_> {
     }
 
     /// A plane in the model's own coordinates.
-    fn plane(&self, p: &enfilade::geom::Plane) -> [f64; 4] {
+    fn plane(&self, p: &enfilade::math::geom::Plane) -> [f64; 4] {
         [p.n.x, p.n.y, p.n.z, p.d + p.n.dot(self.0.file.origin)]
     }
 

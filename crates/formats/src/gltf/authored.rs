@@ -3,7 +3,7 @@
 use super::data::broken;
 use super::hull::{convex_hull, is_closed};
 use super::tubes::Tube;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{Hints, ImportError, OpeningHint, OpeningKind, Role, RoomHint};
 use enfilade::types::note::Note;
 use glam::{DVec2, DVec3};
@@ -211,9 +211,9 @@ impl Authored {
                         "{node}: a portal that is not flat (by {off:.3} m either way), flattened"
                     )));
                 }
-                let mesh: f64 = triangles.iter().map(|t| enfilade::geom::area(t)).sum();
+                let mesh: f64 = triangles.iter().map(|t| enfilade::math::geom::area(t)).sum();
                 // A mesh with both sides has twice the area.
-                if enfilade::geom::area(&winding) > LOOSE * mesh {
+                if enfilade::math::geom::area(&winding) > LOOSE * mesh {
                     self.notes.push(Note::taken(format!("{node}: a portal that is not convex; its convex hull is used")));
                 }
                 if inside.is_none() && names[0].is_empty() {
@@ -347,7 +347,7 @@ fn box_surface(b: Aabb) -> Vec<[DVec3; 3]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use enfilade::geom::{area, newell};
+    use enfilade::math::geom::{area, newell};
 
     #[test]
     fn names_are_read_as_godot_reads_them() {

@@ -8,7 +8,7 @@ use super::data::{Buffers, broken, entry};
 use super::document::{Document, Primitive, Skin};
 use super::motion::{Motion, corners};
 use super::primitive::Part;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::ImportError;
 use glam::{DAffine3, DMat4, DVec3};
 

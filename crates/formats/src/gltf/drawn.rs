@@ -10,7 +10,7 @@ use super::tubes::{self, Tube};
 use super::{Drawn, Importer, Joints, Visit};
 use crate::helpers;
 use crate::lines::Line;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::builder::Facts;
 use enfilade::scene::sky::Backdrop;
 use enfilade::scene::{ImportError, Mesh, Role};

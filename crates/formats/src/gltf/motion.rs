@@ -7,7 +7,7 @@
 use super::data::{Buffers, broken};
 use super::document::{Animation, Channel, Document};
 use super::placement::{Placement, transform};
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::ImportError;
 use glam::{DAffine3, DQuat, DVec3, DVec4};
 use std::cell::{Cell, RefCell};

@@ -3,7 +3,7 @@
 use super::model::{Model, global_id, y_up};
 use super::relations::{Boundary, Relations};
 use super::spaces::Rooms;
-use enfilade::geom::{self, Aabb, Plane};
+use enfilade::math::geom::{self, Aabb, Plane};
 use enfilade::scene::{OpeningHint, OpeningKind};
 use enfilade::types::note::Note;
 use glam::{DMat4, DVec2, DVec3};

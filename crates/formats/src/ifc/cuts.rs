@@ -4,7 +4,7 @@
 //! show the space behind it. A rectangle larger than the hole errs towards visible.
 
 use super::geometry::{Geometry, Shape};
-use enfilade::geom::{Aabb, Plane, clip, middle};
+use enfilade::math::geom::{Aabb, Plane, clip, middle};
 use glam::DVec3;
 use std::collections::HashMap;
 

@@ -7,7 +7,7 @@ use super::roles::role;
 use super::styles::{Styles, Surface};
 use super::tubes::{self, Stays};
 use super::workers::{self, DeadlinePassed, Limits, Outcome};
-use enfilade::parallel;
+use enfilade::math::parallel;
 use enfilade::scene::Role;
 use enfilade::scene::pipes::FEWEST_SEGMENTS;
 use enfilade_tubes::Tubes;

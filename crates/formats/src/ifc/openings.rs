@@ -12,7 +12,7 @@ use super::plan::{Rectangle, smallest_rectangle};
 use super::relations::Relations;
 use super::roles::is_wall;
 use super::spaces::Rooms;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::{OpeningHint, OpeningKind};
 use enfilade::types::note::Note;
 use glam::{DVec2, DVec3};
@@ -87,7 +87,7 @@ pub(super) fn openings(
         let Ok(entity) = decoder.decode_by_id(product.id) else { continue };
         let Some(element) = source.element(product.id, kind) else { continue };
         let Some((winding, thickness)) = element.outline() else { continue };
-        if winding.len() < 3 || enfilade::geom::area(&winding) < LEAST_AREA {
+        if winding.len() < 3 || enfilade::math::geom::area(&winding) < LEAST_AREA {
             shapeless.push(global_id(&entity));
             continue;
         }
@@ -373,7 +373,7 @@ fn overlap(winding: Vec<DVec3>, other: &[DVec3], layer: Layer) -> Vec<DVec3> {
     for (i, &a) in other.iter().enumerate() {
         let edge = other[(i + 1) % other.len()] - a;
         let Some(out) = edge.cross(layer.normal).try_normalize() else { continue };
-        shared = enfilade::geom::clip(&shared, &enfilade::geom::Plane::through(a, out), 1e-6);
+        shared = enfilade::math::geom::clip(&shared, &enfilade::math::geom::Plane::through(a, out), 1e-6);
     }
     if shared.is_empty() { winding } else { shared }
 }
@@ -386,7 +386,7 @@ fn is_blocked(wall: &Shape, hole: &Shape, winding: &[DVec3], reach: DVec3) -> bo
     let grid = (0..GRID * GRID).map(|k| corner + u * share(k % GRID) + v * share(k / GRID));
     let far = reach.normalize_or_zero() * (hole_size(hole) + reach.length());
     let is_in = |p: &DVec3| hole.corners().any(|t| crosses(*p - far, *p + far, t));
-    let through = std::iter::once(enfilade::geom::middle(winding)).chain(grid).find(is_in);
+    let through = std::iter::once(enfilade::math::geom::middle(winding)).chain(grid).find(is_in);
     through.is_some_and(|p| wall.corners().any(|t| crosses(p - reach, p + reach, t)))
 }
 
@@ -432,15 +432,15 @@ mod tests {
             let winding = rectangle_in(&leaf, layer);
             let normal = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::Z;
             assert!(layer.normal.dot(normal).abs() > 1.0 - 1e-12);
-            assert!((enfilade::geom::area(&winding) - 0.9 * 2.1).abs() < 1e-9);
-            assert!(enfilade::geom::newell(&winding).dot(layer.normal) > 0.0);
+            assert!((enfilade::math::geom::area(&winding) - 0.9 * 2.1).abs() < 1e-9);
+            assert!(enfilade::math::geom::newell(&winding).dot(layer.normal) > 0.0);
             let centre = glam::DMat3::from_rotation_y(f64::to_radians(degrees)) * DVec3::new(2.45, 1.05, 1.02);
-            assert!(enfilade::geom::middle(&winding).distance(centre) < 1e-9);
+            assert!(enfilade::math::geom::middle(&winding).distance(centre) < 1e-9);
         }
         let hatch = flattest(&block(DVec3::ZERO, DVec3::new(0.8, 0.05, 1.2), 33.0)).unwrap();
         assert_eq!(hatch.normal, DVec3::Y);
         let winding = rectangle_in(&block(DVec3::ZERO, DVec3::new(0.8, 0.05, 1.2), 33.0), hatch);
-        assert!((enfilade::geom::area(&winding) - 0.96).abs() < 1e-9);
+        assert!((enfilade::math::geom::area(&winding) - 0.96).abs() < 1e-9);
     }
 
     #[test]
@@ -482,6 +482,6 @@ mod tests {
         let hole = block(DVec3::ZERO, DVec3::new(2.0, 2.1, 0.2), 0.0);
         let leaf = block(DVec3::new(-0.1, 0.0, 0.05), DVec3::new(0.9, 2.2, 0.1), 0.0);
         let share = overlap(rectangle_in(&hole, layer), &rectangle_in(&leaf, layer), layer);
-        assert!((enfilade::geom::area(&share) - 0.9 * 2.1).abs() < 1e-9, "{share:?}");
+        assert!((enfilade::math::geom::area(&share) - 0.9 * 2.1).abs() < 1e-9, "{share:?}");
     }
 }

@@ -2,8 +2,8 @@
 
 use super::super::gltf::flat_hull;
 use super::{CellSpace, IndoorGml};
-use enfilade::geom::{Aabb, middle};
-use enfilade::polygon::Polygon;
+use enfilade::math::geom::{Aabb, middle};
+use enfilade::math::polygon::Polygon;
 use enfilade::scene::{Mesh, Role};
 use glam::{DVec2, DVec3};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};

@@ -3,7 +3,7 @@
 //! Based on: Meisters, *Polygons have ears*, 1975. It works in the plane across the polygon's mean normal (Newell), with exact
 //! orientation tests. Any polygon gives `n - 2` triangles.
 
-use enfilade::geom::newell;
+use enfilade::math::geom::newell;
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
 
@@ -113,7 +113,7 @@ fn clip_ears(points: &[DVec2], out: &mut Vec<[usize; 3]>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use enfilade::geom::area;
+    use enfilade::math::geom::area;
 
     fn cut(points: &[(f64, f64)]) -> (Shape, usize, f64) {
         // In a tilted plane, to test the projection.

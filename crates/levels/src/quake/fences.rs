@@ -8,7 +8,7 @@ use super::faces::Faces;
 use super::layout::*;
 use super::portals::{sink, width};
 use super::tree::{Tree, infos_with};
-use enfilade::geom::{Plane, newell};
+use enfilade::math::geom::{Plane, newell};
 use glam::DVec3;
 use qbsp::data::{BspFace, BspModel};
 

@@ -2,7 +2,7 @@
 
 use super::Bsp;
 use crate::prt::Prt;
-use enfilade::geom::{middle, newell};
+use enfilade::math::geom::{middle, newell};
 use enfilade::types::level::LevelPortal;
 use glam::DVec3;
 use std::fmt;

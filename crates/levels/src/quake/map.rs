@@ -22,7 +22,7 @@ use super::world::{UNIT, half_spaces, leaves_of, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
 use alignment::texture_coordinates;
 use brush::{Brush, ON, Side, planes};
-use enfilade::geom::{Aabb, middle};
+use enfilade::math::geom::{Aabb, middle};
 use enfilade::scene::{LeakHint, Leaves, Mesh, Place, Role, SceneBuilder, Source};
 use enfilade::types::level::LevelPortal;
 use enfilade::types::note::Note;

@@ -9,7 +9,7 @@
 //! rounding. Narrower faces ([`super::Bsp::rounding`], 0.001 units in a level of 4096) are such slivers, and are counted.
 
 use super::tree::{Child, Tree};
-use enfilade::geom::{Aabb, Plane, clip};
+use enfilade::math::geom::{Aabb, Plane, clip};
 use enfilade::types::level::LevelPortal;
 use glam::DVec3;
 

@@ -5,7 +5,7 @@ use super::layout::{
     entry,
 };
 use crate::FARTHEST;
-use enfilade::geom::{Aabb, Plane};
+use enfilade::math::geom::{Aabb, Plane};
 use glam::DVec3;
 use qbsp::data::nodes::BspLeafContentFlags;
 use qbsp::data::util::UBspValue;

@@ -12,7 +12,7 @@ use super::texels::Textures;
 use super::textures::{is_see_through, is_undrawn};
 use super::tree::{Child, Tree, marked_faces};
 use super::{Bsp, malformed};
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use enfilade::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source as SceneSource};
 use enfilade::types::hints::Leaves;
 use enfilade::types::level::LevelPortal;

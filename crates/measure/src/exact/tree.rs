@@ -1,7 +1,7 @@
 //! The judge's hierarchy: two children a node, boxes as tight as `f32` allows.
 
-use enfilade::bvh;
-use enfilade::geom::Aabb;
+use enfilade::math::bvh;
+use enfilade::math::geom::Aabb;
 use enfilade::types::scene::Scene;
 use glam::DVec3;
 use obvhs::bvh2::Bvh2;

@@ -3,7 +3,7 @@
 use super::html::escape;
 use super::storeys::{Storey, is_named};
 use enfilade::file::{FilePortal, PvsFile};
-use enfilade::geom::{Plane, clip};
+use enfilade::math::geom::{Plane, clip};
 use enfilade::scene::{Role, Scene};
 use enfilade::types::portal::PortalKind;
 use enfilade::{CellId, PortalId};

@@ -2,7 +2,7 @@
 
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 
 /// Height above the floor at which plans are cut, metres: above sills, below heads of doors. If cells are so high that the
 /// model's unit cannot be the metre, it is `CUT_PART` of their height.

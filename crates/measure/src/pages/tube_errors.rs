@@ -4,7 +4,7 @@
 //! importers' tolerance for splines.
 
 use super::tube_weights::weight_error;
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::scene::Scene;
 use enfilade::scene::rays::closest_on_triangle;
 use enfilade_tubes::{Band, Runs, SIDES, Selection, Tube, Tubes, View, Wall, part};

@@ -3,8 +3,8 @@
 use super::trace::Tree;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::geom::{Aabb, Plane, clip};
-use enfilade::random::Prng;
+use enfilade::math::geom::{Aabb, Plane, clip};
+use enfilade::math::random::Prng;
 use glam::{DVec3, Vec4};
 use std::collections::BTreeMap;
 

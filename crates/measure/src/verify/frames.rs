@@ -4,8 +4,8 @@ use super::sample::Sampler;
 use super::scales;
 use crate::walkthrough::path::{CameraPath, PathFrame};
 use enfilade::file::PvsFile;
-use enfilade::parallel;
-use enfilade::random::Prng;
+use enfilade::math::parallel;
+use enfilade::math::random::Prng;
 use enfilade::scene::Scene;
 
 /// A path of `count` random cameras: anywhere in a cell, near portals, near walls, outside; in any direction, towards portals or

@@ -13,7 +13,7 @@ use super::cells::Cells;
 use super::tight::{closest, polish, tighten};
 use super::trace::Tracer;
 use enfilade::file::PvsFile;
-use enfilade::geom::{Aabb, Plane, clip, middle};
+use enfilade::math::geom::{Aabb, Plane, clip, middle};
 use enfilade::scene::Scene;
 use enfilade::{CellId, PortalId};
 use glam::DVec3;

@@ -13,9 +13,9 @@
 
 use super::{EXAMPLES, each_once};
 use enfilade::BitMatrix;
-use enfilade::geom::{area, middle, newell};
-use enfilade::parallel;
-use enfilade::random::Prng;
+use enfilade::math::geom::{area, middle, newell};
+use enfilade::math::parallel;
+use enfilade::math::random::Prng;
 use enfilade_levels::Level;
 use glam::DVec3;
 use serde::Serialize;

@@ -8,8 +8,8 @@
 use super::cells::Cells;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::geom::Aabb;
-use enfilade::parallel;
+use enfilade::math::geom::Aabb;
+use enfilade::math::parallel;
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};

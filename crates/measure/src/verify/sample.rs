@@ -3,7 +3,7 @@
 use super::cells::Cells;
 use super::trace::Tracer;
 use enfilade::CellId;
-use enfilade::random::Prng;
+use enfilade::math::random::Prng;
 use enfilade::scene::Scene;
 use enfilade::types::person::EYE_HEIGHT;
 use glam::DVec3;

@@ -6,8 +6,8 @@
 use super::cells::{Cells, Piece, faces};
 use super::tight::rim;
 use enfilade::file::PvsFile;
-use enfilade::geom::{Plane, clip, middle, newell};
-use enfilade::parallel;
+use enfilade::math::geom::{Plane, clip, middle, newell};
+use enfilade::math::parallel;
 use enfilade::{CellId, PortalId};
 use glam::DVec3;
 use serde::Serialize;

@@ -5,7 +5,7 @@
 //! *Euclidean shortest paths in the presence of rectilinear barriers*, 1984). If the line turns about an edge that two polygons
 //! share, the descent may stop early; the result still passes through all of them.
 
-use enfilade::geom::Plane;
+use enfilade::math::geom::Plane;
 use glam::DVec3;
 
 /// The line is tight if no point moves by more than this share of its length (metres, if that is shorter than a metre).
@@ -63,7 +63,7 @@ pub(super) fn polish(points: &mut [DVec3], through: &[(&[DVec3], Plane)], is_ope
 
 /// The half-spaces of a polygon's edges within its plane, normals pointing out.
 pub(super) fn rim(polygon: &[DVec3], plane: &Plane) -> Vec<Plane> {
-    let middle = enfilade::geom::middle(polygon);
+    let middle = enfilade::math::geom::middle(polygon);
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     edges
         .filter_map(|(&a, &b)| {
@@ -138,7 +138,7 @@ mod tests {
         let holes = [hole(1.0, 0.0, 0.0), hole(2.0, 4.0, 0.0), hole(3.0, 4.0, 0.5), hole(6.0, 0.0, 0.0)];
         let through: Vec<_> = holes.iter().map(|(w, p)| (w.as_slice(), *p)).collect();
         let mut points = vec![v(0.0, 0.0, 0.0)];
-        points.extend(holes.iter().map(|h| enfilade::geom::middle(&h.0)));
+        points.extend(holes.iter().map(|h| enfilade::math::geom::middle(&h.0)));
         tighten(&mut points, &through);
         // In the plane z = 0: from (0, 0) over (1, 1) to (2, 3), on to (3, 3) and back down to (6, 1).
         let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();

@@ -5,8 +5,8 @@
 //! the `f64` test would find.
 
 use enfilade::ObjectId;
-use enfilade::bvh;
 use enfilade::file::PvsFile;
+use enfilade::math::bvh;
 use enfilade::scene::Scene;
 use glam::{DVec3, Vec3};
 use obvhs::aabb::Aabb;
@@ -18,7 +18,7 @@ pub(super) struct Tree(Bvh2);
 
 impl Tree {
     /// `None` without boxes.
-    pub(super) fn new(boxes: impl Iterator<Item = enfilade::geom::Aabb>, pad: f64) -> Option<Self> {
+    pub(super) fn new(boxes: impl Iterator<Item = enfilade::math::geom::Aabb>, pad: f64) -> Option<Self> {
         let boxes: Vec<Aabb> = boxes.map(|b| Aabb::new((b.min - pad).as_vec3a(), (b.max + pad).as_vec3a())).collect();
         (!boxes.is_empty()).then(|| Self(bvh::over(boxes, None)))
     }
@@ -32,7 +32,7 @@ impl Tree {
     }
 
     /// Calls `visit` with items whose box meets another, in any order.
-    pub(super) fn in_box(&self, bounds: &enfilade::geom::Aabb, mut visit: impl FnMut(usize)) {
+    pub(super) fn in_box(&self, bounds: &enfilade::math::geom::Aabb, mut visit: impl FnMut(usize)) {
         self.0.aabb_traverse(Aabb::new(bounds.min.as_vec3a(), bounds.max.as_vec3a()), |bvh, node| {
             let node = &bvh.nodes[node as usize];
             for i in node.first_index..node.first_index + node.prim_count {
@@ -68,7 +68,7 @@ impl Layer {
                 objects.push(ObjectId(i as u32));
             }
         }
-        let tree = Tree::new(corners.iter().map(|c| enfilade::geom::Aabb::of(*c)), pad);
+        let tree = Tree::new(corners.iter().map(|c| enfilade::math::geom::Aabb::of(*c)), pad);
         Self { tree, corners, objects }
     }
 }
@@ -89,7 +89,7 @@ impl Tracer {
         let corner = |p: Vec3| p.as_dvec3();
         let fan = |hole: &Vec<Vec3>| hole[1..].windows(2).map(|p| [hole[0], p[0], p[1]].map(corner)).collect::<Vec<_>>();
         let holes: Vec<[DVec3; 3]> = file.closed_holes.iter().flat_map(fan).collect();
-        let tree = Tree::new(holes.iter().map(|c| enfilade::geom::Aabb::of(*c)), pad);
+        let tree = Tree::new(holes.iter().map(|c| enfilade::math::geom::Aabb::of(*c)), pad);
         Self {
             opaque: Layer::new(scene, true, pad),
             see_through: Layer::new(scene, false, pad),

@@ -16,10 +16,10 @@
 use super::raster::{IdBuffer, View};
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
-use enfilade::parallel;
+use enfilade::math::parallel;
+use enfilade::math::tolerance::single_precision;
 use enfilade::scene::Scene;
 use enfilade::scene::rays::{Hit, RayScene};
-use enfilade::tolerance::single_precision;
 use glam::{DVec2, DVec3};
 
 /// Distance of the test rays from a pixel's centre, in pixels. Larger: narrow real openings count as cracks. Smaller: cracks

@@ -1,9 +1,10 @@
 //! Plans: horizontal sections of a file's cells, with the portals between them.
 
 use super::picture::{CHARACTER, Colour, Picture, hsv, hue};
+use enfilade::CellId;
 use enfilade::file::PvsFile;
+use enfilade::math::geom;
 use enfilade::types::portal::PortalKind;
-use enfilade::{CellId, geom};
 use glam::{DVec2, DVec3, Vec4};
 
 const PAPER: Colour = [250, 249, 246];

@@ -11,8 +11,8 @@
 //! Bands of rows are drawn independently, each in triangle order: ids do not depend on the number of threads.
 
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
-use enfilade::parallel;
+use enfilade::math::geom::Aabb;
+use enfilade::math::parallel;
 use enfilade::runtime::Camera;
 use enfilade::scene::Scene;
 use glam::{DVec2, DVec3};

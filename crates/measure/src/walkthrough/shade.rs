@@ -2,7 +2,7 @@
 
 use super::picture::{Colour, Picture, hsv, hue, mix};
 use super::raster::{IdBuffer, View};
-use enfilade::parallel;
+use enfilade::math::parallel;
 use enfilade::scene::{Role, Scene};
 use glam::{DVec2, DVec3};
 

@@ -10,8 +10,8 @@ mod way;
 
 use super::path::{CameraPath, PathFrame};
 use enfilade::file::{FileObject, PvsFile};
-use enfilade::geom::{Aabb, Plane, clip};
-use enfilade::random::mixed;
+use enfilade::math::geom::{Aabb, Plane, clip};
+use enfilade::math::random::mixed;
 use enfilade::types::person::{EYE_HEIGHT, by_extent, hall, metric};
 use enfilade::types::portal::PortalKind;
 use glam::DVec3;
@@ -379,7 +379,7 @@ fn stand_in(winding: &[glam::Vec3], metre: f64) -> DVec3 {
     let corners: Vec<DVec3> = winding.iter().map(|p| p.as_dvec3() / metre).collect();
     let bounds = Aabb::of(corners.iter().copied());
     let height = bounds.max.y - bounds.min.y;
-    enfilade::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
+    enfilade::math::geom::middle(&corners).with_y(bounds.min.y + EYE_HEIGHT.min(0.8 * height))
 }
 
 /// By cell: portals of a spanning tree and their other cells. Kruskal's algorithm, windows last.

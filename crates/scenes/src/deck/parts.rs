@@ -3,7 +3,7 @@
 
 use super::super::model::Material;
 use super::super::solid::{Solid, cuboid, extrude, lathe, loft, perforated, pipe, turn};
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::scene::Role;
 use glam::{DVec2, DVec3};
 

@@ -2,7 +2,7 @@
 
 use super::Culled;
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::view::{ALL_PLANES, Frustum, Side};

@@ -4,7 +4,7 @@
 
 use crate::study::{SIZE, imported};
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::oracle::{OcclusionOracle, QueryId};

@@ -223,7 +223,7 @@ pub(super) fn ring(points: &[DVec3], u: DVec3, v: DVec3) -> Vec<u32> {
 mod tests {
     use super::super::tests::{point, turn};
     use super::*;
-    use enfilade::random::Prng;
+    use enfilade::math::random::Prng;
 
     fn volume(hull: &Hull) -> f64 {
         (0..hull.triangles.len())

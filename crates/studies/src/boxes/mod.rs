@@ -7,7 +7,7 @@
 mod hull;
 mod minimum;
 
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use glam::{DMat3, DVec3};
 
@@ -89,7 +89,7 @@ fn principal(matrix: DMat3) -> [DVec3; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use enfilade::random::Prng;
+    use enfilade::math::random::Prng;
     use glam::DQuat;
     use proptest::prelude::*;
 

@@ -8,7 +8,7 @@
 
 use super::{patches, polygons};
 use enfilade::ObjectId;
-use enfilade::geom::Aabb;
+use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::scene::{Object, Scene};

@@ -5,7 +5,7 @@
 
 use super::occluders::{Edge, Face};
 use super::polygons::{Polygon, Polygons};
-use enfilade::geom::{Aabb, Plane, middle};
+use enfilade::math::geom::{Aabb, Plane, middle};
 use glam::DVec3;
 use std::collections::HashMap;
 

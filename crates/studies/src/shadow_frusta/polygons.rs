@@ -3,7 +3,7 @@
 //! Based on: Hertel, Mehlhorn, *Fast triangulation of simple polygons*, 1983 (edges between triangles are taken out while
 //! what is left is convex). Deviation: the longest edges first, since large polygons are wanted and not few.
 
-use enfilade::geom::{Plane, newell};
+use enfilade::math::geom::{Plane, newell};
 use enfilade::scene::{Object, Scene};
 use glam::DVec3;
 use std::collections::HashMap;

@@ -76,11 +76,11 @@ impl Band {
         from.read(first..last + 1, &mut self.true_heights).map_err(GroundError::Raster)?;
         keeper.keep_out(first, columns, &mut self.true_heights);
         let (heights, base) = (&mut self.true_heights, scale.base);
-        enfilade::parallel::for_each_chunk(heights, columns, |_, row| row.iter_mut().for_each(|h| *h -= base));
+        enfilade::math::parallel::for_each_chunk(heights, columns, |_, row| row.iter_mut().for_each(|h| *h -= base));
         self.drawn.clear();
         self.drawn.resize(samples, f32::NAN);
         let heights = &self.true_heights;
-        enfilade::parallel::for_each_chunk(&mut self.drawn, columns, |row, drawn| {
+        enfilade::math::parallel::for_each_chunk(&mut self.drawn, columns, |row, drawn| {
             for (drawn, &h) in drawn.iter_mut().zip(&heights[row * columns..]) {
                 *drawn = scale.drawn(scale.number(h));
             }

@@ -19,7 +19,7 @@ use super::error::GroundError;
 use super::format::{ENTRY, HEADER, Header, Tile, Width};
 use super::grid::{Grid, Key, MOST_SAMPLES};
 use band::{Band, Scale};
-use enfilade::parallel;
+use enfilade::math::parallel;
 use footprint::Keeper;
 use glam::DVec2;
 pub use heights::Heights;

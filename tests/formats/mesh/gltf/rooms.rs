@@ -1,7 +1,7 @@
 //! Rooms and portals of the author.
 
 use super::{assert_triangles, names, scene};
-use enfilade::geom;
+use enfilade::math::geom;
 use enfilade::scene::{ImportOptions, OpeningKind};
 use glam::DVec3;
 use serde_json::{Value, json};

@@ -2,7 +2,7 @@
 
 use super::super::portals::square;
 use crate::FARTHEST;
-use enfilade::geom::{Aabb, Plane, area, clip};
+use enfilade::math::geom::{Aabb, Plane, area, clip};
 use glam::DVec3;
 use quake_map::{Alignment, Surface};
 
@@ -125,7 +125,7 @@ pub(super) mod tests {
             (6, DVec3::new(1., 2., 3.), DVec3::new(5., 7., 9.))
         );
         for side in &brush.sides {
-            let normal = enfilade::geom::newell(&side.face).normalize();
+            let normal = enfilade::math::geom::newell(&side.face).normalize();
             assert!(normal.distance(side.plane.n) < 1e-12 && side.plane.distance(DVec3::new(3., 4., 5.)) < 0.0);
             assert_eq!(side.texture, "brick");
         }

@@ -10,7 +10,7 @@ use super::super::portals::region_faces;
 use super::super::tree::{Child, Leaf, Node, Tree};
 use super::brush::{Brush, ON};
 use super::union::{Part, reach};
-use enfilade::geom::{Aabb, Plane, clip};
+use enfilade::math::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -141,7 +141,7 @@ fn divided(faces: Vec<Face>, chosen: usize, plane: &Plane) -> [Vec<Face>; 2] {
 /// The number of the leaf inside `way`.
 fn leaf(tree: &mut Tree, brushes: &[Brush], way: &[Plane]) -> usize {
     let corners: Vec<DVec3> = region_faces(way, &tree.bounds).concat();
-    let middle = enfilade::geom::middle(&corners);
+    let middle = enfilade::math::geom::middle(&corners);
     // A region without volume counts as solid.
     if corners.is_empty() || brushes.iter().any(|brush| brush.holds(middle)) {
         return 0;

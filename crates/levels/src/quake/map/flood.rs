@@ -3,7 +3,7 @@
 use super::super::portals::{Between, derive, width};
 use super::super::tree::Tree;
 use super::brush::ON;
-use enfilade::geom::{middle, newell};
+use enfilade::math::geom::{middle, newell};
 use glam::DVec3;
 use std::collections::VecDeque;
 

@@ -4,8 +4,8 @@
 //! face is cut by the planes of each other brush, and the part inside all of them is dropped.
 
 use super::brush::{Brush, ON};
-use enfilade::geom::{Plane, area, clip};
-use enfilade::parallel;
+use enfilade::math::geom::{Plane, area, clip};
+use enfilade::math::parallel;
 use glam::DVec3;
 
 /// Maximum parts of a face. More: a hostile file of overlapping brushes takes hours. Fewer: a floor under a forest of pillars is
