@@ -18,9 +18,12 @@ use crate::types::note::{Note, NoteKind};
 
 /// A graph is useless if it saves less than this share of the frustum: all is one open cell.
 const WORTH: f64 = 0.05;
-/// A split along walls replaces a plan only if it saves this share of the frustum more, because it has many times the portals and its cells
-/// are no rooms. Larger: models whose plan finds few rooms draw more (a museum 14 %, a hospital 26 %). Smaller: a villa loses its rooms for 7 %.
+/// A split along walls replaces a plan only if it saves this share of the frustum more at least, and `PER_DOUBLING` for each time that it has
+/// twice the plan's portals, because its cells are no rooms, and portals cost time. Larger: models whose plan finds few rooms draw more (a
+/// museum 14 % at 9 times the portals, a hospital 26 % at 20 times). Smaller: a villa loses its rooms for 7 % (4 times), a maze for 14 % (65
+/// times).
 const REPLACES: f64 = 0.1;
+const PER_DOUBLING: f64 = 1.0 / 30.0;
 /// A plan is searched if at least this share of the non-horizontal area is vertical (houses with roofs: 0.75 and more). The first value is
 /// for models without any hint of a building, where a search for rooms takes minutes and finds few.
 const UPRIGHT_SHARE: [f64; 2] = [0.75, 0.5];
@@ -120,8 +123,8 @@ fn best(
         })
         .collect();
     let (name, score) = table[0];
-    if score.drawn > 1.0 - WORTH {
-        let drawn = percent(score.drawn);
+    if score.drawn.min(score.indoors) > 1.0 - WORTH {
+        let drawn = percent(score.drawn.min(score.indoors));
         let reason =
             format!("{why}; walls hide too little ({drawn} of the frustum's triangles would be drawn): one open cell");
         let mut graph = CellGraph { reason, ..one_cell(scene, options) };
@@ -152,7 +155,9 @@ fn names_any(scene: &Scene) -> bool {
 
 /// Whether a plan is kept beside a split along walls.
 fn is_better(plan: &Score, walls: &Score) -> bool {
-    plan.closed_cells > 0 && plan.indoors <= walls.indoors + REPLACES
+    let times = walls.portals.max(1) as f64 / plan.portals.max(1) as f64;
+    let saving = plan.indoors - walls.indoors;
+    plan.closed_cells > 0 && saving <= REPLACES.max(PER_DOUBLING * times.log2())
 }
 
 /// Replaces a graph that would take flow hours by one open cell; only rough walls make so many portals between few cells.

@@ -85,10 +85,10 @@ pub(crate) fn by_author(scene: &Scene) -> (Option<Strategy>, String) {
     }
     let audit = audit_rooms(scene);
     if audit.sound_share() >= SOUND_SHARE {
-        let why = format!("{} of the {rooms} rooms that the model names can be used", audit.sound_rooms);
+        let why = format!("{} of the model's {rooms} rooms are usable", audit.sound_rooms);
         return (Some(Strategy::Authored), why);
     }
-    (None, format!("only {} of the {rooms} rooms that the model names can be used", audit.sound_rooms))
+    (None, format!("only {} of the model's {rooms} rooms are usable", audit.sound_rooms))
 }
 
 /// Splits a scene into cells and portals. Without a strategy: the author's cells if they are usable, otherwise the rooms of the floor plan;

@@ -189,7 +189,7 @@ fn what_two_spaces_both_hold_is_the_smaller_ones() {
         assert_eq!(name(DVec3::new(x, 1.5, -y)), Some(expected));
     }
     let told: Vec<_> = graph.notes.iter().filter(|n| n.contains("overlap in")).collect();
-    assert_eq!(told, ["E and A overlap in 3.00 m3, which E keeps", "G and B overlap in 3.00 m3, which G keeps"]);
+    assert_eq!(told, ["E and A overlap in 3.00 m3; E keeps it", "G and B overlap in 3.00 m3; G keeps it"]);
     sealed(&scene, &text, 20_000);
 }
 
