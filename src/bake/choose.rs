@@ -123,8 +123,10 @@ fn best(
         })
         .collect();
     let (name, score) = table[0];
-    if score.drawn.min(score.indoors) > 1.0 - WORTH {
-        let drawn = percent(score.drawn.min(score.indoors));
+    // Rooms of a plan are places to be; pockets between walls are not.
+    let drawn = if keeps_plan { score.drawn.min(score.indoors) } else { score.drawn };
+    if drawn > 1.0 - WORTH {
+        let drawn = percent(drawn);
         let reason =
             format!("{why}; walls hide too little ({drawn} of the frustum's triangles would be drawn): one open cell");
         let mut graph = CellGraph { reason, ..one_cell(scene, options) };
