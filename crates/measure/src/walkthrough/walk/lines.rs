@@ -49,7 +49,7 @@ pub struct FrameLine {
     /// Pixels with an object that the set leaves out; absent if pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed_pixels: Option<u64>,
-    /// Such pixels seen only through a crack between triangles ([`super::missed`]).
+    /// Such pixels seen only through a crack between triangles ([`crate::walkthrough::missed`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub crack_pixels: Option<u64>,
     /// Such pixels seen only through a hole that counts as opaque; absent if there are none.
