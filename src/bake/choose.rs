@@ -80,15 +80,15 @@ fn choose_upright(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -
     let walls = with(Strategy::Bsp)?;
     let upright = upright_share(scene);
     let plan = (upright >= UPRIGHT_SHARE[usize::from(names_any(scene))]).then(|| with(Strategy::Plan)).transpose()?;
-    best(rays, options, (walls, plan), &why, work)
+    best(rays, options, (walls, plan), (&why, upright), work)
 }
 
-/// The best of a split along walls, the rooms of a plan if there is one, and one open cell.
+/// The best of a split along walls, the rooms of a plan if there is one, and one open cell. `upright`: the vertical share of the walls.
 fn best(
     rays: &RayScene<'_>,
     options: &SplitOptions,
     (walls, plan): (CellGraph, Option<CellGraph>),
-    why: &str,
+    (why, upright): (&str, f64),
     work: &Job<'_>,
 ) -> Result<CellGraph, SplitError> {
     let scene = rays.scene();
@@ -139,7 +139,7 @@ fn best(
     reason += &match table.get(1) {
         Some((other, _)) if has_gaps => format!("; {other} has gaps"),
         Some((other, score)) => format!(", {} with {other}", percent(score.indoors)),
-        None => ", and the walls are not vertical, so no floor plan was made".to_owned(),
+        None => format!("; no floor plan was made, because only {} of the walls' area is vertical", percent(upright)),
     };
     let mut graph = if keeps_plan { plan.unwrap_or(walls) } else { walls };
     graph.notes.extend(details);
