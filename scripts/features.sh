@@ -39,6 +39,5 @@ program enfilade-cli none
 draco enfilade-cli draco
 meshopt enfilade-cli meshopt
 ifc enfilade-cli ifc
-quake enfilade-cli quake
 full enfilade-cli full
 LIST

@@ -101,6 +101,13 @@ pub fn done(out: &Output) {
     assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
 }
 
+/// What a check that failed printed as JSON; exit 1.
+#[track_caller]
+pub fn failed(out: &Output) -> Value {
+    assert_eq!(out.status.code(), Some(1), "{}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).expect("JSON and nothing else")
+}
+
 /// It ended well and said nothing but this.
 #[track_caller]
 pub fn json(out: &Output) -> Value {

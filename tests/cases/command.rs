@@ -5,7 +5,6 @@ use crate::cli::{done, folder, json, maze, run_words, text};
 use enfilade::file::PvsFile;
 
 /// Maps without closed space: no file of no cells, and whatever file there is can be read by every command.
-#[cfg(feature = "quake")]
 #[test]
 #[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn case_60_no_cells() {

@@ -1,5 +1,4 @@
 //! Cases of maps and levels.
-#![cfg(feature = "quake")]
 
 use super::{case, passes};
 use crate::cli::{done, enfilade, folder, json};

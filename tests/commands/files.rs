@@ -209,7 +209,6 @@ fn a_folder_is_told_with_the_models_in_it() {
     assert!(String::from_utf8(out.stderr).unwrap().contains("is a folder; give a file in it: box.pvs, maze.pvs"));
 }
 
-#[cfg(feature = "quake")]
 #[test]
 fn a_level_is_written_in_place_with_a_backup() {
     use testing::quake::{Layout, bsp, three_rooms};
@@ -217,15 +216,15 @@ fn a_level_is_written_in_place_with_a_backup() {
     let level = folder.join("level.bsp");
     let before = bsp(&three_rooms(-1), Layout::default());
     std::fs::write(&level, &before).unwrap();
-    std::fs::write(folder.join("level.bsp.bak"), "an older one").unwrap();
+    std::fs::write(folder.join("level.bsp.old"), "an older one").unwrap();
     let out = run_words(&["vis", text(&level)]);
     done(&out);
-    assert!(String::from_utf8(out.stdout).unwrap().contains("level.bsp.bak.2: a copy of the old level"));
-    assert_eq!(std::fs::read_to_string(folder.join("level.bsp.bak")).unwrap(), "an older one");
-    assert!(std::fs::read(folder.join("level.bsp.bak.2")).unwrap() == before);
+    assert!(String::from_utf8(out.stdout).unwrap().contains("level.bsp.old.2: a copy of the old level"));
+    assert_eq!(std::fs::read_to_string(folder.join("level.bsp.old")).unwrap(), "an older one");
+    assert!(std::fs::read(folder.join("level.bsp.old.2")).unwrap() == before);
     let rows = std::fs::read(&level).unwrap();
     assert!(rows != before, "it has rows now");
     // The same again changes nothing, so there is nothing to keep.
     done(&run_words(&["vis", text(&level)]));
-    assert!(std::fs::read(&level).unwrap() == rows && !folder.join("level.bsp.bak.3").exists());
+    assert!(std::fs::read(&level).unwrap() == rows && !folder.join("level.bsp.old.3").exists());
 }

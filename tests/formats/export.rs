@@ -324,9 +324,6 @@ fn an_office_is_cut_and_keeps_its_materials() {
 fn real_models_are_cut() {
     for file in ["godot-demos/zdm2.glb", "classics/sponza.obj", "quake-id-gpl/dm4.map"] {
         let model = data().join(file);
-        if file.ends_with("map") && !cfg!(feature = "quake") {
-            continue;
-        }
         let (scene, glb) = exported(&model, &options(256));
         assert_same(&scene, &glb);
         gltf::Gltf::from_slice(&glb).unwrap();
@@ -334,9 +331,8 @@ fn real_models_are_cut() {
 }
 
 /// Where each face of a level has its texture, by the reader of the crate `qbsp`.
-#[cfg(feature = "quake")]
+#[cfg(feature = "full")]
 #[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
 fn faces_of_a_level_have_the_texture_coordinates_of_the_file() {
     use qbsp::prelude::*;
     let data = data();

@@ -1,5 +1,4 @@
 //! Maps as scenes: brushes as triangles, leaves of a tree over them as cells, and what is inside.
-#![cfg(feature = "quake")]
 
 mod compiled;
 mod solids;

@@ -1,13 +1,16 @@
 //! Levels of games.
 
-mod bsp;
+pub mod bsp;
+mod games;
+mod kinds;
 mod lines;
 mod map;
 mod prt;
+mod real;
 mod scene;
 mod truth;
 mod vis;
 
 /// Levels whose maps are there, too.
-#[cfg(feature = "quake")]
+#[cfg(feature = "full")]
 const LEVELS: [&str; 5] = ["dm4", "e1m1", "e1m3", "e2m2", "start"];

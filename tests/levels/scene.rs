@@ -1,5 +1,4 @@
 //! Quake levels as scenes: faces as triangles, leaves as cells.
-#![cfg(feature = "quake")]
 
 use enfilade::bake::BakeOptions;
 use enfilade::cells::{PortalKind, SplitOptions, Strategy, split};
@@ -12,6 +11,7 @@ use enfilade_levels::quake::import_bytes;
 use enfilade_levels::{VisOptions, vis};
 use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
+#[cfg(feature = "full")]
 use qbsp::prelude::*;
 use testing::bakes::{self, with_rays};
 use testing::data::data;
@@ -291,7 +291,7 @@ fn gratings_hide_what_they_hid_from_the_compiler() {
 
 /// Rows of leaves, against the exact rows of the same portals.
 #[test]
-#[cfg_attr(not(feature = "full"), ignore = "needs the models of $ENFILADE_DATA; `just test-full` runs it")]
+#[cfg(feature = "full")]
 fn rows_of_a_real_level_hold_what_is_seen_and_little_more() {
     let folder = data();
     let bytes = std::fs::read(folder.join("quake-id-gpl/dm4.bsp")).unwrap();

@@ -1,5 +1,5 @@
 //! The rows of a mesh's bake against the exact rows of the level that the mesh is the faces of.
-#![cfg(feature = "quake")]
+#![cfg(feature = "full")]
 
 use enfilade::bake::BakeOptions;
 use enfilade::cells::{SplitOptions, Strategy};
@@ -77,7 +77,7 @@ fn the_level_read_by_hand_is_the_one_that_qbsp_reads() {
 
     // 1. Points are in the same leaves, and lengths survive the way to metres and back.
     let rows = enfilade::BitMatrix::new(world.leaves.len() - 1, 1);
-    assert_eq!(rows.rows(), Bsp::read(bytes).unwrap().leaves());
+    assert_eq!(rows.rows(), Bsp::read(bytes).unwrap().cells());
     for leaf in &world.leaves {
         let p = leaf.bounds.centre();
         assert_eq!(world.leaf_at(p), theirs.leaf_at_point(0, p.as_vec3()));

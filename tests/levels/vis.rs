@@ -13,7 +13,7 @@ use testing::grid::{Grid, Recipe};
 use testing::prt;
 use testing::random::Random;
 
-const OPTIONS: VisOptions = VisOptions { seed: 1, steps: 1_000_000, lines: 4 };
+const OPTIONS: VisOptions = VisOptions { seed: 1, steps: 1_000_000, lines: 4, fast: false };
 
 fn run(level: &Level) -> Vis {
     run_with(level, &OPTIONS).expect("a result")

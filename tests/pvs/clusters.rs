@@ -113,7 +113,6 @@ fn open_and_closed_cells_stay_apart() {
     assert_eq!(baked(&scene, Some(given), Some(10.0), 50_000).clusters, [1, 1, 2]);
 }
 
-#[cfg(feature = "quake")]
 mod level {
     use super::*;
     use enfilade::math::geom::{Plane, area, clip};

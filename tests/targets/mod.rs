@@ -66,9 +66,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "tiff", run: tiff, seeds: seeds::tiff, memory: [16 * MIB, 8192], share: 2 },
     Target { name: "hgt", run: hgt, seeds: seeds::hgt, memory: [MIB, 64], share: 4 },
     Target { name: "asc", run: asc, seeds: seeds::asc, memory: [MIB, 64], share: 4 },
-    #[cfg(feature = "quake")]
     Target { name: "bsp", run: bsp, seeds: seeds::bsp, memory: [MIB / 4, 64], share: 4 },
-    #[cfg(feature = "quake")]
     Target { name: "map", run: map, seeds: seeds::map, memory: [MIB, 4096], share: 10 },
     #[cfg(feature = "ifc")]
     Target { name: "ifc", run: ifc, seeds: seeds::ifc, memory: [64 * MIB, 4096], share: 100 },
@@ -258,7 +256,6 @@ fn asc(bytes: &[u8]) -> bool {
     raster("hostile.asc", bytes)
 }
 
-#[cfg(feature = "quake")]
 fn map(bytes: &[u8]) -> bool {
     let scene = enfilade_levels::quake::import_map_bytes(bytes, "hostile", &ImportOptions::default());
     if let Ok(scene) = &scene {
@@ -270,7 +267,6 @@ fn map(bytes: &[u8]) -> bool {
     read(scene)
 }
 
-#[cfg(feature = "quake")]
 fn bsp(bytes: &[u8]) -> bool {
     use enfilade_levels::bsp::Bsp;
     let Ok(bsp) = Bsp::read(bytes.to_vec()) else { return false };
@@ -278,7 +274,7 @@ fn bsp(bytes: &[u8]) -> bool {
         assert!(derived.level.portals.iter().flat_map(|p| p.cells).all(|c| (c as usize) < derived.level.cells));
     }
     if let Ok(Some(rows)) = bsp.rows() {
-        assert_eq!(rows.rows(), bsp.leaves());
+        assert_eq!(rows.rows(), bsp.cells());
     }
     let scene = enfilade_levels::quake::import_bytes(bytes.to_vec(), "hostile", &ImportOptions::default());
     if let Ok(scene) = &scene {

@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 use testing::boxes::flat;
 use testing::forge::{Shape, random_file, sample};
+use testing::games::{self, GAMES};
 use testing::glb::base64;
 use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
-#[cfg(feature = "quake")]
 use testing::quake::{AIR, Layout, bsp as level, three_rooms};
 
 /// Cells of the level that rows are read for.
@@ -206,12 +206,11 @@ pub fn asc() -> Vec<Vec<u8>> {
     vec![text.as_bytes().to_vec()]
 }
 
-#[cfg(feature = "quake")]
 pub fn bsp() -> Vec<Vec<u8>> {
-    [false, true].map(|bsp2| level(&three_rooms(AIR), Layout { bsp2, ..Layout::default() })).to_vec()
+    let of_quake = [false, true].map(|bsp2| level(&three_rooms(AIR), Layout { bsp2, ..Layout::default() }));
+    of_quake.into_iter().chain(GAMES.map(games::level)).collect()
 }
 
-#[cfg(feature = "quake")]
 pub fn map() -> Vec<Vec<u8>> {
     use testing::map::{block, entity, start, two_rooms};
     let door = entity("func_door", "", &[block([128, 32, 0], [136, 96, 64], "wood")]);

@@ -54,11 +54,6 @@ const IFC: Format = {
 #[cfg(not(feature = "ifc"))]
 const IFC: Format = Format::new("IFC", &["ifc", "ifczip"], None);
 
-#[cfg(feature = "quake")]
-const QUAKE: [Option<Read>; 2] = [Some(enfilade_levels::quake::import), Some(enfilade_levels::quake::import_map)];
-#[cfg(not(feature = "quake"))]
-const QUAKE: [Option<Read>; 2] = [None; 2];
-
 /// All formats; those that need a feature come last.
 pub const FORMATS: [Format; 9] = [
     Format::new("glTF", &["glb", "gltf"], Some(gltf::import)).with_open_up(),
@@ -67,9 +62,9 @@ pub const FORMATS: [Format; 9] = [
     Format::new("STL", &["stl"], Some(stl::import)).with_open_up(),
     Format::new("IndoorGML", &["gml"], Some(indoorgml::import)),
     Format::new("GeoJSON", &["geojson"], Some(geojson::import)),
+    Format::new("Quake level", &["bsp"], Some(enfilade_levels::quake::import)),
+    Format::new("Quake map", &["map"], Some(enfilade_levels::quake::import_map)),
     IFC.needs("ifc"),
-    Format::new("Quake level", &["bsp"], QUAKE[0]).needs("quake"),
-    Format::new("Quake map", &["map"], QUAKE[1]).needs("quake"),
 ];
 
 /// The format by a file's extension.

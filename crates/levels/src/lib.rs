@@ -9,15 +9,14 @@
 //! Proofs hold for the graph: the file guarantees that lines stay inside a cell between two of its portals. This is true for
 //! convex cells, such as leaves and clusters of a level's tree.
 
-#[cfg(feature = "quake")]
 pub mod bsp;
 pub mod compare;
+pub mod far;
 mod level;
 mod lines;
 mod parts;
 mod proof;
 pub mod prt;
-#[cfg(feature = "quake")]
 pub mod quake;
 pub mod rows;
 
@@ -46,11 +45,13 @@ pub struct VisOptions {
     pub steps: u64,
     /// Random lines from each directed portal, before any search.
     pub lines: u64,
+    /// Only the flood: cells that might see each other. Nothing is witnessed but neighbours.
+    pub fast: bool,
 }
 
 impl Default for VisOptions {
     fn default() -> Self {
-        Self { seed: 0, steps: 1_000_000, lines: 16 }
+        Self { seed: 0, steps: 1_000_000, lines: 16, fast: false }
     }
 }
 
@@ -146,7 +147,7 @@ pub fn digest(level: &Level, options: &VisOptions) -> Digest {
         portal.cells.iter().for_each(|c| hash.update(&c.to_le_bytes()));
         portal.winding.iter().flat_map(|p| p.to_array()).for_each(|x| hash.update(&x.to_bits().to_le_bytes()));
     }
-    let options = of_numbers(&[options.seed, options.steps, options.lines]).digest128();
+    let options = of_numbers(&[options.seed, options.steps, options.lines, options.fast.into()]).digest128();
     Digest { input: hash.digest128(), options, build: 0 }
 }
 
@@ -234,7 +235,12 @@ fn vis_joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, w
         lower.set(i, i);
         net.out(i).for_each(|p| _ = lower.set(i, net.target[p] as usize));
     }
-    let flooded = follow.map_or(0, |_| flooded(&net, &might_see));
+    if options.fast {
+        let mut upper = flooded(&net, &might_see);
+        upper.union_with(&lower);
+        return Ok(Vis { lower, upper, lines: Vec::new(), stats: VisStats::default() });
+    }
+    let flooded = follow.map_or(0, |_| flooded(&net, &might_see).count_ones());
     bounds("might-see", 0, &lower, flooded);
     let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
     bounds("lines", 0, &lower, flooded);
@@ -271,14 +277,18 @@ fn vis_joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, w
     Ok(Vis { lower, upper, lines: walks.iter().map(|w| walker.line(w)).collect(), stats })
 }
 
-/// Ordered pairs of cells that the flood leaves possible in both directions, and neighbours.
-fn flooded(net: &Net, might_see: &MightSee) -> u64 {
+/// Pairs of cells that the flood leaves possible in both directions, and neighbours.
+fn flooded(net: &Net, might_see: &MightSee) -> BitMatrix {
     let mut rows = BitMatrix::new(net.cells, net.cells);
     for i in 0..net.cells {
         rows.row_mut(i).copy_from_slice(&reached(net, might_see, net.out(i)));
         rows.set(i, i);
     }
-    (0..net.cells).map(|i| rows.ones(i).filter(|&j| rows.get(j, i)).count() as u64).sum()
+    let mut both = BitMatrix::new(net.cells, net.cells);
+    for i in 0..net.cells {
+        rows.ones(i).filter(|&j| rows.get(j, i)).for_each(|j| _ = both.set(i, j));
+    }
+    both
 }
 
 /// Checks that every portal leads to existing cells.

@@ -1,11 +1,15 @@
 //! Portal files (`.prt`) of level compilers: the portals between clusters, and the cluster of each leaf.
 //!
-//! Three dialects of a text format, a record per line:
+//! Dialects of a text format, a record per line:
 //!
 //! ```text
-//! PRT1      clusters, portals; then the portals. Every leaf is a cluster.
+//! PRT1      clusters, portals; then the portals. Every leaf is a cluster (Quake, Quake 2, Source).
 //! PRT2      leaves, clusters, portals; the portals; then for each cluster its leaves, ended by -1.
 //! PRT1-AM   clusters, portals, leaves; the portals; then for each leaf its cluster.
+//! Quake 3   PRT1, clusters, portals, faces; the portals, with a field `hint` before the points; then faces:
+//!           points cluster (x y z) ...
+//! Half-Life clusters, portals, without a magic; for each cluster the number of its leaves, which follow one another; the
+//!           portals. Its vis takes the numbers of leaves out.
 //! portal    points a b (x y z) (x y z) ...      counter-clockwise seen from b
 //! ```
 //!
@@ -39,6 +43,12 @@ pub enum Dialect {
     Prt2,
     /// `PRT1-AM`: a cluster for each leaf.
     Prt1Am,
+    /// `PRT1` with hints and faces: Quake 3.
+    Quake3,
+    /// Without a magic, with the number of each cluster's leaves: Half-Life.
+    HalfLife,
+    /// Likewise, without those numbers: Half-Life, after its vis.
+    HalfLifeBare,
 }
 
 impl fmt::Display for Dialect {
@@ -47,6 +57,9 @@ impl fmt::Display for Dialect {
             Self::Prt1 => "PRT1",
             Self::Prt2 => "PRT2",
             Self::Prt1Am => "PRT1-AM",
+            Self::Quake3 => "PRT1 of Quake 3",
+            Self::HalfLife => "Half-Life",
+            Self::HalfLifeBare => "Half-Life without leaves",
         })
     }
 }
@@ -58,7 +71,7 @@ pub struct Prt {
     pub dialect: Dialect,
     /// Clusters and portals; a cluster is a cell.
     pub level: Level,
-    /// The cluster that each leaf lies in.
+    /// The cluster that each leaf lies in. [`Dialect::HalfLifeBare`] has lost it: a leaf for each cluster.
     pub leaves: Vec<u32>,
 }
 
@@ -93,11 +106,8 @@ pub enum PrtFault {
         name: &'static str,
     },
     /// Another magic.
-    #[error("a portal file does not begin with '{0}'; PRT1, PRT2 and PRT1-AM are supported")]
+    #[error("a portal file does not begin with '{0}', but with PRT1, PRT2, PRT1-AM, or in Half-Life a number")]
     NotPrt(String),
-    /// An unsupported dialect.
-    #[error("{0} portal files are not supported; PRT1, PRT2 and PRT1-AM are")]
-    Dialect(&'static str),
     /// A missing field.
     #[error("missing")]
     Missing,
@@ -172,25 +182,13 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
     let mut reader = Reader { lines: text.lines(), line: 0, decimals: 0 };
 
     // 1. The grammar and the counts of the header.
-    let dialect = reader.magic()?;
-    let before = if dialect == Dialect::Prt2 { Some(reader.count("leaves", u64::from(u32::MAX))?) } else { None };
-    let clusters = reader.count("clusters", MOST_CLUSTERS)?;
-    let portal_count = reader.count("portals", u64::from(u32::MAX / 2))?;
-    let leaf_count = match (dialect, before) {
-        (_, Some(leaves)) => leaves,
-        // Without clusters there can be no leaves.
-        (Dialect::Prt1Am, None) => reader.count("leaves", if clusters > 0 { u64::from(u32::MAX) } else { 0 })?,
-        (_, None) => clusters,
-    };
-    if dialect == Dialect::Prt1 {
-        reader.refuse_quake3()?;
-    }
+    let head = reader.head()?;
+    let Head { dialect, clusters, clusters_line, .. } = head;
 
     // 2. Portals and the clusters that they name.
-    let clusters_line = if dialect == Dialect::Prt2 { 3 } else { 2 };
     let mut portals = Vec::new();
-    for _ in 0..portal_count {
-        portals.push(reader.portal(clusters)?);
+    for _ in 0..head.portals {
+        portals.push(reader.portal(clusters, dialect == Dialect::Quake3)?);
     }
     let mut named: Vec<u32> = portals.iter().flat_map(|p: &LevelPortal| p.cells).collect();
     named.sort_unstable();
@@ -201,18 +199,36 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
         return Err(PrtError { line: clusters_line, field: "clusters".into(), fault });
     }
 
-    // 3. The cluster of each leaf.
+    // 3. The cluster of each leaf, and the faces, which are not needed.
     let leaves = match dialect {
-        Dialect::Prt1 => (0..clusters as u32).collect(),
-        Dialect::Prt2 => reader.leaves_by_cluster(clusters, leaf_count)?,
-        Dialect::Prt1Am => reader.cluster_by_leaf(clusters, leaf_count)?,
+        Dialect::Prt1 | Dialect::Quake3 | Dialect::HalfLifeBare => (0..clusters as u32).collect(),
+        Dialect::Prt2 => reader.leaves_by_cluster(clusters, head.leaves)?,
+        Dialect::Prt1Am => reader.cluster_by_leaf(clusters, head.leaves)?,
+        Dialect::HalfLife => head.of_leaves,
     };
+    for _ in 0..head.faces {
+        reader.face(clusters)?;
+    }
     reader.end()?;
     let rounding = reader.rounding();
     Ok(Prt { dialect, level: Level { cells: clusters as usize, portals, rounding }, leaves })
 }
 
+/// What stands before the portals.
+struct Head {
+    dialect: Dialect,
+    clusters: u64,
+    /// The line of that number.
+    clusters_line: usize,
+    portals: u64,
+    leaves: u64,
+    faces: u64,
+    /// The cluster of each leaf ([`Dialect::HalfLife`]).
+    of_leaves: Vec<u32>,
+}
+
 /// Lines, without blank ones.
+#[derive(Clone)]
 struct Reader<'t> {
     lines: Lines<'t>,
     /// Of the last line read; one past the last line at the end.
@@ -236,23 +252,67 @@ impl<'t> Reader<'t> {
         self.next().ok_or_else(|| PrtError { line: self.line, field: field.into(), fault: PrtFault::Missing })
     }
 
-    fn magic(&mut self) -> Result<Dialect, PrtError> {
+    fn head(&mut self) -> Result<Head, PrtError> {
+        let begin = self.clone();
         let mut fields = self.expect("magic")?;
-        let dialect = match fields.next() {
+        let mut head = Head {
+            dialect: Dialect::Prt1,
+            clusters: 0,
+            clusters_line: 0,
+            portals: 0,
+            leaves: 0,
+            faces: 0,
+            of_leaves: Vec::new(),
+        };
+        head.dialect = match fields.next() {
             Some("PRT1") => Dialect::Prt1,
             Some("PRT2") => Dialect::Prt2,
             Some("PRT1-AM") => Dialect::Prt1Am,
-            // Half-Life's files begin with the number of leaves.
-            Some(n) if n.parse::<u32>().is_ok() => {
-                return Err(fields.error("magic", PrtFault::Dialect("Half-Life")));
-            }
+            // A number: Half-Life's files begin with that of clusters.
+            Some(n) if n.parse::<u32>().is_ok() => Dialect::HalfLifeBare,
             other => {
                 let begin: String = other.unwrap_or_default().chars().take(16).collect();
                 return Err(fields.error("magic", PrtFault::NotPrt(begin)));
             }
         };
-        fields.end("magic")?;
-        Ok(dialect)
+        if head.dialect == Dialect::HalfLifeBare {
+            *self = begin
+        } else {
+            fields.end("magic")?
+        }
+        if head.dialect == Dialect::Prt2 {
+            head.leaves = self.count("leaves", u64::from(u32::MAX))?;
+        }
+        head.clusters = self.count("clusters", MOST_CLUSTERS)?;
+        head.clusters_line = self.line;
+        head.portals = self.count("portals", u64::from(u32::MAX / 2))?;
+        match head.dialect {
+            // Without clusters there can be no leaves.
+            Dialect::Prt1Am => {
+                head.leaves = self.count("leaves", if head.clusters > 0 { u64::from(u32::MAX) } else { 0 })?
+            }
+            Dialect::Prt1 if self.is_number_next() => {
+                head.dialect = Dialect::Quake3;
+                head.faces = self.count("faces", u64::from(u32::MAX))?;
+            }
+            Dialect::HalfLifeBare if self.is_number_next() => {
+                head.dialect = Dialect::HalfLife;
+                for cluster in 0..head.clusters as u32 {
+                    let more =
+                        self.count(&format!("leaves of cluster {cluster}"), MOST_CLUSTERS - head.of_leaves.len() as u64)?;
+                    head.of_leaves.extend(std::iter::repeat_n(cluster, more as usize));
+                }
+            }
+            _ => {}
+        }
+        Ok(head)
+    }
+
+    /// Whether the next line is one number.
+    fn is_number_next(&self) -> bool {
+        self.clone().next().is_some_and(|mut fields| {
+            fields.next().is_some_and(|field| field.parse::<u32>().is_ok()) && fields.next().is_none()
+        })
     }
 
     /// A line with one count.
@@ -263,15 +323,7 @@ impl<'t> Reader<'t> {
         Ok(count)
     }
 
-    /// Quake 3's files begin alike, but also count solid faces: a line with one number in place of a portal.
-    fn refuse_quake3(&mut self) -> Result<(), PrtError> {
-        let mut ahead = Reader { lines: self.lines.clone(), line: self.line, decimals: 0 };
-        let Some(mut fields) = ahead.next() else { return Ok(()) };
-        let alone = fields.next().is_some_and(|f| f.parse::<u32>().is_ok()) && fields.next().is_none();
-        if alone { Err(fields.error("faces", PrtFault::Dialect("Quake 3"))) } else { Ok(()) }
-    }
-
-    fn portal(&mut self, clusters: u64) -> Result<LevelPortal, PrtError> {
+    fn portal(&mut self, clusters: u64, with_hint: bool) -> Result<LevelPortal, PrtError> {
         let mut fields = self.expect("portal")?;
         let points = fields.whole("points", 3, MOST_POINTS as u64)?;
         let most = clusters.saturating_sub(1);
@@ -280,13 +332,20 @@ impl<'t> Reader<'t> {
         if a == b {
             return Err(fields.error("second cluster", PrtFault::SameCluster(a)));
         }
-        let mut winding = Vec::new();
-        for k in 1..=points {
-            winding.push(fields.point(k, &mut self.decimals)?);
+        if with_hint {
+            fields.whole("hint", 0, 1)?;
         }
-        fields.end("after the last point")?;
+        let winding = fields.points(points, &mut self.decimals)?;
         sound(&winding).map_err(|fault| fields.error("winding", fault))?;
         Ok(LevelPortal { cells: [a, b], winding })
+    }
+
+    /// A solid polygon on a cluster's border.
+    fn face(&mut self, clusters: u64) -> Result<(), PrtError> {
+        let mut fields = self.expect("face")?;
+        let points = fields.whole("points", 3, MOST_POINTS as u64)?;
+        fields.whole("cluster", 0, clusters.saturating_sub(1))?;
+        fields.points(points, &mut 0).map(drop)
     }
 
     /// A line per cluster: its leaves, ended by -1.
@@ -397,6 +456,13 @@ impl<'t> Fields<'t> {
             self.rest = before;
         }
         found
+    }
+
+    /// The points at the end of a line.
+    fn points(&mut self, count: u64, decimals: &mut usize) -> Result<Vec<DVec3>, PrtError> {
+        let points = (1..=count).map(|k| self.point(k, decimals)).collect::<Result<Vec<_>, _>>()?;
+        self.end("after the last point")?;
+        Ok(points)
     }
 
     /// `(x y z)`.

@@ -1,4 +1,5 @@
 //! Maps against the levels that were compiled of them.
+#![cfg(feature = "full")]
 
 use super::cells;
 use super::solids::{Solid, solids};

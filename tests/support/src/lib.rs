@@ -10,6 +10,7 @@ pub mod eyes;
 pub mod files;
 pub mod floor;
 pub mod forge;
+pub mod games;
 pub mod glb;
 pub mod grid;
 pub mod ground;

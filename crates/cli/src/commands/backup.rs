@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Copies a file that is about to be replaced with `bytes`, and returns the copy's name: `FILE.bak`, or `FILE.bak.2` and so on if
+/// Copies a file that is about to be replaced with `bytes`, and returns the copy's name: `FILE.old`, or `FILE.old.2` and so on if
 /// older copies exist. Makes no copy if the bytes are the same.
 pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError> {
     let before = fs::read(path).map_err(|e| at(path, e))?;
@@ -14,7 +14,7 @@ pub fn backed_up(path: &Path, bytes: &[u8]) -> Result<Option<PathBuf>, CliError>
     }
     for number in 1u32.. {
         let mut name = path.as_os_str().to_owned();
-        name.push(if number == 1 { ".bak".to_owned() } else { format!(".bak.{number}") });
+        name.push(if number == 1 { ".old".to_owned() } else { format!(".old.{number}") });
         let backup = PathBuf::from(name);
         match File::create_new(&backup) {
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => (),

@@ -82,8 +82,8 @@ pub fn prose(a: &Against, path: &Path) -> String {
     for line in a.lost.iter().take(MOST_LINES) {
         let [x, y] = line.cells;
         let portals: Vec<String> = line.portals.iter().map(|p| (p / 2).to_string()).collect();
-        let (from, to) = (line.from.to_array(), line.to.to_array());
-        lines.push(format!("  it lacks {x} {y}: the line from {from:?} to {to:?} through portals {}", portals.join(" ")));
+        let [from, to] = [line.from, line.to].map(|p| format!("{:.1} {:.1} {:.1}", p.x, p.y, p.z));
+        lines.push(format!("  it lacks {x} {y}: setpos {from}, and look at {to}, through portals {}", portals.join(" ")));
     }
     if a.lost.len() > MOST_LINES {
         lines.push(format!("  and {} more; --json lists them all", a.lost.len() - MOST_LINES));

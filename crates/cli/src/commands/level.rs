@@ -2,9 +2,8 @@
 
 use super::{CliError, at};
 use enfilade::BitMatrix;
-#[cfg(feature = "quake")]
 use enfilade_levels::bsp::Bsp;
-use enfilade_levels::prt::{Prt, read_prt};
+use enfilade_levels::prt::{Dialect, Prt, read_prt};
 use enfilade_levels::{Level, VisOptions};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
@@ -26,28 +25,7 @@ pub struct SearchFlags {
 impl SearchFlags {
     /// The library's options.
     pub fn options(&self, seed: u64) -> VisOptions {
-        VisOptions { seed, steps: self.steps, lines: self.lines }
-    }
-}
-
-/// Stands for a Quake level in a binary without that feature; it has no values.
-#[cfg(not(feature = "quake"))]
-pub enum Bsp {}
-
-#[cfg(not(feature = "quake"))]
-impl Bsp {
-    fn rows(&self) -> Result<Option<BitMatrix>, String> {
-        match *self {}
-    }
-
-    /// Never called.
-    pub fn ambient_levels(&self, _: &BitMatrix, _: &[u32]) -> Result<Vec<[u8; 4]>, String> {
-        match *self {}
-    }
-
-    /// Never called.
-    pub fn with_rows(&self, _: &BitMatrix, _: &[u32], _: Option<&[[u8; 4]]>) -> Result<Vec<u8>, String> {
-        match *self {}
+        VisOptions { seed, steps: self.steps, lines: self.lines, fast: false }
     }
 }
 
@@ -57,9 +35,9 @@ pub struct Input {
     pub level: Level,
     /// Cluster of each leaf.
     pub clusters: Vec<u32>,
-    /// The Quake level, if the input is one.
+    /// The level's file, if the input is one.
     pub bsp: Option<Bsp>,
-    /// Source of the portals: `PRT1`, `PRT2`, `PRT1-AM` or `tree`.
+    /// Source of the portals: the dialect of a portal file, or `tree`.
     pub portals_from: String,
     /// Portals of the tree that were too narrow and left out.
     pub slivers: usize,
@@ -111,19 +89,13 @@ impl Input {
         self.cluster_at(DVec3::new(x, y, z)).map_err(|e| format!("{word}: {e}"))
     }
 
-    #[cfg(feature = "quake")]
     fn cluster_at(&self, point: DVec3) -> Result<u32, String> {
         if point.is_nan() {
             return Err("a point has three numbers, as 480,-352,88".into());
         }
         let bsp = self.bsp.as_ref().ok_or("a .prt has no positions of its clusters; give the .bsp, or a number")?;
-        let leaf = bsp.leaf_at(point).ok_or("lies in a wall or outside the level")?;
+        let leaf = bsp.cell_at(point).ok_or("lies in a wall or outside the level")?;
         Ok(self.clusters[leaf])
-    }
-
-    #[cfg(not(feature = "quake"))]
-    fn cluster_at(&self, _: DVec3) -> Result<u32, String> {
-        Err("a .prt has no positions of its clusters; give a number".into())
     }
 
     fn of_prt(prt: Prt, bsp: Option<Bsp>) -> Self {
@@ -131,38 +103,73 @@ impl Input {
         Self { level: prt.level, clusters: prt.leaves, bsp, portals_from, slivers: 0, notes: Vec::new() }
     }
 
-    #[cfg(not(feature = "quake"))]
-    fn of_bsp(path: &Path) -> Result<Self, CliError> {
-        Err(at(path, "this binary reads no .bsp; build it with `--features quake`, or give the level's .prt"))
-    }
-
-    #[cfg(feature = "quake")]
     fn of_bsp(path: &Path) -> Result<Self, CliError> {
         let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
         let bsp = Bsp::read(bytes).map_err(|e| at(path, e))?;
         let beside = path.with_extension("prt");
-        let mut notes = Vec::new();
         if beside.exists() {
-            match prt_file(&beside) {
-                Ok(prt) => {
-                    let fit = bsp.fit(&prt);
-                    let says = format!("{} {fit}", beside.display());
-                    if fit.is_taken() {
-                        let notes =
-                            if fit.elsewhere.is_empty() { Vec::new() } else { vec![format!("{says}; it is used anyway")] };
-                        return Ok(Self { notes, ..Self::of_prt(prt, Some(bsp)) });
-                    }
-                    notes.push(format!("{says}: it belongs to another level; portals come from the BSP tree"));
-                }
-                Err(e) => notes.push(format!("{e}: portals come from the BSP tree")),
-            }
+            return Self::of_both(path, bsp, &beside);
         }
         let derived = bsp.level().map_err(|e| at(path, e))?;
-        let clusters = (0..bsp.leaves() as u32).collect();
+        let clusters = (0..bsp.cells() as u32).collect();
         let (level, slivers) = (derived.level, derived.slivers);
+        let mut notes = Vec::new();
+        if bsp.is_by_leaf() {
+            notes.push("no .prt beside it: portals come from the tree, and each leaf is a cluster of its own".into());
+        }
         Ok(Self { level, clusters, bsp: Some(bsp), portals_from: "tree".into(), slivers, notes })
     }
+
+    /// A level and the portal file beside it, which has to be this level's.
+    fn of_both(path: &Path, bsp: Bsp, beside: &Path) -> Result<Self, CliError> {
+        let mut prt = prt_file(beside)?;
+        let mut notes = Vec::new();
+        if prt.dialect == Dialect::HalfLifeBare && prt.level.cells != bsp.cells() {
+            let by_offset =
+                bsp.clusters_by_offset().filter(|c| c.last().is_some_and(|&c| c as usize + 1 == prt.level.cells));
+            prt.leaves = by_offset.ok_or_else(|| {
+                let what = format!(
+                    "has {} clusters without their leaves, the level {} leaves, and its rows don't tell which belong together; \
+                     compile with -nofixprt to keep them, or remove the file: then portals come from the tree",
+                    prt.level.cells,
+                    bsp.cells()
+                );
+                at(beside, what)
+            })?;
+            notes.push(format!(
+                "{}: the leaves of each cluster come from the rows that they share in the level",
+                beside.display()
+            ));
+        }
+        let fit = bsp.fit(&prt);
+        if !fit.is_taken() {
+            return Err(at(
+                beside,
+                format!("{fit}: it belongs to another level; remove it, and portals come from the tree"),
+            ));
+        }
+        if !fit.elsewhere.is_empty() {
+            notes.push(format!("{} {fit}; it is used anyway", beside.display()));
+        }
+        notes.extend(older(beside, path).filter(|_| !bsp.has_rows()));
+        Ok(Self { notes, ..Self::of_prt(prt, Some(bsp)) })
+    }
 }
+
+/// What to say of a portal file that is older than its level, as after a compilation that leaked.
+fn older(prt: &Path, level: &Path) -> Option<String> {
+    let time = |path: &Path| std::fs::metadata(path).and_then(|data| data.modified()).ok();
+    let (of_prt, of_level) = (time(prt)?, time(level)?);
+    // Compilers write both in one run, and in either order.
+    let seconds = of_level.duration_since(of_prt).ok()?.as_secs();
+    (seconds > SAME_RUN).then(|| {
+        let age = if seconds < 7200 { format!("{} minutes", seconds / 60) } else { format!("{} hours", seconds / 3600) };
+        format!("{} is {age} older than the level; if its compiler told of a leak, mend that first", prt.display())
+    })
+}
+
+/// Seconds between two files of one run of a compiler.
+const SAME_RUN: u64 = 600;
 
 fn prt_file(path: &Path) -> Result<Prt, CliError> {
     let bytes = std::fs::read(path).map_err(|e| at(path, e))?;

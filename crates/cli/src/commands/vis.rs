@@ -12,8 +12,9 @@ use super::{CliError, Outcome, RunFlags, at};
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade_levels::compare::against;
+use enfilade_levels::far::limit;
 use enfilade_levels::rows::{write_lists, write_rows};
-use enfilade_levels::{Vis, VisError, VisRows, VisStats, digest, vis, vis_rows};
+use enfilade_levels::{Vis, VisError, VisOptions, VisRows, VisStats, digest, vis, vis_rows};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -23,17 +24,26 @@ use std::time::Instant;
 #[derive(clap::Args)]
 pub struct Args {
     /// The level: .prt or .bsp
-    #[arg(value_name = "LEVEL.prt|LEVEL.bsp")]
+    #[arg(value_name = "LEVEL.prt|LEVEL.bsp", value_parser = level_of)]
     input: PathBuf,
     /// Write the rows as text: a line per cluster, `c n: id id ...`
     #[arg(long, value_name = "FILE")]
     rows: Option<PathBuf>,
-    /// The level to write, for a .bsp [default: LEVEL.bsp itself, with a backup LEVEL.bsp.bak]
+    /// The level to write, for a .bsp [default: LEVEL.bsp itself, with a backup LEVEL.bsp.old]
     #[arg(short, long, value_name = "OUT.bsp")]
     output: Option<PathBuf>,
     /// Keep the ambient levels of a .bsp: the loudness of water, sky and lava in each leaf
     #[arg(long)]
     no_ambient: bool,
+    /// Only the flood through portals: a first look in a moment, with about twice the pairs
+    #[arg(long)]
+    fast: bool,
+    /// Leave out clusters farther apart than this, in the level's units; farz: than Source's fog lets a player see
+    #[arg(long, value_name = "UNITS|farz")]
+    visdist: Option<String>,
+    /// Keep no copy of the level that is written over
+    #[arg(long, conflicts_with = "output")]
+    no_backup: bool,
     #[command(flatten)]
     search: SearchFlags,
     /// Print JSON to stdout; docs/cli.md lists the keys
@@ -63,6 +73,21 @@ impl Args {
         }
     }
 
+    /// The greatest distance of pairs, if it is limited.
+    fn farthest(&self, input: &Input) -> Result<Option<f64>, CliError> {
+        let Some(word) = &self.visdist else { return Ok(None) };
+        if word == "farz" {
+            let bsp =
+                input.bsp.as_ref().ok_or_else(|| at(&self.input, "is no level with a fog; give --visdist a number"))?;
+            let far = bsp.far_z().map_err(|e| at(&self.input, e))?;
+            return far.map(Some).ok_or_else(|| at(&self.input, "has no fog with a farz; give --visdist a number"));
+        }
+        match word.parse() {
+            Ok(units) if units > 0.0 && f64::is_finite(units) => Ok(Some(units)),
+            _ => Err(CliError(format!("--visdist {word}: takes a distance in the level's units, as 4096, or farz"))),
+        }
+    }
+
     /// Input and output files.
     pub fn files(&self) -> Files {
         let alone = self.workers.folder().is_none();
@@ -72,6 +97,15 @@ impl Args {
         let files = files.writes(&state, Kind::State).fills(&self.workers.folder());
         if self.is_in_place() { files.writes_back(&self.input, Kind::Bsp) } else { files }
     }
+}
+
+/// The level that a word names. Of a map, it is the one beside it, as for q3map2, whose place `vis` has in an editor's menu.
+
+fn level_of(word: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(word);
+    let level = path.with_extension("bsp");
+    let is_map = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("map"));
+    Ok(if is_map && level.is_file() { level } else { path })
 }
 
 /// Runs the command.
@@ -91,7 +125,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let read = begin.elapsed().as_secs_f64();
 
     // 2. Both bounds.
-    let options = args.search.options(args.run.seed);
+    let far = args.farthest(&input)?;
+    let options = VisOptions { fast: args.fast, ..args.search.options(args.run.seed) };
     let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
     let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
     let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
@@ -99,14 +134,18 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
         return kept.stopped();
     }
     let mut stages = Stages::default();
-    let is_whole = output.is_some() || theirs.is_some();
+    let is_whole = output.is_some() || theirs.is_some() || far.is_some();
     let result = followed(&kept, &mut stages, |work| match is_whole {
         true => vis(&input.level, &options, None, work).map(Found::Whole),
         false => vis_rows(&input.level, &options, work).map(Found::Rows),
     });
-    let result = match result {
+    let mut result = match result {
         Err(VisError::Stopped(_)) => return kept.stopped(),
         result => result.map_err(|e| CliError(e.to_string()))?,
+    };
+    let too_far = match (&mut result, far) {
+        (Found::Whole(vis), Some(units)) => Some(limit(&input.level, vis, units)),
+        _ => None,
     };
 
     // 3. Output files. The state is deleted last.
@@ -120,6 +159,9 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 4. The report.
     let mut report = report(&input, &result.totals());
     written.tell(&mut report);
+    if let Some(pairs) = too_far {
+        report["too_far_pairs"] = pairs.into();
+    }
     report["stage_seconds"] = stage_seconds(read, &stages, write);
     report["seconds"] = begin.elapsed().as_secs_f64().into();
     report["peak_rss_mb"] = peak_rss_mb().into();
@@ -135,7 +177,8 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     if let (Some(path), Some(beside)) = (&args.search.against, &beside) {
         super::prose(&super::compare::prose(beside, path), args.json)?;
     }
-    Ok(Outcome::Done)
+    let lacks = beside.is_some_and(|beside| !beside.lost.is_empty());
+    Ok(if lacks { Outcome::Failed } else { Outcome::Done })
 }
 
 /// Output besides rows.
@@ -145,6 +188,10 @@ struct Written {
     ambient: Option<Vec<[u8; 4]>>,
     /// The copy of the old level, if it was written in place.
     backup: Option<PathBuf>,
+    /// Bytes of the visibility lump.
+    lump: Option<usize>,
+    /// The game's name for what can be heard, and its ordered pairs.
+    heard: Option<(&'static str, u64)>,
 }
 
 impl Written {
@@ -153,6 +200,13 @@ impl Written {
         if let Some(levels) = &self.ambient {
             let hear = |sound: usize| levels.iter().filter(|leaf| leaf[sound] > 0).count();
             report["ambient_leaves"] = json!({ "water": hear(0), "sky": hear(1), "slime": hear(2), "lava": hear(3) });
+        }
+        if let Some(lump) = self.lump {
+            report["lump_bytes"] = lump.into();
+        }
+        if let Some((name, pairs)) = self.heard {
+            let clusters = report["clusters"].as_f64().unwrap_or_default().max(1.0);
+            report["heard"] = json!({ "name": name, "pairs": pairs, "mean": pairs as f64 / clusters });
         }
         if let Some(backup) = &self.backup {
             report["backup"] = backup.to_string_lossy().into();
@@ -173,11 +227,12 @@ fn write(args: &Args, input: &Input, output: Option<&Path>, result: &Found) -> R
         return Ok(Written::default());
     };
     let ambient = (!args.no_ambient).then(|| bsp.ambient_levels(&whole.upper, &input.clusters));
-    let ambient = ambient.transpose().map_err(|e| at(&args.input, e))?;
-    let bytes = bsp.with_rows(&whole.upper, &input.clusters, ambient.as_deref()).map_err(|e| at(&args.input, e))?;
-    let backup = if args.is_in_place() { backed_up(path, &bytes)? } else { None };
-    replace_file(path, |out| out.write_all(&bytes)).map_err(|e| at(path, e))?;
-    Ok(Written { ambient, backup })
+    let ambient = ambient.transpose().map_err(|e| at(&args.input, e))?.flatten();
+    let new = bsp.with_rows(&whole.upper, &input.clusters, ambient.as_deref()).map_err(|e| at(&args.input, e))?;
+    let backup = if args.is_in_place() && !args.no_backup { backed_up(path, &new.bytes)? } else { None };
+    replace_file(path, |out| out.write_all(&new.bytes)).map_err(|e| at(path, e))?;
+    let heard = bsp.second().zip(new.heard_pairs);
+    Ok(Written { ambient, backup, lump: Some(new.lump), heard })
 }
 
 /// The result: complete if an output needs that, or rows only.
@@ -285,6 +340,15 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
     }
     if s("/capped") > 0.0 {
         lines.push(format!("{} searches ran out of steps (--steps): their undecided pairs stay in the rows", n("/capped")));
+    }
+    if let Some(name) = report.pointer("/heard/name").and_then(Value::as_str) {
+        lines.push(format!("{:.1} clusters are heard on average ({name})", s("/heard/mean")));
+    }
+    if s("/lump_bytes") > 0.0 {
+        lines.push(format!("{} bytes of visibility", n("/lump_bytes")));
+    }
+    if report["too_far_pairs"].is_u64() {
+        lines.push(format!("{} pairs of clusters are too far apart (--visdist) and left out", n("/too_far_pairs")));
     }
     lines.extend(files.into_iter().flatten().map(|f| format!("{} written", f.display())));
     lines.extend(report["backup"].as_str().map(|backup| format!("{backup}: a copy of the old level")));

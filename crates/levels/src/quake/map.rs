@@ -14,12 +14,12 @@ mod flood;
 mod text;
 mod union;
 
-use super::portals::{derive, sink};
 use super::texels::{Texture, Textures};
 use super::textures::{is_see_through, is_undrawn, material};
-use super::tree::Tree;
 use super::world::{UNIT, half_spaces, leaves_of, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
+use crate::bsp::portals::{derive, sink};
+use crate::bsp::tree::Tree;
 use alignment::texture_coordinates;
 use brush::{Brush, ON, Side, planes};
 use enfilade::math::geom::{Aabb, middle};
@@ -88,7 +88,7 @@ pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &Imp
 
     // 2. The visible faces of the world, by leaf and texture.
     let named = map.entities.first().and_then(|world| value(world, "wad")).unwrap_or_default();
-    let textures = if builder.is_traced() { Textures::read(None, path, &named, options) } else { Textures::default() };
+    let textures = if builder.is_traced() { Textures::read(&[], path, &named, options) } else { Textures::default() };
     add_structure(&mut builder, &textures, &tree, &parts, &structure)?;
 
     // 3. Brushes that do not split space.
@@ -125,7 +125,7 @@ fn add_structure(
         let texture = side.texture.as_str();
         if !is_undrawn(texture) {
             for piece in sink(tree, tree.root, part.winding.clone(), &part.plane.flipped(), ON, false) {
-                groups.entry((piece.leaf.unwrap_or_default(), texture)).or_default().push((piece.winding, side));
+                groups.entry((piece.leaf, texture)).or_default().push((piece.winding, side));
             }
         }
     }

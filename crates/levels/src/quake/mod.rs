@@ -1,30 +1,19 @@
-//! Quake 1 levels (`.bsp`, bsp29 and BSP2): the tree with its leaves and portals, and the faces as a scene. Maps (`.map`), the
-//! sources of levels: a tree over their brushes.
-//!
-//! Leaf 0 is solid; the world's leaves follow, and leaf `i + 1` is cell `i` here. The `qbsp` crate decodes the entries of lumps,
-//! one lump at a time, after lengths and bounds are checked here: its own reader asserts, and allocates by unchecked counts.
+//! Levels as scenes: the faces of a compiled level ([`crate::bsp`]) with its leaves and portals, and maps (`.map`), the sources of
+//! levels, with a tree over their brushes.
 //!
 //! Air and liquids are see-through (with or without translucent water in the game, nothing is missing). Solids are not, nor is
 //! sky, behind which games draw nothing.
 
-mod bsp;
-mod entities;
 mod faces;
-mod fences;
-mod fit;
-pub(crate) mod layout;
 mod map;
-mod portals;
 mod texels;
 mod textures;
-pub(crate) mod tree;
 mod world;
 
-pub use bsp::Bsp;
+use crate::bsp::fences;
+use crate::bsp::{Bsp, BspError};
 use enfilade::scene::whole_file;
 use enfilade::scene::{ImportError, ImportOptions, Scene};
-pub use fit::Fit;
-pub use layout::BspError;
 use std::path::Path;
 
 /// Reads a level: the faces of the world and of brush models, and the leaves as cells. A unit is 1/32 m unless the options

@@ -4,11 +4,9 @@
 //! into a palette of 256 colours: Quake's own, or, in WAD3, one behind the texels. In textures whose names begin with `{`, the
 //! last colour is a hole. Invalid data is skipped: appearance never makes an import fail.
 
-use super::layout::Source;
-use super::tree::{texture_entry, texture_name, texture_names, word};
+use crate::bsp::faces::{texture_entry, texture_name, word};
 use enfilade::scene::sidecar::Sidecars;
 use enfilade::scene::{ImportOptions, Picture};
-use qbsp::QUAKE_PALETTE;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -25,6 +23,8 @@ const HEAD: usize = 40;
 const KINDS: [u8; 2] = [0x44, 0x43];
 /// Colours of a palette.
 const COLOURS: usize = 256;
+/// Quake's own palette, red, green and blue of each colour: its file `gfx/palette.lmp` (J. Carmack, 1996; public domain since 1999).
+const QUAKE_PALETTE: &[u8] = include_bytes!("palette.lmp");
 
 /// A texture that was found.
 pub(super) struct Texture {
@@ -41,14 +41,12 @@ pub(super) struct Textures {
 }
 
 impl Textures {
-    /// Textures of a level, then of WADs beside it; `named`: names of WADs, separated by semicolons.
-    pub fn read(source: Option<&Source<'_>>, path: Option<&Path>, named: &str, options: &ImportOptions) -> Self {
+    /// Textures of a level's lump, then of WADs beside it; `named`: names of WADs, separated by semicolons.
+    pub fn read(own: &[u8], path: Option<&Path>, named: &str, options: &ImportOptions) -> Self {
         let mut textures = Self::default();
-        if let Some(source) = source {
-            for texture in 0..texture_names(source) {
-                if let (Some(name), Some(bytes)) = (texture_name(source, texture), texture_entry(source, texture)) {
-                    textures.add(name, bytes, false);
-                }
+        for texture in 0..(word(own, 0).unwrap_or(0) as usize).min(own.len() / 4) {
+            if let (Some(name), Some(bytes)) = (texture_name(own, texture), texture_entry(own, texture)) {
+                textures.add(name, bytes, false);
             }
         }
         let beside = Sidecars { folder: path.and_then(Path::parent), under: options.files_under.as_deref() };
@@ -113,7 +111,7 @@ fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], Palette)
         let at = smallest.checked_add((size[0] / 8) as usize * (size[1] / 8) as usize + 2)?;
         bytes.get(at..)?.as_chunks::<3>().0.get(..COLOURS)?.try_into().ok()
     };
-    Some((size, texels, if has_palette { own()? } else { QUAKE_PALETTE.colors }))
+    Some((size, texels, if has_palette { own()? } else { QUAKE_PALETTE.as_chunks::<3>().0.try_into().ok()? }))
 }
 
 fn png([width, height]: [u32; 2], texels: &[u8], palette: Palette, has_holes: bool) -> Option<Vec<u8>> {

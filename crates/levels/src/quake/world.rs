@@ -4,21 +4,24 @@
 //! behind it, `clip`, `skip`, `trigger`, `hint` and `origin` are not drawn. An object is the faces of one leaf with one texture.
 //! Doors (`func_door...`) are doors; other brush models hide nothing, because they may move. Triggers are not drawn.
 
-use super::entities::entities;
-use super::faces::Faces;
-use super::layout::*;
-use super::portals::Between;
+use super::malformed;
 use super::texels::Textures;
 use super::textures::{is_see_through, is_undrawn};
-use super::tree::{Child, Tree, marked_faces};
-use super::{Bsp, malformed};
+use crate::bsp::entities::entities;
+use crate::bsp::error::entry;
+use crate::bsp::faces::Faces;
+use crate::bsp::faces::marked_faces;
+use crate::bsp::file::LevelFile;
+use crate::bsp::layout::Lump;
+use crate::bsp::portals::Between;
+use crate::bsp::tree::{Child, Tree};
+use crate::bsp::{Bsp, BspError};
 use enfilade::math::geom::Plane;
-use enfilade::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source as SceneSource};
+use enfilade::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source};
 use enfilade::types::hints::Leaves;
 use enfilade::types::level::LevelPortal;
 use enfilade::types::note::Note;
 use glam::DVec3;
-use qbsp::data::BspModel;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
@@ -32,10 +35,10 @@ const MOST_DEEP: usize = 1024;
 const MOST_HALF_SPACES: usize = 1 << 24;
 
 /// The textures of a level and of its WADs.
-fn textures(source: &Source<'_>, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, ImportError> {
-    let world = entities(source.lump(ENTITIES)).map_err(malformed)?.into_iter().next();
+fn textures(file: &LevelFile, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, BspError> {
+    let world = entities(&file.lump(Lump::Entities)?)?.into_iter().next();
     let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
-    Ok(Textures::read(Some(source), path, named, options))
+    Ok(Textures::read(&file.lump(Lump::Textures)?, path, named, options))
 }
 
 /// The level as a scene; `path` is its file, if it has one. `walls`: faces that are opaque with any texture, ascending.
@@ -46,26 +49,25 @@ pub(super) fn scene(
     options: &ImportOptions,
     walls: &[usize],
 ) -> Result<Scene, ImportError> {
-    let source = bsp.source();
+    let file = &bsp.file;
     let unit = options.metres_per_unit.unwrap_or(UNIT);
     let mut builder = SceneBuilder::new(
         options,
-        SceneSource { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
+        Source { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
     );
-    let faces = Faces::read(&source).map_err(malformed)?;
-    let textures = if builder.is_traced() { textures(&source, path, options)? } else { Textures::default() };
-    let models: Vec<BspModel> = source.entries(MODELS).map_err(malformed)?;
-    let ranges = ranges(&models, faces.faces.len()).map_err(malformed)?;
+    let faces = Faces::read(file).map_err(malformed)?;
+    let textures = if builder.is_traced() { textures(file, path, options).map_err(malformed)? } else { Textures::default() };
+    let ranges = ranges(file, faces.faces.len()).map_err(malformed)?;
     let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
 
     // 1. The world; faces without a leaf come last. `Bsp::read` has checked that there is a world.
-    let leaf_of = first_leaves(&source, faces.faces.len()).map_err(malformed)?;
+    let leaf_of = first_leaves(file, faces.faces.len()).map_err(malformed)?;
     let mut meshes = Meshes { faces: &faces, textures: &textures, builder: &mut builder, unit };
     meshes.add_world(ranges[0].clone(), &leaf_of, walls)?;
 
     // 2. Brush models.
     let (mut triggers, mut shown) = (0, 0);
-    for (model, class) in brush_models(source.lump(ENTITIES), models.len()).map_err(malformed)? {
+    for (model, class) in brush_models(file, ranges.len()).map_err(malformed)? {
         if class.starts_with("trigger") {
             triggers += 1;
             continue;
@@ -73,7 +75,7 @@ pub(super) fn scene(
         meshes.add_model(&format!("{class} *{model}"), ranges[model].clone())?;
         shown += 1;
     }
-    let unnamed = models.len().saturating_sub(1 + triggers + shown);
+    let unnamed = ranges.len().saturating_sub(1 + triggers + shown);
     if triggers + unnamed > 0 {
         let note = format!("{triggers} triggers and {unnamed} brush models without an entity are not drawn");
         builder.source.notes.push(Note::detail(note));
@@ -157,30 +159,32 @@ pub(super) fn leaves_of(between: Between, half_spaces: Vec<Vec<Plane>>, unit: f6
 }
 
 /// The faces of each model; they do not overlap.
-fn ranges(models: &[BspModel], faces: usize) -> Result<Vec<Range<usize>>, BspError> {
+fn ranges(file: &LevelFile, faces: usize) -> Result<Vec<Range<usize>>, BspError> {
+    let lump = file.lump(Lump::Models)?;
+    let models = file.records(Lump::Models, &lump, file.layout.model.size)?;
     let mut all = 0usize;
-    let range = |(i, model): (usize, &BspModel)| {
-        let (first, count) = (model.first_face as usize, model.num_faces as usize);
+    let range = |model| {
+        let [first, count] = file.layout.model.faces.map(|field| models.index(model, field));
         all = all.saturating_add(count);
         match first.saturating_add(count).max(all) {
             end if end <= faces => Ok(first..first + count),
-            end => Err(entry(MODELS, i, format!("its faces end at {end}, but there are {faces}"))),
+            end => Err(entry(Lump::Models, model, format!("its faces end at {end}, but there are {faces}"))),
         }
     };
-    models.iter().enumerate().map(range).collect()
+    (0..models.len()).map(range).collect()
 }
 
 /// The first leaf of each face; `usize::MAX` for none.
-fn first_leaves(source: &Source<'_>, faces: usize) -> Result<Vec<usize>, BspError> {
+fn first_leaves(file: &LevelFile, faces: usize) -> Result<Vec<usize>, BspError> {
     let mut first = vec![usize::MAX; faces];
-    marked_faces(source, faces, |leaf, face| first[face] = first[face].min(leaf))?;
+    marked_faces(file, faces, |leaf, face| first[face] = first[face].min(leaf))?;
     Ok(first)
 }
 
 /// Brush models with the class of their first entity, in the order of entities.
-fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspError> {
+fn brush_models(file: &LevelFile, models: usize) -> Result<Vec<(usize, String)>, BspError> {
     let (mut found, mut known) = (Vec::new(), BTreeSet::new());
-    for (i, e) in entities(lump)?.iter().enumerate() {
+    for (i, e) in entities(&file.lump(Lump::Entities)?)?.iter().enumerate() {
         let Some(number) = e.get("model").and_then(|m| m.strip_prefix('*')) else { continue };
         match number.parse() {
             Ok(model) if (1..models).contains(&model) => {
@@ -190,7 +194,7 @@ fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspE
                 let class: String = e.get("classname").unwrap_or("unnamed").chars().take(64).collect();
                 found.push((model, class));
             }
-            _ => return Err(entry(ENTITIES, i, format!("its model *{number:.32} doesn't exist"))),
+            _ => return Err(entry(Lump::Entities, i, format!("its model *{number:.32} doesn't exist"))),
         }
     }
     Ok(found)
@@ -198,27 +202,28 @@ fn brush_models(lump: &[u8], models: usize) -> Result<Vec<(usize, String)>, BspE
 
 /// Half-spaces of the world's leaves from 1 on, from the root down; empty for leaves that the tree does not reach.
 pub(super) fn half_spaces(tree: &Tree) -> Result<Vec<Vec<Plane>>, BspError> {
-    let (mut leaves, mut all) = (vec![Vec::new(); tree.vis_leaves], 0);
+    let (mut leaves, mut all) = (vec![Vec::new(); tree.cells], 0);
     let mut way: Vec<Plane> = Vec::new();
     let mut stack = vec![(tree.root, None, 0)];
     while let Some((child, half_space, depth)) = stack.pop() {
         way.truncate(depth);
         way.extend(half_space);
         match child {
-            Child::Leaf(leaf) if tree.leaves[leaf].open => {
-                all += way.len();
-                leaves[leaf - 1].clone_from(&way);
+            Child::Leaf(leaf) => {
+                if let Some(cell) = tree.leaves[leaf].cell {
+                    all += way.len();
+                    leaves[cell as usize].clone_from(&way);
+                }
             }
-            Child::Leaf(_) => {}
             Child::Node(n) => {
                 let node = &tree.nodes[n];
                 stack.push((node.children[1], Some(node.plane), way.len()));
                 stack.push((node.children[0], Some(node.plane.flipped()), way.len()));
                 if way.len() > MOST_DEEP {
-                    return Err(entry(NODES, n, format!("is more than {MOST_DEEP} deep in the tree")));
+                    return Err(entry(Lump::Nodes, n, format!("is more than {MOST_DEEP} deep in the tree")));
                 }
                 if all > MOST_HALF_SPACES {
-                    return Err(entry(NODES, n, format!("leaves before it have more than {MOST_HALF_SPACES} planes")));
+                    return Err(entry(Lump::Nodes, n, format!("leaves before it have more than {MOST_HALF_SPACES} planes")));
                 }
             }
         }

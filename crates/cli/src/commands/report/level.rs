@@ -155,7 +155,7 @@ fn lines_alone(level: &Level, seed: u64) -> Result<Vec<LinesAlone>, CliError> {
                 }
             }
         };
-        match vis(level, &VisOptions { seed, steps: 0, lines }, Some(&bounds), &Job::quiet().until(&stop)) {
+        match vis(level, &VisOptions { seed, steps: 0, lines, fast: false }, Some(&bounds), &Job::quiet().until(&stop)) {
             Ok(_) | Err(VisError::Stopped(_)) => (),
             Err(e) => return Err(CliError(e.to_string())),
         }

@@ -1,7 +1,7 @@
 //! Brushes: convex polyhedra given by planes, with a face for each.
 
-use super::super::portals::square;
 use crate::FARTHEST;
+use crate::bsp::portals::square;
 use enfilade::math::geom::{Aabb, Plane, area, clip};
 use glam::DVec3;
 use quake_map::{Alignment, Surface};

@@ -6,10 +6,10 @@
 //! A leaf is solid if its centre is inside a brush. Every face of the brushes' union is on a plane of the tree, so no face
 //! crosses a leaf, and all its points are alike.
 
-use super::super::portals::region_faces;
-use super::super::tree::{Child, Leaf, Node, Tree};
 use super::brush::{Brush, ON};
 use super::union::{Part, reach};
+use crate::bsp::portals::region_faces;
+use crate::bsp::tree::{Child, Leaf, Node, Tree};
 use enfilade::math::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -44,8 +44,9 @@ struct Work {
 /// numbered from 1; leaf 0 is all solid space.
 pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tree, String> {
     let (planes, faces) = numbered(parts.iter().chain(between));
-    let solid = Leaf { open: false, vis_offset: -1 };
-    let mut tree = Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), vis_leaves: 0, bounds };
+    let solid = Leaf { cell: None, contents: 0, row: -1 };
+    let mut tree =
+        Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), cells: 0, bounds, water_hides: false };
     let mut stack = vec![Work { faces, way: Vec::new(), parent: None }];
     while let Some(Work { faces, way, parent }) = stack.pop() {
         let child = match choose(&faces, &planes) {
@@ -69,7 +70,7 @@ pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: 
             None => tree.root = child,
         }
     }
-    tree.vis_leaves = tree.leaves.len() - 1;
+    tree.cells = tree.leaves.len() - 1;
     Ok(tree)
 }
 
@@ -146,6 +147,7 @@ fn leaf(tree: &mut Tree, brushes: &[Brush], way: &[Plane]) -> usize {
     if corners.is_empty() || brushes.iter().any(|brush| brush.holds(middle)) {
         return 0;
     }
-    tree.leaves.push(Leaf { open: true, vis_offset: -1 });
-    tree.leaves.len() - 1
+    let leaf = tree.leaves.len();
+    tree.leaves.push(Leaf { cell: Some(leaf as u32 - 1), contents: 0, row: -1 });
+    leaf
 }

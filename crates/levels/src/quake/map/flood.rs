@@ -1,8 +1,8 @@
 //! The inside of a map: the leaves that a flood from its point entities reaches.
 
-use super::super::portals::{Between, derive, width};
-use super::super::tree::Tree;
 use super::brush::ON;
+use crate::bsp::portals::{Between, derive, width};
+use crate::bsp::tree::Tree;
 use enfilade::math::geom::{middle, newell};
 use glam::DVec3;
 use std::collections::VecDeque;
@@ -47,7 +47,8 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin], hole: f64)
         next[a].push((b, i));
         next[b].push((a, i));
     }
-    let placed = origins.iter().map(|origin| (origin, tree.leaf_at(origin.at))).filter(|&(_, leaf)| tree.leaves[leaf].open);
+    let placed =
+        origins.iter().map(|origin| (origin, tree.leaf_at(origin.at))).filter(|&(_, leaf)| tree.leaves[leaf].cell.is_some());
     let placed: Vec<(&Origin, usize)> = placed.collect();
     // 1. The outside, from a point beyond the map. Without an entity it is unknown which side of a crack is inside.
     let hole = if placed.is_empty() { 0.0 } else { hole + ON };
@@ -74,11 +75,11 @@ pub(super) fn keep_inside<'o>(tree: &mut Tree, origins: &'o [Origin], hole: f64)
         }
     }
     let stays_open = |i: usize| if placed.is_empty() { outside[i].is_none() } else { inside[i] };
-    if placed.is_empty() && !(0..tree.leaves.len()).any(|i| tree.leaves[i].open && stays_open(i)) {
+    if placed.is_empty() && !(0..tree.leaves.len()).any(|i| tree.leaves[i].cell.is_some() && stays_open(i)) {
         return Inside::None;
     }
     for (i, leaf) in tree.leaves.iter_mut().enumerate() {
-        leaf.open &= stays_open(i);
+        leaf.cell = leaf.cell.filter(|_| stays_open(i));
     }
     let leads_out = |[a, b]: [bool; 2]| a != b;
     let holes = portals.iter().filter(|portal| leads_out(portal.cells.map(|cell| stays_open(cell as usize + 1)))).count();

@@ -17,8 +17,10 @@ const ASIDE: f64 = 16.0;
 /// How well a portal file fits a level's tree.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Fit {
-    /// Leaves of the file and of the level.
+    /// Leaves of the file and of the level; of games that keep rows by cluster, clusters.
     pub leaves: [usize; 2],
+    /// What is counted: `leaves` or `clusters`.
+    pub counted: &'static str,
     /// Portals of the file.
     pub portals: usize,
     /// Portals that do not lie between leaves of their two clusters, ascending; empty if the numbers of leaves differ.
@@ -39,7 +41,7 @@ impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [leaves, of_level] = self.leaves;
         if leaves != of_level {
-            return write!(f, "has {leaves} leaves, the level {of_level}");
+            return write!(f, "has {leaves} {}, the level {of_level}", self.counted);
         }
         let all = self.portals;
         match (self.elsewhere.first(), self.first) {
@@ -55,20 +57,18 @@ impl fmt::Display for Fit {
 impl Bsp {
     /// Tests the portals of a `.prt` in this level's tree: at the centre of each portal, and half-way to its corners.
     pub fn fit(&self, prt: &Prt) -> Fit {
-        let leaves = [prt.leaves.len(), self.leaves()];
+        let leaves = [prt.leaves.len(), self.cells()];
         let portals = &prt.level.portals;
         let tested = if leaves[0] == leaves[1] { portals.len() } else { 0 };
         let elsewhere: Vec<usize> = (0..tested).filter(|&p| !self.has_between(prt, &portals[p])).collect();
         let first = elsewhere.first().map(|&p| middle(&portals[p].winding));
-        Fit { leaves, portals: portals.len(), elsewhere, first }
+        let counted = if self.is_by_leaf() { "leaves" } else { "clusters" };
+        Fit { leaves, counted, portals: portals.len(), elsewhere, first }
     }
 
     /// Whether the tree has leaves of the portal's two clusters on its two sides at any test point.
     fn has_between(&self, prt: &Prt, portal: &LevelPortal) -> bool {
-        let cluster = |p: DVec3| {
-            let leaf = self.tree.leaf_at(p);
-            self.tree.leaves[leaf].open.then(|| leaf.checked_sub(1).and_then(|cell| prt.leaves.get(cell))).flatten().copied()
-        };
+        let cluster = |p: DVec3| self.cell_at(p).and_then(|cell| prt.leaves.get(cell)).copied();
         let (centre, normal) = (middle(&portal.winding), newell(&portal.winding).normalize());
         let step = normal * ASIDE * self.rounding();
         let mut points = std::iter::once(centre).chain(portal.winding.iter().map(|corner| (centre + corner) / 2.0));

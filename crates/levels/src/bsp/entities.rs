@@ -1,9 +1,10 @@
 //! The entities of a level: text in braces, with a quoted key and value per line.
 
-use super::layout::{BspError, ENTITIES, entry};
+use super::error::{BspError, entry};
+use super::layout::Lump;
 
 /// An entity: its keys and values, in order.
-pub(super) struct Entity(Vec<(String, String)>);
+pub(crate) struct Entity(Vec<(String, String)>);
 
 impl Entity {
     /// The last value of a key.
@@ -13,7 +14,7 @@ impl Entity {
 }
 
 /// Reads the lump. The text ends at a zero byte; bytes that are not UTF-8 count as Latin-1.
-pub(super) fn entities(lump: &[u8]) -> Result<Vec<Entity>, BspError> {
+pub(crate) fn entities(lump: &[u8]) -> Result<Vec<Entity>, BspError> {
     let text: String = lump.iter().take_while(|&&b| b != 0).map(|&b| char::from(b)).collect();
     let mut rest = text.as_str();
     let mut all = Vec::new();
@@ -22,7 +23,7 @@ pub(super) fn entities(lump: &[u8]) -> Result<Vec<Entity>, BspError> {
         if rest.is_empty() {
             return Ok(all);
         }
-        let fault = |what: &str| entry(ENTITIES, all.len(), what);
+        let fault = |what: &str| entry(Lump::Entities, all.len(), what);
         rest = rest.strip_prefix('{').ok_or_else(|| fault("doesn't begin with {"))?;
         let mut pairs = Vec::new();
         loop {

@@ -19,15 +19,17 @@ const MARGIN: f64 = 64.0;
 /// hundred thousandth of that of `f32`.
 const ON_PLANE: f64 = 1e-12;
 
-/// A winding in a leaf; `None` for a solid one.
-pub(super) struct Piece {
-    pub leaf: Option<usize>,
+/// A winding in a leaf.
+pub(crate) struct Piece {
+    pub leaf: usize,
+    /// `None` for a closed leaf.
+    pub cell: Option<u32>,
     pub winding: Vec<DVec3>,
 }
 
 /// Faces between the leaves of a tree.
-pub(super) struct Between {
-    /// Between open leaves, leaf `i + 1` being cell `i`.
+pub(crate) struct Between {
+    /// Between open leaves of two cells.
     pub portals: Vec<LevelPortal>,
     /// Between open and solid leaves.
     pub walls: Vec<Vec<DVec3>>,
@@ -36,9 +38,10 @@ pub(super) struct Between {
 }
 
 /// The portals of a tree's open leaves, and with `with_walls` the walls.
-pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
+pub(crate) fn derive(tree: &Tree, with_walls: bool) -> Between {
     let bounds = tree.bounds.inflated(MARGIN);
     let (eps, narrow) = (bounds.diagonal() * ON_PLANE, tree.rounding());
+    let contents = |leaf: usize| tree.leaves[leaf].contents;
     let mut out = Between { portals: Vec::new(), walls: Vec::new(), slivers: 0 };
     // Half-spaces on the path from the root, and the depth that the next child shares.
     let mut way: Vec<Plane> = Vec::new();
@@ -55,13 +58,15 @@ pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
 
         let Some(face) = face(&node.plane, &bounds, &way, eps) else { continue };
         for front in sink(tree, node.children[0], face, &node.plane.flipped(), eps, with_walls) {
-            for back in sink(tree, node.children[1], front.winding, &node.plane, eps, with_walls && front.leaf.is_some()) {
+            for back in sink(tree, node.children[1], front.winding, &node.plane, eps, with_walls && front.cell.is_some()) {
                 let is_sliver = width(&back.winding, node.plane.n) < narrow;
-                match back.leaf.zip(front.leaf) {
+                match back.cell.zip(front.cell) {
+                    // Parts of one cluster.
+                    Some((back, front)) if back == front => {}
+                    Some(_) if tree.water_hides && contents(back.leaf) != contents(front.leaf) => {}
                     Some(_) if is_sliver => out.slivers += 1,
-                    Some((back_leaf, front_leaf)) => {
-                        let cells = [back_leaf as u32 - 1, front_leaf as u32 - 1];
-                        out.portals.push(LevelPortal { cells, winding: back.winding });
+                    Some((back_cell, front_cell)) => {
+                        out.portals.push(LevelPortal { cells: [back_cell, front_cell], winding: back.winding });
                     }
                     None if !is_sliver => out.walls.push(back.winding),
                     None => {}
@@ -73,7 +78,7 @@ pub(super) fn derive(tree: &Tree, with_walls: bool) -> Between {
 }
 
 /// The faces of a region within bounds.
-pub(super) fn region_faces(way: &[Plane], bounds: &Aabb) -> Vec<Vec<DVec3>> {
+pub(crate) fn region_faces(way: &[Plane], bounds: &Aabb) -> Vec<Vec<DVec3>> {
     let bounds = bounds.inflated(MARGIN);
     let eps = bounds.diagonal() * ON_PLANE;
     let sides = box_planes(&bounds);
@@ -101,7 +106,7 @@ fn face(plane: &Plane, bounds: &Aabb, way: &[Plane], eps: f64) -> Option<Vec<DVe
 }
 
 /// A square of a plane that extends beyond the bounds.
-pub(super) fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
+pub(crate) fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
     let centre = bounds.centre();
     let middle = centre - plane.n * plane.distance(centre);
     let u = plane.n.any_orthonormal_vector();
@@ -112,15 +117,15 @@ pub(super) fn square(plane: &Plane, bounds: &Aabb) -> Vec<DVec3> {
 
 /// Pushes a winding down a subtree. `inside` is its plane: the subtree is on the inner side, which decides at an equal plane.
 /// With `with_solid`, pieces in solid leaves are kept, too.
-pub(super) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64, with_solid: bool) -> Vec<Piece> {
+pub(crate) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane, eps: f64, with_solid: bool) -> Vec<Piece> {
     let (mut pieces, mut stack) = (Vec::new(), vec![(from, winding)]);
     while let Some((child, winding)) = stack.pop() {
         let node = match child {
             Child::Node(n) => &tree.nodes[n],
             Child::Leaf(leaf) => {
-                let leaf = Some(leaf).filter(|&leaf| tree.leaves[leaf].open);
-                if leaf.is_some() || with_solid {
-                    pieces.push(Piece { leaf, winding });
+                let cell = tree.leaves[leaf].cell;
+                if cell.is_some() || with_solid {
+                    pieces.push(Piece { leaf, cell, winding });
                 }
                 continue;
             }
@@ -144,7 +149,7 @@ pub(super) fn sink(tree: &Tree, from: Child, winding: Vec<DVec3>, inside: &Plane
 }
 
 /// The least distance of two parallel lines around a convex winding.
-pub(super) fn width(winding: &[DVec3], normal: DVec3) -> f64 {
+pub(crate) fn width(winding: &[DVec3], normal: DVec3) -> f64 {
     let edges = winding.iter().zip(winding.iter().cycle().skip(1));
     let across = edges.filter_map(|(&a, &b)| {
         let inwards = normal.cross(b - a).try_normalize()?;

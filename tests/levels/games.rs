@@ -1,0 +1,187 @@
+//! Levels of five games, as their own tools wrote them, with the rows that another reader found in them.
+#![cfg(feature = "full")]
+
+use enfilade::BitMatrix;
+use enfilade::job::Job;
+use enfilade_levels::bsp::Bsp;
+use enfilade_levels::prt::{Dialect, Prt, read_prt};
+use enfilade_levels::rows::read_rows;
+use enfilade_levels::{VisOptions, vis};
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use testing::data::data;
+
+/// The unpacked file, if it is there.
+fn file(path: &Path) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    flate2::read::GzDecoder::new(std::fs::File::open(path).ok()?).read_to_end(&mut bytes).unwrap();
+    Some(bytes)
+}
+
+/// A level of the folder.
+struct Case {
+    /// As in `hl/id_dm4`.
+    name: String,
+    begin: PathBuf,
+}
+
+impl Case {
+    fn part(&self, end: &str) -> Option<Vec<u8>> {
+        file(&self.begin.with_file_name(format!("{}.{end}.gz", self.begin.file_name().unwrap().to_str().unwrap())))
+    }
+
+    fn rows(&self, end: &str, count: usize) -> Option<BitMatrix> {
+        self.part(end).map(|text| read_rows(&text, count).unwrap_or_else(|e| panic!("{}: {e}", self.name)))
+    }
+
+    fn prt(&self) -> Option<Prt> {
+        self.part("prt").map(|text| read_prt(&text).unwrap_or_else(|e| panic!("{}: {e}", self.name)))
+    }
+}
+
+/// Every level, by name.
+fn cases() -> Vec<Case> {
+    let root = data().join("other-games");
+    let mut found = BTreeMap::new();
+    for folder in ["hl", "q1", "q2", "q3", "source"] {
+        for entry in std::fs::read_dir(root.join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+            if let Some((level, _)) = name.split_once(".vis.bsp").or_else(|| name.split_once(".novis.bsp")) {
+                found.insert(format!("{folder}/{level}"), path.with_file_name(level));
+            }
+        }
+    }
+    assert!(found.len() >= 36, "{}", found.len());
+    found.into_iter().map(|(name, begin)| Case { name, begin }).collect()
+}
+
+#[test]
+fn rows_are_those_that_another_reader_finds() {
+    let mut read = 0;
+    for case in cases() {
+        for end in ["novis.bsp", "vis.bsp"] {
+            let Some(bytes) = case.part(end) else { continue };
+            let level = Bsp::read(bytes).unwrap_or_else(|e| panic!("{} {end}: {e}", case.name));
+            read += 1;
+            let rows = level.rows().unwrap();
+            if end == "novis.bsp" {
+                assert_eq!(rows, None, "{}", case.name);
+                continue;
+            }
+            // Files made out of another level have that level's rows.
+            let Some(theirs) = case.rows("rows.txt", level.cells()) else {
+                assert!(case.name.starts_with("source/made"), "{}", case.name);
+                continue;
+            };
+            assert!(rows == Some(theirs), "{}", case.name);
+            assert!(level.second_rows().unwrap() == case.rows("second.txt", level.cells()), "{}", case.name);
+        }
+    }
+    assert!(read >= 58, "{read}");
+}
+
+/// Bytes of a file, with those of the lumps that vis changes taken out, for comparison.
+#[test]
+fn a_level_with_the_rows_of_its_tool_is_the_file_of_its_tool() {
+    let mut same = 0;
+    for case in cases() {
+        let (Some(before), Some(after)) = (case.part("novis.bsp"), case.part("vis.bsp")) else { continue };
+        let (level, theirs) = (Bsp::read(before).unwrap(), Bsp::read(after.clone()).unwrap());
+        let rows = theirs.rows().unwrap().unwrap();
+        let (rows, clusters) = by_cluster(&case, rows);
+        let ours = level.with_rows(&rows, &clusters, None).unwrap().bytes;
+        let again = Bsp::read(ours.clone()).unwrap();
+        assert!(again.rows().unwrap() == theirs.rows().unwrap(), "{}", case.name);
+        if let Some(second) = again.second_rows().unwrap() {
+            assert!(second == union(&rows), "{}", case.name);
+        }
+        let differing = ours.iter().zip(&after).filter(|(a, b)| a != b).count();
+        eprintln!("{}: {} and {} bytes, {differing} differ", case.name, ours.len(), after.len());
+        same += usize::from(ours == after);
+    }
+    assert!(same >= 10, "{same}");
+}
+
+/// What can be heard from a cluster: whatever is seen from a cluster that it sees.
+fn union(rows: &BitMatrix) -> BitMatrix {
+    let mut all = BitMatrix::new(rows.rows(), rows.columns());
+    for a in 0..rows.rows() {
+        for b in rows.ones(a) {
+            rows.ones(b).for_each(|c| _ = all.set(a, c));
+        }
+    }
+    all
+}
+
+/// Rows of the portal file's clusters, and the cluster of each cell.
+fn by_cluster(case: &Case, rows: BitMatrix) -> (BitMatrix, Vec<u32>) {
+    let cells = rows.rows();
+    let leaves = match case.prt() {
+        Some(prt) if prt.leaves.len() == cells => prt.leaves,
+        _ => (0..cells as u32).collect(),
+    };
+    let clusters = leaves.iter().max().map_or(0, |&last| last as usize + 1);
+    let mut folded = BitMatrix::new(clusters, clusters);
+    for leaf in 0..cells {
+        rows.ones(leaf).for_each(|other| _ = folded.set(leaves[leaf] as usize, leaves[other] as usize));
+    }
+    (folded, leaves)
+}
+
+#[test]
+fn portal_files_of_all_games_are_read_and_fit_their_levels() {
+    let mut dialects = BTreeMap::new();
+    for case in cases() {
+        let Some(prt) = case.prt() else { continue };
+        *dialects.entry(prt.dialect.to_string()).or_insert(0) += 1;
+        let level = Bsp::read(case.part("vis.bsp").or_else(|| case.part("novis.bsp")).unwrap()).unwrap();
+        let fit = level.fit(&prt);
+        assert!(fit.is_taken(), "{}: {fit}", case.name);
+        assert!(fit.elsewhere.len() * 20 <= fit.portals, "{}: {fit}", case.name);
+    }
+    eprintln!("{dialects:?}");
+    assert_eq!(dialects[&Dialect::HalfLife.to_string()], 7);
+    assert_eq!(dialects[&Dialect::Quake3.to_string()], 5);
+}
+
+/// Half-Life's vis takes the leaves of clusters out of the portal file; rows that leaves share tell them again.
+#[test]
+fn shared_rows_tell_clusters_again() {
+    for case in cases() {
+        let (Some(prt), Some(bytes)) = (case.prt(), case.part("vis.bsp")) else { continue };
+        let level = Bsp::read(bytes).unwrap();
+        if prt.dialect == Dialect::HalfLife {
+            assert_eq!(level.clusters_by_offset(), Some(prt.leaves), "{}", case.name);
+        }
+    }
+}
+
+/// Portals from the tree instead of the file give the same rows, but where a pair is undecided.
+#[test]
+fn rows_from_the_tree_are_those_from_the_file() {
+    for case in cases() {
+        let Some(prt) = case.prt() else { continue };
+        let level = Bsp::read(case.part("vis.bsp").or_else(|| case.part("novis.bsp")).unwrap()).unwrap();
+        if prt.level.portals.len() > 3000 || level.cells() != prt.level.cells {
+            continue;
+        }
+        let tree = level.level().unwrap_or_else(|e| panic!("{}: {e}", case.name));
+        let run = |level| vis(level, &VisOptions::default(), None, &Job::quiet()).unwrap();
+        let (ours, theirs) = (run(&tree.level), run(&prt.level));
+        let count =
+            |a: &BitMatrix, b: &BitMatrix| (0..a.rows()).map(|i| a.ones(i).filter(|&j| !b.get(i, j)).count()).sum::<usize>();
+        eprintln!(
+            "{}: {} and {} portals; {} pairs of {} only from the tree, {} only from the file; undecided {} and {}",
+            case.name,
+            tree.level.portals.len(),
+            prt.level.portals.len(),
+            count(&ours.lower, &theirs.upper),
+            ours.upper.count_ones(),
+            count(&theirs.lower, &ours.upper),
+            ours.upper.count_ones() - ours.lower.count_ones(),
+            theirs.upper.count_ones() - theirs.lower.count_ones(),
+        );
+    }
+}
