@@ -1,6 +1,6 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
-mod choose;
+mod choose_cells;
 mod portal_benefit;
 mod prose;
 mod report;
@@ -8,7 +8,7 @@ mod sizes;
 mod why_open;
 mod without_rows;
 
-pub use choose::find_cells;
+pub use choose_cells::find_cells;
 pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
@@ -27,7 +27,7 @@ use crate::pvs::{self, Guarantee, Pvs, PvsOptions, SamplingEnd};
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Scene};
 use crate::types::note::{Note, details};
-use choose::choose;
+use choose_cells::choose;
 use serde::Serialize;
 use std::time::Instant;
 use xxhash_rust::xxh3::xxh3_128;

@@ -2,7 +2,7 @@
 //!
 //! The cost of a size is measured like the benefit of portals ([`portal_benefit`]): by the triangles drawn from eyes over floors.
 
-use super::choose::choose;
+use super::choose_cells::choose;
 use super::{BakeError, BakeOptions, portal_benefit};
 use crate::cells::CellGraph;
 use crate::job::{Job, Stopped};

@@ -9,18 +9,18 @@
 //! compression techniques for precomputed visibility*, 1999 (equal rows are stored once). Deviation: lossless, since merging rows that are
 //! nearly equal would break either side of the guarantee.
 
-pub(super) mod coder;
-pub(super) mod guide;
+pub(super) mod arithmetic;
+pub(super) mod row;
 
-pub(super) use guide::Guide;
+pub(super) use row::Guide;
 
 use super::bytes::Cursor;
 use super::error::FileError;
 use super::format::SectionId;
 use crate::BitMatrix;
 use crate::math::bits::ones;
-use coder::Decoder;
-use guide::{Known, Models, Walker};
+use arithmetic::Decoder;
+use row::{Known, Models, Walker};
 
 /// First byte of a matrix without a set bit.
 #[cfg(feature = "bake")]

@@ -1,4 +1,5 @@
-//! The shares of a bake's rays. Nothing else divides [`PvsOptions::ray_budget`](super::PvsOptions::ray_budget).
+//! The shares of a bake's rays. Nothing else divides [`PvsOptions::ray_budget`](super::PvsOptions::ray_budget); `sampling/schedule.rs` shares out
+//! `sampling` between cubes and guided rays.
 //!
 //! A ray, a segment and a 1,500th of a visibility cube count as one. Shafts against triangles are extra: at most one per five rays, which
 //! take about as long.

@@ -12,15 +12,15 @@ mod helpers;
 #[cfg(feature = "ifc")]
 pub mod ifc;
 pub mod indoorgml;
+mod known;
 mod lines;
 mod lod;
 pub mod obj;
 pub mod ply;
 pub mod stl;
-mod table;
 mod textures;
 
-pub use table::{FORMATS, Format, all_extensions, extensions, format_of};
+pub use known::{FORMATS, Format, all_extensions, extensions, format_of};
 
 use elements::Elements;
 use enfilade::scene::{ImportError, ImportOptions, Picture, Scene, up};

@@ -1,6 +1,6 @@
 //! The arithmetic encoder; [`crate::file::rows::coder`] has the models.
 
-use crate::file::rows::coder::{Coder, Interval, Model};
+use crate::file::rows::arithmetic::{Coder, Interval, Model};
 
 /// Encodes decisions.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ const fn cost_table() -> [u32; 512] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::file::rows::coder::Decoder;
+    use crate::file::rows::arithmetic::Decoder;
 
     /// Decisions by three models: mostly set, mostly clear, anything.
     fn decisions(n: usize) -> Vec<(usize, bool)> {

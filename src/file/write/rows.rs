@@ -3,7 +3,7 @@
 use super::encoder::{Encoder, Meter};
 use super::put::Put;
 use crate::BitMatrix;
-use crate::file::rows::guide::{Guide, Known, Models, Walker};
+use crate::file::rows::row::{Guide, Known, Models, Walker};
 use crate::file::rows::{CODED, ONES, SYMMETRIC, UNGUIDED, ZEROS};
 use crate::math::bits::span;
 use std::ops::Range;

@@ -70,7 +70,7 @@
 //!   straight. A non-finite eye keeps the last plan, too.
 //! * Without rows in the file, a plan has the objects of each cell. An object in no row (and in no cell) is loaded when a frame sees it.
 
-mod plan;
+mod order;
 mod reach;
 mod sight;
 
@@ -80,7 +80,7 @@ use crate::file::PvsFile;
 use crate::types::portal::PortalKind;
 use crate::{CellId, ObjectId, PortalId};
 use glam::Vec3;
-use plan::{Plan, Planned};
+use order::{Plan, Planned};
 use reach::{Reach, Walker};
 use sight::Sight;
 

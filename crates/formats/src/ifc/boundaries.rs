@@ -157,7 +157,8 @@ fn union(a: &[DVec3], b: &[DVec3]) -> Option<Vec<DVec3>> {
     let right = (a[1] - a[0]).try_normalize()?;
     let up = normal.cross(right);
     let flat = a.iter().chain(b).map(|&p| DVec2::new((p - a[0]).dot(right), (p - a[0]).dot(up)));
-    let hull: Vec<DVec3> = super::plan::hull(flat.collect()).into_iter().map(|q| a[0] + right * q.x + up * q.y).collect();
+    let hull: Vec<DVec3> =
+        super::rectangle::hull(flat.collect()).into_iter().map(|q| a[0] + right * q.x + up * q.y).collect();
     let covered = area(a) + area(b) - shared(a, b).map_or(0.0, |w| area(&w));
     (area(&hull) <= covered * (1.0 + 1e-3)).then(|| tidy(hull)).flatten()
 }

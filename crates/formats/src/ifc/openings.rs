@@ -8,7 +8,7 @@
 use super::cuts::Cut;
 use super::geometry::{Built, Geometry, Shape};
 use super::model::{Model, global_id};
-use super::plan::{Rectangle, smallest_rectangle};
+use super::rectangle::{Rectangle, smallest_rectangle};
 use super::relations::Relations;
 use super::roles::is_wall;
 use super::spaces::Rooms;

@@ -1,6 +1,6 @@
 //! Cells and portals of a file, for `check` alone: points in cells, and segments from cell to cell.
 
-use super::trace::Tree;
+use super::triangles::Tree;
 use enfilade::CellId;
 use enfilade::file::PvsFile;
 use enfilade::math::geom::{Aabb, Plane, clip};

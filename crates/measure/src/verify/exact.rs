@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::sample::Sampler;
-use super::trace::Tracer;
+use super::triangles::Tracer;
 use super::views::Met;
 use super::{CheckError, consistent, scales};
 use crate::exact::{ExactScene, Judge, MOST_SPLITS, Witness};

@@ -11,7 +11,7 @@
 use super::Example;
 use super::cells::Cells;
 use super::tight::{closest, polish, tighten};
-use super::trace::Tracer;
+use super::triangles::Tracer;
 use enfilade::file::PvsFile;
 use enfilade::math::geom::{Aabb, Plane, clip, middle};
 use enfilade::scene::Scene;
@@ -173,7 +173,7 @@ impl<'s> Search<'s> {
     fn of_room(&self, surface: &[[DVec3; 3]]) -> Option<Leak> {
         let bounds = Aabb::of(surface.iter().flatten().copied());
         let start = bounds.centre();
-        let within = |d: DVec3| surface.iter().filter(|t| super::trace::crosses(start, d, t)).count() % 2 == 1;
+        let within = |d: DVec3| surface.iter().filter(|t| super::triangles::crosses(start, d, t)).count() % 2 == 1;
         // Oblique directions, so that no edge is met.
         let inside = within(DVec3::new(0.0123, 1.0, 0.0377)) && within(DVec3::new(1.0, 0.0213, -0.0311));
         let piece = self.cells.piece_at(start)?;

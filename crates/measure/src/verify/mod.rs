@@ -38,7 +38,7 @@ pub mod rooms;
 mod sample;
 mod structure;
 mod tight;
-mod trace;
+mod triangles;
 mod views;
 mod walks;
 
@@ -59,7 +59,7 @@ use rays::Test;
 use sample::Sampler;
 use serde::Serialize;
 use std::time::Instant;
-use trace::Tracer;
+use triangles::Tracer;
 
 /// Maximum described violations.
 const EXAMPLES: usize = 10;

@@ -2,7 +2,7 @@
 
 use super::cells::{Cells, Walk};
 use super::sample::Sampler;
-use super::trace::Tracer;
+use super::triangles::Tracer;
 use super::views::{Met, View};
 use super::{EXAMPLES, Example, Violation, each_once};
 use enfilade::file::PvsFile;

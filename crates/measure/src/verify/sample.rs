@@ -1,7 +1,7 @@
 //! Origins and directions of the check's rays.
 
 use super::cells::Cells;
-use super::trace::Tracer;
+use super::triangles::Tracer;
 use enfilade::CellId;
 use enfilade::math::random::Prng;
 use enfilade::scene::Scene;

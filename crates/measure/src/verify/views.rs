@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::sample::{Sampler, direction};
-use super::trace::Tracer;
+use super::triangles::Tracer;
 use super::{Fractions, scales};
 use enfilade::file::PvsFile;
 use enfilade::math::parallel;

@@ -6,7 +6,7 @@
 
 use super::cells::Cells;
 use super::sample::direction;
-use super::trace::{Tracer, crosses};
+use super::triangles::{Tracer, crosses};
 use enfilade::CellId;
 use enfilade::math::geom::Aabb;
 use enfilade::math::parallel;

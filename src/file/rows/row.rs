@@ -4,7 +4,7 @@
 //! A guide walks the columns that may be set, and gives each a context; set columns outside the walk, which are rare, are listed one by
 //! one. The walk is the same for writing and reading: it depends only on bits coded before.
 
-use super::coder::{Coder, Model};
+use super::arithmetic::{Coder, Model};
 use crate::BitMatrix;
 use crate::math::bits;
 
