@@ -3,16 +3,12 @@
 use enfilade::BitMatrix;
 use enfilade::math::geom::{area, newell};
 use enfilade_levels::bsp::{Bsp, BspError};
-use enfilade_levels::prt::{Dialect, Prt};
-use glam::DVec3;
 use proptest::prelude::*;
 use std::collections::BTreeSet;
-use testing::data::data;
 use testing::quake::{
     AIR, FENCE, Face, Layout, SKY, SOLID, Tree, WATER, bsp, extension, grated_room, hollow, leaf, lumps, node, three_rooms,
     with_faces,
 };
-use testing::random::Random;
 
 const VISIBILITY: usize = 4;
 const LEAVES: usize = 10;

@@ -6,7 +6,7 @@ use enfilade::job::Job;
 use enfilade_levels::bsp::Bsp;
 use enfilade_levels::prt::{Dialect, Prt, read_prt};
 use enfilade_levels::rows::read_rows;
-use enfilade_levels::{VisOptions, vis};
+use enfilade_levels::{VisOptions, pairs_on_digits, vis};
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -82,25 +82,29 @@ fn rows_are_those_that_another_reader_finds() {
     assert!(read >= 58, "{read}");
 }
 
-/// Bytes of a file, with those of the lumps that vis changes taken out, for comparison.
+/// With the rows that its own tool found, a level becomes the file that its tool wrote. What may differ: where empty lumps point; in Quake 2,
+/// ericw-tools' second rows, which are too few; in Quake 3, the command line that q3map2 notes among the entities.
 #[test]
 fn a_level_with_the_rows_of_its_tool_is_the_file_of_its_tool() {
     let mut same = 0;
     for case in cases() {
         let (Some(before), Some(after)) = (case.part("novis.bsp"), case.part("vis.bsp")) else { continue };
         let (level, theirs) = (Bsp::read(before).unwrap(), Bsp::read(after.clone()).unwrap());
-        let rows = theirs.rows().unwrap().unwrap();
-        let (rows, clusters) = by_cluster(&case, rows);
+        let (rows, clusters) = by_cluster(&case, theirs.rows().unwrap().unwrap());
         let ours = level.with_rows(&rows, &clusters, None).unwrap().bytes;
         let again = Bsp::read(ours.clone()).unwrap();
         assert!(again.rows().unwrap() == theirs.rows().unwrap(), "{}", case.name);
         if let Some(second) = again.second_rows().unwrap() {
             assert!(second == union(&rows), "{}", case.name);
         }
-        let differing = ours.iter().zip(&after).filter(|(a, b)| a != b).count();
-        eprintln!("{}: {} and {} bytes, {differing} differ", case.name, ours.len(), after.len());
-        same += usize::from(ours == after);
+        let differing: Vec<usize> = (0..ours.len().min(after.len())).filter(|&i| ours[i] != after[i]).collect();
+        let in_directory = differing.iter().all(|&i| i < 160);
+        same += usize::from(ours.len() == after.len() && in_directory);
+        if case.name.starts_with("hl/") || case.name.starts_with("q1/") {
+            assert!(ours.len() == after.len() && in_directory, "{}: {differing:?}", case.name);
+        }
     }
+    // All of Half-Life's and Quake's, and those of Quake 2 whose second rows are whole.
     assert!(same >= 10, "{same}");
 }
 
@@ -139,7 +143,8 @@ fn portal_files_of_all_games_are_read_and_fit_their_levels() {
         let level = Bsp::read(case.part("vis.bsp").or_else(|| case.part("novis.bsp")).unwrap()).unwrap();
         let fit = level.fit(&prt);
         assert!(fit.is_taken(), "{}: {fit}", case.name);
-        assert!(fit.elsewhere.len() * 20 <= fit.portals, "{}: {fit}", case.name);
+        // Three of msr_insomnia are narrower than the compiler's own tolerance.
+        assert!(fit.elsewhere.len() <= if case.name == "hl/msr_insomnia" { 3 } else { 0 }, "{}: {fit}", case.name);
     }
     eprintln!("{dialects:?}");
     assert_eq!(dialects[&Dialect::HalfLife.to_string()], 7);
@@ -158,30 +163,37 @@ fn shared_rows_tell_clusters_again() {
     }
 }
 
-/// Portals from the tree instead of the file give the same rows, but where a pair is undecided.
+/// Portals from the tree instead of the file give the same rows, but for pairs that are undecided or hang on the last digit of either.
+/// Not for two levels: in `msr_insomnia` the compilers moved corners by up to a thousandth of a unit, in `wop_tinyCTL` by five.
 #[test]
 fn rows_from_the_tree_are_those_from_the_file() {
+    let mut compared = 0;
     for case in cases() {
         let Some(prt) = case.prt() else { continue };
         let level = Bsp::read(case.part("vis.bsp").or_else(|| case.part("novis.bsp")).unwrap()).unwrap();
         if prt.level.portals.len() > 3000 || level.cells() != prt.level.cells {
             continue;
         }
-        let tree = level.level().unwrap_or_else(|e| panic!("{}: {e}", case.name));
+        let tree = level.level().unwrap_or_else(|e| panic!("{}: {e}", case.name)).level;
         let run = |level| vis(level, &VisOptions::default(), None, &Job::quiet()).unwrap();
-        let (ours, theirs) = (run(&tree.level), run(&prt.level));
-        let count =
-            |a: &BitMatrix, b: &BitMatrix| (0..a.rows()).map(|i| a.ones(i).filter(|&j| !b.get(i, j)).count()).sum::<usize>();
-        eprintln!(
-            "{}: {} and {} portals; {} pairs of {} only from the tree, {} only from the file; undecided {} and {}",
-            case.name,
-            tree.level.portals.len(),
-            prt.level.portals.len(),
-            count(&ours.lower, &theirs.upper),
-            ours.upper.count_ones(),
-            count(&theirs.lower, &ours.upper),
-            ours.upper.count_ones() - ours.lower.count_ones(),
-            theirs.upper.count_ones() - theirs.lower.count_ones(),
-        );
+        let (ours, theirs) = (run(&tree), run(&prt.level));
+        let digits = [pairs_on_digits(&tree, &ours), pairs_on_digits(&prt.level, &theirs)];
+        let excused = |a: usize, b: usize| {
+            let pair = [a.min(b) as u32, a.max(b) as u32];
+            digits.iter().any(|pairs| pairs.binary_search(&pair).is_ok())
+        };
+        let count = |a: &BitMatrix, b: &BitMatrix| {
+            (0..a.rows()).map(|i| a.ones(i).filter(|&j| !b.get(i, j) && !excused(i, j)).count()).sum::<usize>()
+        };
+        let differing = [count(&ours.lower, &theirs.upper), count(&theirs.lower, &ours.upper)];
+        let most = match case.name.as_str() {
+            "hl/msr_insomnia" => [140, 0],
+            "q2/msr_insomnia_qbism" => [350, 12],
+            "q3/wop_tinyCTL" => [0, 32],
+            _ => [0, 0],
+        };
+        assert!(differing[0] <= most[0] && differing[1] <= most[1], "{}: {differing:?}", case.name);
+        compared += 1;
     }
+    assert!(compared >= 18, "{compared}");
 }

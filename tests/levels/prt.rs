@@ -2,14 +2,14 @@
 
 use enfilade::BitMatrix;
 use enfilade::math::geom::newell;
-use enfilade_levels::MOST_CLUSTERS;
 use enfilade_levels::prt::{Dialect, MOST_ISOLATED, PrtFault, read_prt};
 use enfilade_levels::rows::{RowsFault, read_rows, write_rows};
+use enfilade_levels::{Level, MOST_CLUSTERS};
 use glam::DVec3;
 use proptest::prelude::*;
 use testing::data::data;
 use testing::prt::unpacked;
-use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
+use testing::prt_texts::{HALF_LIFE, HALF_LIFE_BARE, PRT1, PRT1_AM, PRT2, QUAKE3};
 
 #[test]
 fn the_dialects_say_the_same() {
@@ -23,6 +23,26 @@ fn the_dialects_say_the_same() {
     assert_eq!(along, [1.0, -1.0]);
 }
 
+#[test]
+fn the_dialects_of_half_life_and_quake_3_say_the_same() {
+    let [one, counted, bare, three] =
+        [PRT1, HALF_LIFE, HALF_LIFE_BARE, QUAKE3].map(|text| read_prt(text.as_bytes()).unwrap());
+    assert_eq!([counted.dialect, bare.dialect, three.dialect], [Dialect::HalfLife, Dialect::HalfLifeBare, Dialect::Quake3]);
+    let same = |level: &Level| (level.cells, &level.portals) == (one.level.cells, &one.level.portals);
+    assert!(same(&counted.level) && same(&bare.level) && same(&three.level));
+    // Six decimals.
+    assert_eq!([counted.level.rounding, three.level.rounding], [5e-7, 5e-7]);
+    assert_eq!((counted.leaves, bare.leaves, three.leaves), (vec![0, 0, 1, 2, 2], vec![0, 1, 2], vec![0, 1, 2]));
+    // What only they have is checked, too.
+    assert!(matches!(
+        damaged(HALF_LIFE, "\n1\n2\n", "\n1\n9999999\n", 5, "leaves of cluster 2"),
+        PrtFault::OutOfRange { .. }
+    ));
+    assert_eq!(damaged(QUAKE3, "4 0 1 0 (", "4 0 1 2 (", 5, "hint"), PrtFault::OutOfRange { value: 2, least: 0, most: 1 });
+    assert_eq!(damaged(QUAKE3, "\n3 1 (", "\n3 7 (", 7, "cluster"), PrtFault::OutOfRange { value: 7, least: 0, most: 2 });
+    assert_eq!(damaged(QUAKE3, "2\n1\n4", "2\n2\n4", 8, "face"), PrtFault::Missing);
+}
+
 /// Damage done to a text, and where it must be found.
 fn damaged(text: &str, what: &str, by: &str, line: usize, field: &str) -> PrtFault {
     assert!(text.contains(what), "nothing to damage: {what}");
@@ -34,10 +54,8 @@ fn damaged(text: &str, what: &str, by: &str, line: usize, field: &str) -> PrtFau
 }
 
 #[test]
-fn other_dialects_are_refused_by_name() {
+fn what_is_no_portal_file_is_refused() {
     assert_eq!(damaged(PRT1, "PRT1", "IBSP", 1, "magic"), PrtFault::NotPrt("IBSP".into()));
-    assert_eq!(damaged(PRT1, "PRT1\n", "", 1, "magic"), PrtFault::Dialect("Half-Life"));
-    assert_eq!(damaged(PRT1, "2\n4 0", "2\n16\n4 0", 4, "faces"), PrtFault::Dialect("Quake 3"));
     assert_eq!(damaged(PRT1, "PRT1", "PRT1 x", 1, "magic"), PrtFault::Trailing("x".into()));
     assert_eq!(read_prt(b"").unwrap_err().fault, PrtFault::Missing);
     assert_eq!(read_prt(b"PRT1\n\xff").unwrap_err().fault, PrtFault::NotText);
@@ -150,7 +168,9 @@ fn fixtures_of_a_level_editor() {
     assert_eq!(read("portaltest_prt2.prt").unwrap().leaves, read("portaltest_prt1am.prt").unwrap().leaves);
     let error = read("portaltest_prt1_invalid.prt").unwrap_err();
     assert_eq!(error.to_string(), "line 6, second cluster: '(' instead of a whole number");
-    assert_eq!(read("portaltest_prt1q3.prt").unwrap_err().fault, PrtFault::Dialect("Quake 3"));
+    // Quake 3's has the same clusters and portals.
+    let quake3 = read("portaltest_prt1q3.prt").unwrap();
+    assert_eq!((quake3.dialect, quake3.level.cells, quake3.level.portals.len()), (Dialect::Quake3, 6, 5));
 }
 
 #[test]

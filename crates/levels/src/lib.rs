@@ -11,6 +11,7 @@
 
 pub mod bsp;
 pub mod compare;
+mod digits;
 pub mod far;
 mod level;
 mod lines;
@@ -20,6 +21,7 @@ pub mod prt;
 pub mod quake;
 pub mod rows;
 
+pub use digits::pairs_on_digits;
 pub use enfilade::pvs::flow::exact::{Edge, Term};
 pub use enfilade::types::level::LevelPortal;
 pub use level::{FARTHEST, Level, MOST_CLUSTERS};
@@ -188,6 +190,8 @@ pub struct VisRows {
     pub upper_pairs: u64,
     /// Number of lines that prove `lower_pairs`.
     pub lines: usize,
+    /// See [`pairs_on_digits`].
+    pub on_digits: Vec<[u32; 2]>,
     /// Counters.
     pub stats: VisStats,
 }
@@ -202,7 +206,11 @@ pub fn vis_rows(level: &Level, options: &VisOptions, work: &Job<'_>) -> Result<V
     let mut all = VisRows { rows: (0..level.cells as u32).map(|cell| vec![cell]).collect(), ..VisRows::default() };
     (all.lower_pairs, all.upper_pairs) = (level.cells as u64, level.cells as u64);
     for part in parts::parts(level) {
-        let Vis { lower, upper, lines, stats } = vis_joined(&part.level, options, None, work)?;
+        let vis = vis_joined(&part.level, options, None, work)?;
+        let on_digits =
+            pairs_on_digits(&part.level, &vis).into_iter().map(|pair| pair.map(|cell| part.cells[cell as usize]));
+        all.on_digits.extend(on_digits);
+        let Vis { lower, upper, lines, stats } = vis;
         let itself = part.cells.len() as u64;
         all.lower_pairs += lower.count_ones() - itself;
         all.upper_pairs += upper.count_ones() - itself;
@@ -212,6 +220,7 @@ pub fn vis_rows(level: &Level, options: &VisOptions, work: &Job<'_>) -> Result<V
             all.rows[cell as usize] = upper.ones(row).map(|other| part.cells[other]).collect();
         }
     }
+    all.on_digits.sort_unstable();
     Ok(all)
 }
 

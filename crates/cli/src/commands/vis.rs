@@ -14,7 +14,7 @@ use enfilade::job::Job;
 use enfilade_levels::compare::against;
 use enfilade_levels::far::limit;
 use enfilade_levels::rows::{write_lists, write_rows};
-use enfilade_levels::{Vis, VisError, VisOptions, VisRows, VisStats, digest, vis, vis_rows};
+use enfilade_levels::{Level, Vis, VisError, VisOptions, VisRows, VisStats, digest, pairs_on_digits, vis, vis_rows};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -157,7 +157,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let write = writing.elapsed().as_secs_f64();
 
     // 4. The report.
-    let mut report = report(&input, &result.totals());
+    let mut report = report(&input, &result.totals(&input.level));
     written.tell(&mut report);
     if let Some(pairs) = too_far {
         report["too_far_pairs"] = pairs.into();
@@ -246,23 +246,29 @@ pub(super) struct Totals {
     lower: u64,
     upper: u64,
     lines: usize,
+    on_digits: Vec<[u32; 2]>,
     stats: VisStats,
 }
 
 impl Totals {
-    pub(super) fn of(vis: &Vis) -> Self {
+    pub(super) fn of(level: &Level, vis: &Vis) -> Self {
         let Vis { lower, upper, lines, stats } = vis;
-        Self { lower: lower.count_ones(), upper: upper.count_ones(), lines: lines.len(), stats: *stats }
+        let on_digits = pairs_on_digits(level, vis);
+        Self { lower: lower.count_ones(), upper: upper.count_ones(), lines: lines.len(), on_digits, stats: *stats }
     }
 }
 
 impl Found {
-    fn totals(&self) -> Totals {
+    fn totals(&self, level: &Level) -> Totals {
         match self {
-            Self::Whole(vis) => Totals::of(vis),
-            Self::Rows(rows) => {
-                Totals { lower: rows.lower_pairs, upper: rows.upper_pairs, lines: rows.lines, stats: rows.stats }
-            }
+            Self::Whole(vis) => Totals::of(level, vis),
+            Self::Rows(rows) => Totals {
+                lower: rows.lower_pairs,
+                upper: rows.upper_pairs,
+                lines: rows.lines,
+                on_digits: rows.on_digits.clone(),
+                stats: rows.stats,
+            },
         }
     }
 }
@@ -303,7 +309,7 @@ fn stage_seconds(read: f64, stages: &Stages, write: f64) -> Value {
 /// The keys of `vis --json`, as in docs/cli.md.
 pub(super) fn report(input: &Input, found: &Totals) -> Value {
     let cells = input.level.cells;
-    let Totals { lower, upper, lines, stats } = found;
+    let Totals { lower, upper, lines, on_digits, stats } = found;
     json!({
         "clusters": cells,
         "portals": input.level.portals.len(),
@@ -313,6 +319,7 @@ pub(super) fn report(input: &Input, found: &Totals) -> Value {
         "lower_pairs": lower,
         "upper_pairs": upper,
         "undecided_pairs": upper - lower,
+        "on_last_digit": on_digits,
         "total_pairs": cells as u64 * cells as u64,
         "mean_visible": *upper as f64 / cells.max(1) as f64,
         "lines": stats.lines,
@@ -337,6 +344,12 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
     ];
     if s("/slivers") > 0.0 {
         lines.push(format!("{} portals narrower than the level's rounding are left out", n("/slivers")));
+    }
+    let on_digits = report["on_last_digit"].as_array().map_or(0, Vec::len);
+    if on_digits > 0 {
+        lines.push(format!(
+            "{on_digits} pairs see each other only if the last digits of the file are right (--json lists them)"
+        ));
     }
     if s("/capped") > 0.0 {
         lines.push(format!("{} searches ran out of steps (--steps): their undecided pairs stay in the rows", n("/capped")));

@@ -120,6 +120,31 @@ pub(crate) enum Closed {
     NoCluster,
 }
 
+/// Which leaves sight passes between, as the game's compiler has it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Passes {
+    /// All open ones.
+    All,
+    /// Those with equal contents: water's surface hides, and so does sky.
+    Equal,
+    /// Those whose contents do not differ in a bit up to the given one, where neither translucent matter nor detail counts.
+    EqualBits(i64),
+}
+
+impl Passes {
+    /// Translucent matter, and detail.
+    const NEITHER: i64 = 0x1800_0000;
+
+    pub fn between(self, a: i64, b: i64) -> bool {
+        let seen = |contents: i64| if contents & Self::NEITHER != 0 { 0 } else { contents };
+        match self {
+            Self::All => true,
+            Self::Equal => a == b,
+            Self::EqualBits(last) => (seen(a) ^ seen(b)) & (2 * last - 1) == 0,
+        }
+    }
+}
+
 /// How rows are kept.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Rows {
@@ -152,8 +177,7 @@ pub(crate) struct Layout {
     /// Games whose faces are chains of edges.
     pub face: Option<Face>,
     pub closed: Closed,
-    /// Portals lead only between leaves of equal contents: water's surface hides.
-    pub water_hides: bool,
+    pub passes: Passes,
     /// Faces with names that begin with `{` have holes.
     pub has_fences: bool,
     /// A leaf ends with the loudness of water, sky, slime and lava.
@@ -274,7 +298,7 @@ const QUAKE: Layout = Layout {
     model: QUAKE_MODEL,
     face: Some(FACE_16),
     closed: QUAKE_CLOSED,
-    water_hides: false,
+    passes: Passes::All,
     has_fences: true,
     ambient: true,
     rows: Rows::ByLeaf,
@@ -292,7 +316,8 @@ const QUAKE2: Layout = Layout {
     model: Model { size: 48, head: Some(i32(36)), leaves: None, faces: [i32(40), i32(44)] },
     face: Some(FACE_16),
     closed: Closed::SolidBit,
-    water_hides: false,
+    // Mist.
+    passes: Passes::EqualBits(0x40),
     has_fences: false,
     ambient: false,
     rows: Rows::ByCluster("PHS"),
@@ -319,7 +344,8 @@ const SOURCE: Layout = Layout {
     model: Model { size: 48, head: Some(i32(36)), leaves: None, faces: [i32(40), i32(44)] },
     face: None,
     closed: Closed::SolidBit,
-    water_hides: false,
+    // Opaque matter.
+    passes: Passes::EqualBits(0x80),
     has_fences: false,
     ambient: false,
     rows: Rows::ByCluster("PAS"),
@@ -348,7 +374,8 @@ pub(crate) const LAYOUTS: &[Layout] = &[
     Layout {
         name: "Half-Life's bsp30",
         magic: [30, 0, 0, 0],
-        water_hides: true,
+        closed: Closed::Contents(&[-2]),
+        passes: Passes::Equal,
         has_fences: false,
         ambient: false,
         ..QUAKE
@@ -375,7 +402,7 @@ pub(crate) const LAYOUTS: &[Layout] = &[
         model: Model { size: 40, head: None, leaves: None, faces: [i32(24), i32(28)] },
         face: None,
         closed: Closed::NoCluster,
-        water_hides: false,
+        passes: Passes::All,
         has_fences: false,
         ambient: false,
         rows: Rows::Plain,

@@ -122,7 +122,7 @@ impl Bsp {
     /// [`BspError::Fences`] if the tree does not decide which faces are see-through.
     pub fn level(&self) -> Result<Derived, BspError> {
         let (portals, slivers) = self.portals()?;
-        Ok(Derived { level: Level { cells: self.cells(), portals, rounding: 0.0 }, slivers })
+        Ok(Derived { level: Level { cells: self.cells(), portals, rounding: self.rounding() }, slivers })
     }
 
     /// The portals between open cells, derived from the tree, and the number of skipped slivers: portals narrower than

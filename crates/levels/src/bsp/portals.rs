@@ -63,7 +63,7 @@ pub(crate) fn derive(tree: &Tree, with_walls: bool) -> Between {
                 match back.cell.zip(front.cell) {
                     // Parts of one cluster.
                     Some((back, front)) if back == front => {}
-                    Some(_) if tree.water_hides && contents(back.leaf) != contents(front.leaf) => {}
+                    Some(_) if !tree.passes.between(contents(back.leaf), contents(front.leaf)) => {}
                     Some(_) if is_sliver => out.slivers += 1,
                     Some((back_cell, front_cell)) => {
                         out.portals.push(LevelPortal { cells: [back_cell, front_cell], winding: back.winding });

@@ -2,7 +2,7 @@
 
 use super::error::{BspError, entry, lump as fault};
 use super::file::LevelFile;
-use super::layout::{Closed, Leaf as LeafRecord, Lump, Rows};
+use super::layout::{Closed, Leaf as LeafRecord, Lump, Passes};
 use super::record::{Field, Kind, POINT, Records, i32, u16, u32};
 use crate::{FARTHEST, MOST_CLUSTERS};
 use enfilade::math::geom::{Aabb, Plane};
@@ -42,8 +42,8 @@ pub(crate) struct Tree {
     pub cells: usize,
     /// Bounds of the world.
     pub bounds: Aabb,
-    /// Whether portals lead only between equal contents.
-    pub water_hides: bool,
+    /// What sight passes between two leaves.
+    pub passes: Passes,
 }
 
 impl Tree {
@@ -87,7 +87,7 @@ impl Tree {
             ));
         }
 
-        let mut tree = Self { nodes, leaves, root, cells, bounds, water_hides: layout.water_hides };
+        let mut tree = Self { nodes, leaves, root, cells, bounds, passes: layout.passes };
         let reached = tree.reached(own_leaves.is_some())?;
         // Leaves of doors and other models name a cluster, too.
         for (leaf, _) in tree.leaves.iter_mut().zip(reached).filter(|(_, reached)| !reached) {
@@ -235,7 +235,8 @@ fn by_cluster(file: &LevelFile, records: &Records<'_>, record: &LeafRecord) -> R
     let leaf = |l: usize| {
         let cluster = u32::try_from(records.int(l, record.row)).ok();
         let is_solid = file.layout.closed == Closed::SolidBit && records.int(l, i32(0)) & SOLID_BIT != 0;
-        Leaf { cell: cluster.filter(|_| !is_solid), contents: 0, row: -1 }
+        let contents = if file.layout.closed == Closed::SolidBit { records.int(l, i32(0)) } else { 0 };
+        Leaf { cell: cluster.filter(|_| !is_solid), contents, row: -1 }
     };
     let leaves: Vec<Leaf> = (0..records.len()).map(leaf).collect();
     // Before vis the lump is empty, and the leaves alone tell.
@@ -261,6 +262,10 @@ fn detail(file: &LevelFile, leaves: &Records<'_>, of_leaf: [Field; 2]) -> Result
     for at in 0..list.len() {
         let more = is_detail.get(list.index(at, field)) == Some(&true);
         before.push(before[at] + usize::from(more));
+    }
+    if list.len() == 0 {
+        // A file without brushes tells of no detail.
+        return Ok(vec![false; leaves.len()]);
     }
     let all_detail = |leaf: usize| {
         let (first, count) = (leaves.index(leaf, of_leaf[0]), leaves.index(leaf, of_leaf[1]));
@@ -308,7 +313,7 @@ fn node(index: usize, nodes: &Records<'_>, children: [Field; 2], planes: &[Plane
 
 /// See [`super::layout::Node`].
 fn child(value: i64, kind: Kind, nodes: usize) -> Child {
-    let is_node = if kind == Kind::U16 { (value as usize) < nodes } else { value >= 0 };
+    let is_node = if kind == Kind::U16 { (value as usize) < nodes.max(0x8000) } else { value >= 0 };
     match (is_node, kind) {
         (true, _) => Child::Node(value as usize),
         (false, Kind::U16) => Child::Leaf((0xffff - value) as usize),

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 impl Faces {
     /// Sets the material of a mesh of faces with one texture.
-    pub fn look(&self, builder: &mut SceneBuilder, textures: &Textures, faces: &[usize]) {
+    pub(super) fn look(&self, builder: &mut SceneBuilder, textures: &Textures, faces: &[usize]) {
         if !builder.is_traced() {
             return;
         }
@@ -27,7 +27,14 @@ impl Faces {
     }
 
     /// Faces as triangle fans.
-    pub fn mesh(&self, faces: &[usize], node: String, role: Role, opaque: bool, turned: &dyn Fn(DVec3) -> DVec3) -> Mesh {
+    pub(super) fn mesh(
+        &self,
+        faces: &[usize],
+        node: String,
+        role: Role,
+        opaque: bool,
+        turned: &dyn Fn(DVec3) -> DVec3,
+    ) -> Mesh {
         let (mut positions, mut triangles, mut known) = (Vec::new(), Vec::new(), HashMap::new());
         for &face in faces {
             let corners: Vec<u32> = self.faces[face]

@@ -73,7 +73,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 5. The same as JSON.
     if args.json {
-        let mut json = crate::commands::vis::report(&input, &Totals::of(&result));
+        let mut json = crate::commands::vis::report(&input, &Totals::of(&input.level, &result));
         add_numbers(&mut json, &page, beside.as_ref(), [output, table]);
         json["seconds"] = begin.elapsed().as_secs_f64().into();
         crate::commands::answer(&format!("{json:#}"))?;

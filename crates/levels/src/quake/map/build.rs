@@ -8,6 +8,7 @@
 
 use super::brush::{Brush, ON};
 use super::union::{Part, reach};
+use crate::bsp::layout::Passes;
 use crate::bsp::portals::region_faces;
 use crate::bsp::tree::{Child, Leaf, Node, Tree};
 use enfilade::math::geom::{Aabb, Plane, clip};
@@ -46,7 +47,7 @@ pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: 
     let (planes, faces) = numbered(parts.iter().chain(between));
     let solid = Leaf { cell: None, contents: 0, row: -1 };
     let mut tree =
-        Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), cells: 0, bounds, water_hides: false };
+        Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), cells: 0, bounds, passes: Passes::All };
     let mut stack = vec![Work { faces, way: Vec::new(), parent: None }];
     while let Some(Work { faces, way, parent }) = stack.pop() {
         let child = match choose(&faces, &planes) {
