@@ -18,9 +18,12 @@ use crate::types::note::{Note, NoteKind};
 
 /// A graph is useless if it saves less than this share of the frustum: all is one open cell.
 const WORTH: f64 = 0.05;
-/// What rooms save indoors counts if floors are in them: if they save this share of the frustum over all floors, too. Larger: buildings on wide
-/// ground lose their rooms. Smaller: a city's solid houses count as rooms, which nobody enters, and its file has 17 times the size.
+/// What rooms save indoors counts if floors are in them: if they save this share of the frustum over all floors, too. Larger: museums on wide
+/// ground lose their rooms.
 const ENTERED: f64 = 0.01;
+/// It counts in any case if no more of the frustum is drawn indoors. Larger: a city's hollow houses count as rooms (0.42), and its file has 17
+/// times the size. Smaller: a house alone on wide ground loses its rooms (a villa: 0.36 without the ground).
+const SHUT_OFF: f64 = 0.4;
 /// A split along walls replaces a plan only if it saves this share of the frustum more at least, and `PER_DOUBLING` for each time that it has
 /// twice the plan's portals, because its cells are no rooms, and portals cost time. Larger: models whose plan finds few rooms draw more (a
 /// museum 14 % at 9 times the portals, a hospital 26 % at 20 times). Smaller: a villa loses its rooms for 7 % (4 times), a maze for 14 % (65
@@ -127,8 +130,8 @@ fn best(
         .collect();
     let (name, score) = table[0];
     // Rooms of a plan are places to be; pockets between walls are not.
-    let are_entered = keeps_plan && score.drawn <= 1.0 - ENTERED;
-    let drawn = if are_entered { score.drawn.min(score.indoors) } else { score.drawn };
+    let are_places = keeps_plan && (score.drawn <= 1.0 - ENTERED || score.indoors <= SHUT_OFF);
+    let drawn = if are_places { score.drawn.min(score.indoors) } else { score.drawn };
     if drawn > 1.0 - WORTH {
         let drawn = percent(drawn);
         let reason =

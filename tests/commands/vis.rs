@@ -245,15 +245,16 @@ mod levels {
         let elsewhere =
             "1 of 1 portals do not lie between leaves of their clusters; the first, portal 0, is near (7.0 0.0 0.0)";
         let others = [
-            (short, "level.prt has 4 leaves, the level 5: it belongs to another level; portals come from the BSP tree"),
+            (
+                short,
+                "level.prt: has 4 leaves, the level 5: it belongs to another level; remove it, and portals come from the tree",
+            ),
             (fitting.replace("(9 ", "(7 "), elsewhere),
             (fitting.replace("PRT2", "PRT9"), "level.prt: line 1"),
         ];
         for (other, why) in others {
             std::fs::write(&prt, other).unwrap();
-            let (from, clusters, notes) = from();
-            assert_eq!((from.as_str(), clusters), ("tree", Some(5)));
-            assert!(notes.contains(why), "{notes}");
+            refused(&enfilade!("vis", &level), &[why]);
         }
         // Four portals, one of which is elsewhere; one whose middle is in solid matter, as where it is led through a pillar.
         let portal = "4 1 0 (9 -1 -1) (9 1 -1) (9 1 1) (9 -1 1)\n";

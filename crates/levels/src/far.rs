@@ -12,7 +12,7 @@ pub fn limit(level: &Level, vis: &mut Vis, units: f64) -> u64 {
         let before = rows.count_ones();
         for a in 0..rows.rows() {
             let far: Vec<usize> = rows.ones(a).filter(|&b| are_apart(&boxes, a, b, units)).collect();
-            far.into_iter().for_each(|b| _ = rows.clear(a, b));
+            far.into_iter().for_each(|b| rows.clear(a, b));
         }
         before - rows.count_ones()
     };

@@ -113,11 +113,7 @@ impl Input {
         let derived = bsp.level().map_err(|e| at(path, e))?;
         let clusters = (0..bsp.cells() as u32).collect();
         let (level, slivers) = (derived.level, derived.slivers);
-        let mut notes = Vec::new();
-        if bsp.is_by_leaf() {
-            notes.push("no .prt beside it: portals come from the tree, and each leaf is a cluster of its own".into());
-        }
-        Ok(Self { level, clusters, bsp: Some(bsp), portals_from: "tree".into(), slivers, notes })
+        Ok(Self { level, clusters, bsp: Some(bsp), portals_from: "tree".into(), slivers, notes: Vec::new() })
     }
 
     /// A level and the portal file beside it, which has to be this level's.

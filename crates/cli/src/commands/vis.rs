@@ -100,7 +100,6 @@ impl Args {
 }
 
 /// The level that a word names. Of a map, it is the one beside it, as for q3map2, whose place `vis` has in an editor's menu.
-
 fn level_of(word: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(word);
     let level = path.with_extension("bsp");

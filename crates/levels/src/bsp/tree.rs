@@ -95,6 +95,7 @@ impl Tree {
         }
         if let Some(brushes) = record.brushes {
             tree.open_detail(&detail(file, &records, brushes)?);
+            tree.join_contents();
         }
         Ok(tree)
     }
@@ -173,6 +174,19 @@ impl Tree {
                     open.extend(self.nodes[n].children.map(|child| (child, cluster)));
                 }
             }
+        }
+    }
+
+    /// A cluster has the contents of all its leaves: its border is looked through if it is anywhere.
+    fn join_contents(&mut self) {
+        let mut all = vec![0; self.cells];
+        for leaf in &self.leaves {
+            if let Some(cell) = leaf.cell {
+                all[cell as usize] |= leaf.contents & !SOLID_BIT;
+            }
+        }
+        for leaf in &mut self.leaves {
+            leaf.contents = leaf.cell.map_or(leaf.contents, |cell| all[cell as usize]);
         }
     }
 
