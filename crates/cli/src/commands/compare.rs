@@ -4,6 +4,7 @@ use super::level::Input;
 use super::{CliError, at};
 use enfilade::BitMatrix;
 use enfilade_levels::Line;
+use enfilade_levels::bsp::Bsp;
 use enfilade_levels::compare::Against;
 use enfilade_levels::rows::read_rows;
 use serde_json::{Value, json};
@@ -15,12 +16,9 @@ const MOST_LINES: usize = 20;
 /// Reads rows for the clusters of a level: text as `vis --rows` writes it, or the rows of a .bsp.
 pub fn other_rows(path: &Path, input: &Input) -> Result<BitMatrix, CliError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("bsp")) {
-        let other = Input::read(path)?;
-        let (theirs, ours) = (other.level.cells, input.level.cells);
-        if theirs != ours {
-            return Err(at(path, format!("has {theirs} clusters, the level {ours}; the rows belong to another level")));
-        }
-        return other.rows().map_err(|e| at(path, e));
+        let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
+        let other = Bsp::read(bytes).map_err(|e| at(path, e))?;
+        return input.rows_of(&other).map_err(|e| at(path, e));
     }
     let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
     read_rows(&bytes, input.level.cells).map_err(|e| at(path, e))

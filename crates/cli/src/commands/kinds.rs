@@ -18,7 +18,7 @@ pub enum Kind {
     Points,
     /// Rows as text.
     Rows,
-    /// A Quake level.
+    /// A game's level.
     Bsp,
     /// `.ground`.
     Ground,
@@ -109,7 +109,7 @@ impl Kind {
         match self {
             Self::Pvs => starts(&[&MAGIC]),
             Self::Glb => starts(&[b"glTF"]),
-            Self::Bsp => starts(&[&[29, 0, 0, 0], b"BSP2"]),
+            Self::Bsp => enfilade_levels::bsp::is_level(head),
             Self::Ground => starts(&[b"\x89GRN\r\n\x1a\n"]),
             Self::Tiff => starts(&[b"II\x2a\0", b"MM\0\x2a", b"II\x2b\0", b"MM\0\x2b"]),
             Self::Png => starts(&[b"\x89PNG\r\n\x1a\n"]),
@@ -142,7 +142,7 @@ mod tests {
             (Kind::Leaks, b"o leak_0\nv 0 0 0\n"),
             (Kind::Points, b"1.5 -2 3e4\n1 2 3\n"),
             (Kind::Rows, b"0 3: 0 1 2\n"),
-            (Kind::Bsp, b"BSP2\0\0"),
+            (Kind::Bsp, b"VBSP\x14\0\0\0"),
             (Kind::Ground, b"\x89GRN\r\n\x1a\n\x01"),
             (Kind::Tiff, b"II\x2a\0\x08"),
             (Kind::Png, b"\x89PNG\r\n\x1a\n\0"),

@@ -61,11 +61,18 @@ impl Input {
 
     /// The level's own rows, by cluster: a cluster sees what any of its leaves sees.
     pub fn rows(&self) -> Result<BitMatrix, String> {
-        let of_leaves = match &self.bsp {
-            Some(bsp) => bsp.rows().map_err(|e| e.to_string())?,
-            None => None,
-        };
-        let of_leaves = of_leaves.ok_or("has no rows; give a file with --rows")?;
+        let bsp = self.bsp.as_ref().ok_or("has no rows; give a file with --rows")?;
+        self.rows_of(bsp)
+    }
+
+    /// The rows of a file of this level, by this level's clusters.
+    pub fn rows_of(&self, bsp: &Bsp) -> Result<BitMatrix, String> {
+        let (theirs, ours) = (bsp.cells(), self.clusters.len());
+        if theirs != ours {
+            let what = if bsp.is_by_leaf() { "leaves" } else { "clusters" };
+            return Err(format!("has {theirs} {what}, the level {ours}; the rows belong to another level"));
+        }
+        let of_leaves = bsp.rows().map_err(|e| e.to_string())?.ok_or("has no rows; give a file with --rows")?;
         let mut rows = BitMatrix::new(self.level.cells, self.level.cells);
         for (leaf, &cluster) in self.clusters.iter().enumerate() {
             of_leaves.ones(leaf).for_each(|other| _ = rows.set(cluster as usize, self.clusters[other] as usize));

@@ -145,7 +145,7 @@ impl LevelFile {
 }
 
 /// The layout of a file, and whether its numbers are big-endian.
-fn recognise(bytes: &[u8]) -> Result<(&'static Layout, bool), BspError> {
+pub(super) fn recognise(bytes: &[u8]) -> Result<(&'static Layout, bool), BspError> {
     let Some(magic) = bytes.first_chunk::<4>() else { return Err(BspError::Cut(bytes.len())) };
     let version = bytes.get(4..8).and_then(|b| b.first_chunk::<4>());
     let mut reversed = *magic;

@@ -32,6 +32,11 @@ use layout::{Lump, Rows};
 use portals::Between;
 use tree::Tree;
 
+/// Whether a file begins as a level that is read.
+pub fn is_level(head: &[u8]) -> bool {
+    file::recognise(head).is_ok()
+}
+
 /// A level, whole, with its tree checked.
 #[derive(Clone, Debug)]
 pub struct Bsp {
