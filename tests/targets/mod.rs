@@ -54,7 +54,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "geojson", run: geojson_bytes, seeds: seeds::geojson, memory: [MIB, 8192], share: 4 },
     Target { name: "indoorgml", run: indoorgml_text, seeds: seeds::indoorgml, memory: [MIB / 4, 64], share: 4 },
     // A PRT1 may promise so many isolated clusters; the list of its leaves is all that is taken for them.
-    Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 16, 0], share: 4 },
+    Target { name: "prt", run: prt, seeds: seeds::prt, memory: [MIB / 2, 0], share: 4 },
     Target { name: "rows", run: rows, seeds: seeds::rows, memory: [MIB / 4, 64], share: 4 },
     Target { name: "path", run: path, seeds: seeds::path, memory: [MIB / 4, 64], share: 4 },
     Target { name: "cells", run: cells, seeds: seeds::cells, memory: [MIB, 256], share: 10 },

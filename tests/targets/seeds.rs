@@ -5,7 +5,7 @@ use testing::boxes::flat;
 use testing::forge::{Shape, random_file, sample};
 use testing::games::{self, GAMES};
 use testing::glb::base64;
-use testing::prt_texts::{PRT1, PRT1_AM, PRT2};
+use testing::prt_texts::{HALF_LIFE, HALF_LIFE_BARE, PRT1, PRT1_AM, PRT2, QUAKE3};
 use testing::quake::{AIR, Layout, bsp as level, three_rooms};
 
 /// Cells of the level that rows are read for.
@@ -105,7 +105,7 @@ xmlns:x="http://www.w3.org/1999/xlink"><c:primalSpaceFeatures><c:PrimalSpaceFeat
 }
 
 pub fn prt() -> Vec<Vec<u8>> {
-    [PRT1, PRT2, PRT1_AM].map(|t| t.as_bytes().to_vec()).to_vec()
+    [PRT1, PRT2, PRT1_AM, HALF_LIFE, HALF_LIFE_BARE, QUAKE3].map(|t| t.as_bytes().to_vec()).to_vec()
 }
 
 pub fn rows() -> Vec<Vec<u8>> {

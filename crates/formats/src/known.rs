@@ -107,6 +107,6 @@ mod tests {
             assert_eq!(error.to_string(), format!("this binary reads no {name}; build it with `--features {feature}`"));
         }
         let error = crate::import(Path::new("x.doc"), &ImportOptions::default()).unwrap_err().to_string();
-        assert!(error.starts_with("no importer for \".doc\"; give .glb, ") && error.ends_with(" or .map"), "{error}");
+        assert!(error.starts_with("no importer for \".doc\"; give .glb, ") && error.ends_with(" or .ifczip"), "{error}");
     }
 }

@@ -31,6 +31,8 @@ const ROUNDING: f64 = 1e-12;
 pub const FLATNESS: f64 = 0.01;
 /// Maximum corners of a portal.
 pub const MOST_POINTS: usize = 1024;
+/// Maximum leaves of a Half-Life level, whose nodes name them with 16 bits.
+const MOST_LEAVES: u64 = 1 << 15;
 /// Maximum clusters without portals; a level has a few of them, a false header any number.
 pub const MOST_ISOLATED: u64 = 1024;
 
@@ -299,7 +301,7 @@ impl<'t> Reader<'t> {
                 head.dialect = Dialect::HalfLife;
                 for cluster in 0..head.clusters as u32 {
                     let more =
-                        self.count(&format!("leaves of cluster {cluster}"), MOST_CLUSTERS - head.of_leaves.len() as u64)?;
+                        self.count(&format!("leaves of cluster {cluster}"), MOST_LEAVES - head.of_leaves.len() as u64)?;
                     head.of_leaves.extend(std::iter::repeat_n(cluster, more as usize));
                 }
             }
