@@ -1,7 +1,7 @@
 //! Level files of games (`.bsp`): the tree, its portals, and the rows of visibility, read and written back.
 //!
 //! Quake (bsp29, BSP2, 2PSB), Half-Life (bsp30), Quake 2 (IBSP 38, QBSP 38), Quake 3 (IBSP 46) and Source (VBSP 19, 20, 21, 25, also
-//! packed and of consoles), known by their content. [`layout`] has what differs between them; docs/levels.md tells of it.
+//! packed and of consoles), known by their content. `layout` has what differs between them; docs/levels.md tells of it.
 //!
 //! A *cell* is what has a row: leaf `i + 1` is cell `i` in Quake and Half-Life, a cluster is a cell in the others.
 
