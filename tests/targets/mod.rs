@@ -276,6 +276,14 @@ fn bsp(bytes: &[u8]) -> bool {
     if let Ok(Some(rows)) = bsp.rows() {
         assert_eq!(rows.rows(), bsp.cells());
     }
+    // Rows written into whatever was read.
+    let cells = bsp.cells();
+    let mut rows = enfilade::BitMatrix::new(cells, cells);
+    (0..cells).for_each(|cell| _ = rows.set(cell, cell));
+    let clusters: Vec<u32> = (0..cells as u32).collect();
+    if let Ok(new) = bsp.with_rows(&rows, &clusters, None) {
+        assert!(new.bytes.len() >= bytes.len().min(new.lump));
+    }
     let scene = enfilade_levels::quake::import_bytes(bytes.to_vec(), "hostile", &ImportOptions::default());
     if let Ok(scene) = &scene {
         let leaves = scene.hints.leaves.as_ref().expect("a level has leaves");

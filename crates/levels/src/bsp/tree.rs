@@ -260,6 +260,10 @@ fn by_cluster(file: &LevelFile, records: &Records<'_>, record: &LeafRecord) -> R
     if let Some(l) = leaves.iter().position(|leaf| leaf.cell.is_some_and(|cell| cell as usize >= cells)) {
         return Err(entry(Lump::Leaves, l, format!("is in cluster {}, but the level has {cells}", named - 1)));
     }
+    // Each cluster has a leaf.
+    if cells > leaves.len() {
+        return Err(fault(Lump::Leaves, format!("has {} leaves, too few for {cells} clusters", leaves.len())));
+    }
     Ok((leaves, cells))
 }
 
