@@ -197,3 +197,43 @@ fn rows_from_the_tree_are_those_from_the_file() {
     }
     assert!(compared >= 18, "{compared}");
 }
+
+/// Levels of Half-Life and Quake 2 as scenes: the world's faces have the area that another reader gives them, the leaves are cells, and what is
+/// seen along random lines is in the rows.
+#[test]
+fn levels_of_half_life_and_quake_2_are_baked() {
+    use enfilade::bake::BakeOptions;
+    use enfilade_measure::verify::{CheckOptions, check};
+    use qbsp::prelude::*;
+    for name in ["hl/ab_vis_test", "hl/id_dm4", "q2/id_dm4", "q2/et_detail_qbism"] {
+        let case = cases().into_iter().find(|case| case.name == name).unwrap();
+        let bytes = case.part("vis.bsp").unwrap();
+        let theirs =
+            BspData::parse(BspParseInput { bsp: &bytes, lit: None, settings: BspParseSettings::default() }).unwrap();
+        let world = &theirs.models[0];
+        let faces = &theirs.faces[world.first_face as usize..(world.first_face + world.num_faces) as usize];
+        let expected: f64 = faces.iter().map(|face| area(&theirs, face)).sum();
+        let scene = enfilade_levels::quake::import_bytes(bytes, name, &Default::default()).unwrap();
+        let of_world = scene.objects.iter().filter(|o| !o.node.contains(" *"));
+        let triangles = of_world.flat_map(|o| o.triangles.clone());
+        let found: f64 =
+            triangles.map(|t| enfilade::math::geom::area(&scene.corners(t as usize))).sum::<f64>() * 32.0 * 32.0;
+        // Faces of hints, skies and triggers are not drawn.
+        assert!(found > 0.9 * expected && found < 1.0001 * expected, "{name}: {found} of {expected}");
+        let file = testing::bakes::baked(&scene, BakeOptions { clusters: Some(0.0), ..testing::bakes::with_rays(300_000) });
+        assert!(file.cells.iter().all(|cell| cell.name.starts_with("leaf ")), "{name}");
+        let report = check(&file, &scene, &CheckOptions { rays: 200_000, views: 4, ..CheckOptions::default() }).unwrap();
+        assert!(report.passed, "{name}: {report:?}");
+    }
+}
+
+/// The area of a face, by the crate `qbsp`.
+fn area(level: &qbsp::BspData, face: &qbsp::data::BspFace) -> f64 {
+    let edges = &level.surface_edges[face.first_edge as usize..][..face.num_edges.0 as usize];
+    let vertex = |&e: &i32| {
+        let edge = level.edges[e.unsigned_abs() as usize];
+        let at = level.vertices[if e < 0 { edge.b.0 } else { edge.a.0 } as usize];
+        glam::DVec3::from_array(at.to_array().map(f64::from))
+    };
+    enfilade::math::geom::area(&edges.iter().map(vertex).collect::<Vec<_>>())
+}

@@ -2,7 +2,7 @@
 
 use super::error::{BspError, entry, lump as fault};
 use super::file::LevelFile;
-use super::layout::{Face as FaceRecord, Lump};
+use super::layout::{Face as FaceRecord, Lump, Texture};
 use super::record::{POINT, Records, i32};
 use crate::FARTHEST;
 use glam::DVec3;
@@ -28,18 +28,29 @@ pub(crate) struct Projection {
 pub(crate) struct Faces {
     pub vertices: Vec<DVec3>,
     pub faces: Vec<Face>,
-    /// By texture info: its texture's name in lower case.
+    /// By texture info: its texture's name in lower case; of sky, with `sky` before it.
     pub textures: Vec<String>,
+    /// By texture info: the surface's flags, in games that have them.
+    pub flags: Vec<i64>,
     /// By texture info.
     pub projections: Vec<Projection>,
 }
+
+/// Bytes of a name in a texture info.
+const LONG_NAME: usize = 32;
+/// Flags of surfaces in Quake 2: sky; liquids and translucent ones; those that are not drawn, hints among them.
+const SKY: i64 = 0x4;
+pub(crate) const SEE_THROUGH: i64 = 0x8 | 0x10 | 0x20;
+pub(crate) const UNDRAWN: i64 = 0x80 | 0x100 | 0x200;
 
 /// Width and height of a missing texture, texels.
 const USUAL_SIZE: u32 = 64;
 
 /// How this game's faces are written.
 fn record(file: &LevelFile) -> Result<FaceRecord, BspError> {
-    file.layout.face.ok_or_else(|| fault(Lump::Faces, "is of a kind that isn't read"))
+    file.layout.face.ok_or_else(|| {
+        fault(Lump::Faces, "has faces of a kind that isn't read: `vis` takes this game's levels, `bake` does not")
+    })
 }
 
 impl Faces {
@@ -60,7 +71,7 @@ impl Faces {
         if let Some(i) = vertices.iter().position(|p| !is_near(p)) {
             return Err(entry(Lump::Vertices, i, format!("is not within {FARTHEST:e} of the origin")));
         }
-        let (textures, projections) = textures(file, &infos, &record)?;
+        let Infos { names: textures, flags, projections } = textures(file, &infos, &record)?;
         let corner = |face: usize, at: usize| -> Result<u32, BspError> {
             let missing = |what: String| entry(Lump::Faces, face, what);
             if at >= surface_edges.len() {
@@ -95,29 +106,49 @@ impl Faces {
                 (first..first.saturating_add(count)).rev().map(|at| corner(i, at)).collect::<Result<Vec<_>, _>>()?;
             all.push(Face { corners, texture });
         }
-        Ok(Self { vertices, faces: all, textures, projections })
+        Ok(Self { vertices, faces: all, textures, flags, projections })
     }
 }
 
-/// Names and projections by texture info.
-fn textures(file: &LevelFile, infos: &Records<'_>, record: &FaceRecord) -> Result<(Vec<String>, Vec<Projection>), BspError> {
+/// By texture info.
+#[derive(Default)]
+struct Infos {
+    names: Vec<String>,
+    flags: Vec<i64>,
+    projections: Vec<Projection>,
+}
+
+/// Names, flags and projections.
+fn textures(file: &LevelFile, infos: &Records<'_>, record: &FaceRecord) -> Result<Infos, BspError> {
     let lump = file.lump(Lump::Textures)?;
-    let (mut names, mut projections) = (Vec::new(), Vec::new());
+    let mut all = Infos::default();
     for i in 0..infos.len() {
-        let texture = infos.index(i, record.texture);
-        let count = lump.first_chunk().map_or(0, |&b| u32::from_le_bytes(b)) as usize;
-        if texture >= count {
-            return Err(entry(Lump::TextureInfos, i, format!("its texture {texture} doesn't exist")));
-        }
-        // A file without textures has no names, either.
-        names.push(texture_name(&lump, texture).unwrap_or_else(|| format!("texture {texture}")));
-        projections.push(Projection {
+        let (name, flags, size) = match record.texture {
+            Texture::Named { name, flags } => {
+                let flags = infos.int(i, flags);
+                let name = text(&infos.record(i)[name..name + LONG_NAME]);
+                (if flags & SKY != 0 { format!("sky {name}") } else { name }, flags, None)
+            }
+            Texture::Number(field) => {
+                let texture = infos.index(i, field);
+                let count = lump.first_chunk().map_or(0, |&b| u32::from_le_bytes(b)) as usize;
+                if texture >= count {
+                    return Err(entry(Lump::TextureInfos, i, format!("its texture {texture} doesn't exist")));
+                }
+                // A file without textures has no names, either.
+                let name = texture_name(&lump, texture).unwrap_or_else(|| format!("texture {texture}"));
+                (name, 0, texture_size(&lump, texture))
+            }
+        };
+        all.names.push(name);
+        all.flags.push(flags);
+        all.projections.push(Projection {
             axes: [infos.point(i, 0), infos.point(i, 16)],
             offsets: [infos.float(i, 12), infos.float(i, 28)],
-            size: texture_size(&lump, texture).unwrap_or([USUAL_SIZE; 2]).map(f64::from),
+            size: size.unwrap_or([USUAL_SIZE; 2]).map(f64::from),
         });
     }
-    Ok((names, projections))
+    Ok(all)
 }
 
 /// Visits the faces of each leaf, leaf by leaf; `faces` is their number.
@@ -151,8 +182,13 @@ pub(crate) const NAME: usize = 16;
 
 /// A texture's name in lower case; `None` if it is missing. `lump`: [`Lump::Textures`].
 pub(crate) fn texture_name(lump: &[u8], texture: usize) -> Option<String> {
-    let name = texture_entry(lump, texture)?.iter().take(NAME).take_while(|&&b| b != 0);
-    Some(name.map(|&b| char::from(b.to_ascii_lowercase())).collect())
+    let entry = texture_entry(lump, texture)?;
+    Some(text(&entry[..entry.len().min(NAME)]))
+}
+
+/// Letters up to a zero byte, in lower case.
+fn text(bytes: &[u8]) -> String {
+    bytes.iter().take_while(|&&b| b != 0).map(|&b| char::from(b.to_ascii_lowercase())).collect()
 }
 
 /// A texture's width and height, texels; `None` if it is missing or has no texels.

@@ -101,12 +101,20 @@ pub(crate) struct Face {
     pub texture_info: Field,
     /// Bytes of a texture info, which begins with two axes of four floats.
     pub info: usize,
-    /// Its texture.
-    pub texture: Field,
+    pub texture: Texture,
     /// The two vertices of an edge; its size is twice that of a field.
     pub ends: [Field; 2],
     /// An entry of [`Lump::MarkSurfaces`].
     pub mark: Field,
+}
+
+/// Where a texture info has its texture.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Texture {
+    /// A number in [`Lump::Textures`], which has the names.
+    Number(Field),
+    /// A name of 32 bytes, and flags of the surface.
+    Named { name: usize, flags: Field },
 }
 
 /// What closes a leaf.
@@ -272,7 +280,7 @@ const FACE_16: Face = Face {
     edges: [i32(4), u16(8)],
     texture_info: u16(10),
     info: 40,
-    texture: i32(32),
+    texture: Texture::Number(i32(32)),
     ends: [u16(0), u16(2)],
     mark: u16(0),
 };
@@ -281,7 +289,7 @@ const FACE_32: Face = Face {
     edges: [i32(8), i32(12)],
     texture_info: i32(16),
     info: 40,
-    texture: i32(32),
+    texture: Texture::Number(i32(32)),
     ends: [u32(0), u32(4)],
     mark: u32(0),
 };
@@ -304,6 +312,8 @@ const QUAKE: Layout = Layout {
     rows: Rows::ByLeaf,
 };
 
+const NAMED: Texture = Texture::Named { name: 40, flags: i32(32) };
+
 const QUAKE2: Layout = Layout {
     name: "Quake 2's IBSP 38",
     magic: *b"IBSP",
@@ -314,7 +324,7 @@ const QUAKE2: Layout = Layout {
     nodes: &[(0, Node { size: 28, children: [i32(4), i32(8)] })],
     leaves: &[(0, Leaf { size: 28, row: i16(4), marks: [u16(20), u16(22)], brushes: Some([u16(24), u16(26)]) })],
     model: Model { size: 48, head: Some(i32(36)), leaves: None, faces: [i32(40), i32(44)] },
-    face: Some(FACE_16),
+    face: Some(Face { info: 76, texture: NAMED, ..FACE_16 }),
     closed: Closed::SolidBit,
     // Mist.
     passes: Passes::EqualBits(0x40),
@@ -386,7 +396,7 @@ pub(crate) const LAYOUTS: &[Layout] = &[
         magic: *b"QBSP",
         nodes: &[(0, Node { size: 44, children: [i32(4), i32(8)] })],
         leaves: &[(0, Leaf { size: 52, row: i32(4), marks: [u32(36), u32(40)], brushes: Some([u32(44), u32(48)]) })],
-        face: Some(FACE_32),
+        face: Some(Face { info: 76, texture: NAMED, ..FACE_32 }),
         ..QUAKE2
     },
     Layout {

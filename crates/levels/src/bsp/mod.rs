@@ -29,7 +29,6 @@ use file::LevelFile;
 pub use fit::Fit;
 use glam::DVec3;
 use layout::{Lump, Rows};
-use portals::Between;
 use tree::Tree;
 
 /// Whether a file begins as a level that is read.
@@ -138,18 +137,13 @@ impl Bsp {
     /// [`BspError::Fences`] if the tree does not decide which faces are see-through.
     pub fn portals(&self) -> Result<(Vec<LevelPortal>, usize), BspError> {
         fences::refuse(&self.fences_on_walls()?)?;
-        let found = self.between(false);
+        let found = portals::derive(&self.tree, false);
         Ok((found.portals, found.slivers))
     }
 
     /// Fences with solid matter behind, as indices of faces, ascending.
     pub(crate) fn fences_on_walls(&self) -> Result<Vec<usize>, BspError> {
         fences::on_walls(&self.file, &self.tree)
-    }
-
-    /// Portals and walls between leaves.
-    pub(crate) fn between(&self, with_walls: bool) -> Between {
-        portals::derive(&self.tree, with_walls)
     }
 
     /// The cell at a point, in the level's own coordinates; `None` in solid, and outside the level.

@@ -59,6 +59,11 @@ impl<'b> Records<'b> {
         self.bytes.len() / self.size
     }
 
+    /// The bytes of a record.
+    pub fn record(&self, record: usize) -> &'b [u8] {
+        &self.bytes[record * self.size..(record + 1) * self.size]
+    }
+
     /// A whole number of a record.
     pub fn int(&self, record: usize, field: Field) -> i64 {
         let at = record * self.size + field.at;

@@ -26,6 +26,8 @@ pub(crate) struct Node {
 pub(crate) struct Leaf {
     /// The cell that it belongs to, if sight passes it: air, a liquid, a fence, or matter that counts as detail.
     pub cell: Option<u32>,
+    /// Whether it is no solid matter: what a scene of the level's faces has air in.
+    pub is_open: bool,
     /// Its contents, in games whose portals depend on them; else 0.
     pub contents: i64,
     /// Offset of its row in the visibility lump, in games that keep rows by leaf; negative for none.
@@ -190,6 +192,18 @@ impl Tree {
         }
     }
 
+    /// The tree for a scene of the level's faces: each leaf is a cell, leaf `i + 1` cell `i`; detail is solid, and liquids are looked
+    /// through.
+    pub fn of_faces(&self) -> Self {
+        let mut tree = Self { passes: Passes::All, ..self.clone() };
+        for (l, leaf) in tree.leaves.iter_mut().enumerate() {
+            leaf.cell = (l as u32).checked_sub(1).filter(|_| leaf.is_open && leaf.cell.is_some());
+        }
+        let last = tree.leaves.iter().filter_map(|leaf| leaf.cell).max();
+        tree.cells = self.cells.max(last.map_or(0, |last| last as usize + 1));
+        tree
+    }
+
     /// The leaf at a point.
     pub fn leaf_at(&self, p: DVec3) -> usize {
         let mut at = self.root;
@@ -214,6 +228,8 @@ impl Tree {
 
 /// Contents of a solid leaf in games that keep rows by leaf.
 const SOLID: i64 = -2;
+/// And of sky, behind which nothing is drawn.
+const SKY: i64 = -6;
 /// The lowest bit of contents: solid; and the bit of detail, in later games.
 const SOLID_BIT: i64 = 1;
 const DETAIL_BIT: i64 = 0x800_0000;
@@ -239,7 +255,8 @@ fn by_leaf(
         // `func_detail_fence`).
         let is_fence = contents(l) == SOLID && (1..=count).contains(&l);
         let is_open = !closed.contains(&contents(l)) || is_fence;
-        Leaf { cell: is_open.then(|| (l as u32).wrapping_sub(1)), contents: contents(l), row: records.int(l, record.row) }
+        let cell = is_open.then(|| (l as u32).wrapping_sub(1));
+        Leaf { cell, is_open: is_open && contents(l) != SKY, contents: contents(l), row: records.int(l, record.row) }
     };
     Ok(((0..records.len()).map(leaf).collect(), count))
 }
@@ -250,7 +267,7 @@ fn by_cluster(file: &LevelFile, records: &Records<'_>, record: &LeafRecord) -> R
         let cluster = u32::try_from(records.int(l, record.row)).ok();
         let is_solid = file.layout.closed == Closed::SolidBit && records.int(l, i32(0)) & SOLID_BIT != 0;
         let contents = if file.layout.closed == Closed::SolidBit { records.int(l, i32(0)) } else { 0 };
-        Leaf { cell: cluster.filter(|_| !is_solid), contents, row: -1 }
+        Leaf { cell: cluster.filter(|_| !is_solid), is_open: cluster.is_some() && !is_solid, contents, row: -1 }
     };
     let leaves: Vec<Leaf> = (0..records.len()).map(leaf).collect();
     // Before vis the lump is empty, and the leaves alone tell.

@@ -4,7 +4,7 @@ use super::texels::Textures;
 use enfilade::scene::Material;
 
 /// Textures of faces that games never draw.
-const UNDRAWN: [&str; 6] = ["clip", "skip", "trigger", "hint", "hintskip", "origin"];
+const UNDRAWN: [&str; 8] = ["clip", "skip", "trigger", "hint", "hintskip", "origin", "aaatrigger", "null"];
 
 /// The material of a texture: its texels if they were found. Otherwise liquids have fixed colours, and other textures a colour
 /// from a hash of their name, so that they differ.
@@ -53,5 +53,5 @@ pub(super) fn is_undrawn(texture: &str) -> bool {
 }
 
 pub(super) fn is_see_through(texture: &str) -> bool {
-    texture.starts_with(['{', '*'])
+    texture.starts_with(['{', '*', '!'])
 }

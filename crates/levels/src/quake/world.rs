@@ -9,11 +9,11 @@ use super::texels::Textures;
 use super::textures::{is_see_through, is_undrawn};
 use crate::bsp::entities::entities;
 use crate::bsp::error::entry;
-use crate::bsp::faces::Faces;
 use crate::bsp::faces::marked_faces;
+use crate::bsp::faces::{Faces, SEE_THROUGH, UNDRAWN};
 use crate::bsp::file::LevelFile;
 use crate::bsp::layout::Lump;
-use crate::bsp::portals::Between;
+use crate::bsp::portals::{Between, derive};
 use crate::bsp::tree::{Child, Tree};
 use crate::bsp::{Bsp, BspError};
 use enfilade::math::geom::Plane;
@@ -58,7 +58,8 @@ pub(super) fn scene(
     let faces = Faces::read(file).map_err(malformed)?;
     let textures = if builder.is_traced() { textures(file, path, options).map_err(malformed)? } else { Textures::default() };
     let ranges = ranges(file, faces.faces.len()).map_err(malformed)?;
-    let half_spaces = half_spaces(&bsp.tree).map_err(malformed)?;
+    let tree = bsp.tree.of_faces();
+    let half_spaces = half_spaces(&tree).map_err(malformed)?;
 
     // 1. The world; faces without a leaf come last. `Bsp::read` has checked that there is a world.
     let leaf_of = first_leaves(file, faces.faces.len()).map_err(malformed)?;
@@ -87,7 +88,7 @@ pub(super) fn scene(
     }
 
     // 3. Leaves and portals.
-    let between = bsp.between(true);
+    let between = derive(&tree, true);
     if between.slivers > 0 {
         let note = format!("{} portals narrower than the rounding of the file's planes left out", between.slivers);
         builder.source.notes.push(Note::detail(note));
@@ -111,8 +112,8 @@ impl Meshes<'_> {
         let mut groups: BTreeMap<(usize, usize, bool), Vec<usize>> = BTreeMap::new();
         for face in world {
             let texture = faces.faces[face].texture;
-            if !is_undrawn(&faces.textures[texture]) {
-                let hides = !is_see_through(&faces.textures[texture]) || walls.binary_search(&face).is_ok();
+            if is_drawn(faces, texture) {
+                let hides = !is_looked_through(faces, texture) || walls.binary_search(&face).is_ok();
                 groups.entry((leaf_of[face], texture, hides)).or_default().push(face);
             }
         }
@@ -133,13 +134,22 @@ impl Meshes<'_> {
             groups.entry(faces.faces[face].texture).or_default().push(face);
         }
         let role = if name.starts_with("func_door") { Role::Door } else { Role::Furnishing };
-        for (texture, group) in groups.into_iter().filter(|(texture, _)| !is_undrawn(&faces.textures[*texture])) {
+        for (texture, group) in groups.into_iter().filter(|(texture, _)| is_drawn(faces, *texture)) {
             let mesh = faces.mesh(&group, name.to_owned(), role, false, &|p| turned(p, unit));
             faces.look(builder, textures, &group);
-            if is_see_through(&faces.textures[texture]) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
+            if is_looked_through(faces, texture) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
         }
         Ok(())
     }
+}
+
+/// By texture info: what its name or its flags say.
+fn is_drawn(faces: &Faces, texture: usize) -> bool {
+    !is_undrawn(&faces.textures[texture]) && faces.flags[texture] & UNDRAWN == 0
+}
+
+fn is_looked_through(faces: &Faces, texture: usize) -> bool {
+    is_see_through(&faces.textures[texture]) || faces.flags[texture] & SEE_THROUGH != 0
 }
 
 /// A point of the level in the scene.

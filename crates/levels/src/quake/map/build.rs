@@ -45,7 +45,7 @@ struct Work {
 /// numbered from 1; leaf 0 is all solid space.
 pub(super) fn tree(parts: &[Part], between: &[Part], brushes: &[Brush], bounds: Aabb) -> Result<Tree, String> {
     let (planes, faces) = numbered(parts.iter().chain(between));
-    let solid = Leaf { cell: None, contents: 0, row: -1 };
+    let solid = Leaf { cell: None, is_open: false, contents: 0, row: -1 };
     let mut tree =
         Tree { nodes: Vec::new(), leaves: vec![solid], root: Child::Leaf(0), cells: 0, bounds, passes: Passes::All };
     let mut stack = vec![Work { faces, way: Vec::new(), parent: None }];
@@ -149,6 +149,6 @@ fn leaf(tree: &mut Tree, brushes: &[Brush], way: &[Plane]) -> usize {
         return 0;
     }
     let leaf = tree.leaves.len();
-    tree.leaves.push(Leaf { cell: Some(leaf as u32 - 1), contents: 0, row: -1 });
+    tree.leaves.push(Leaf { cell: Some(leaf as u32 - 1), is_open: true, contents: 0, row: -1 });
     leaf
 }
