@@ -62,6 +62,9 @@ impl Input {
     /// The level's own rows, by cluster: a cluster sees what any of its leaves sees.
     pub fn rows(&self) -> Result<BitMatrix, String> {
         let bsp = self.bsp.as_ref().ok_or("has no rows; give a file with --rows")?;
+        if !bsp.has_rows() {
+            return Err("has no rows; give a file with --rows".into());
+        }
         self.rows_of(bsp)
     }
 
@@ -72,7 +75,7 @@ impl Input {
             let what = if bsp.is_by_leaf() { "leaves" } else { "clusters" };
             return Err(format!("has {theirs} {what}, the level {ours}; the rows belong to another level"));
         }
-        let of_leaves = bsp.rows().map_err(|e| e.to_string())?.ok_or("has no rows; give a file with --rows")?;
+        let of_leaves = bsp.rows().map_err(|e| e.to_string())?.ok_or("has no rows")?;
         let mut rows = BitMatrix::new(self.level.cells, self.level.cells);
         for (leaf, &cluster) in self.clusters.iter().enumerate() {
             of_leaves.ones(leaf).for_each(|other| _ = rows.set(cluster as usize, self.clusters[other] as usize));

@@ -39,7 +39,7 @@ pub struct Args {
     #[arg(long)]
     fast: bool,
     /// Leave out clusters farther apart than this, in the level's units; farz: than Source's fog lets a player see
-    #[arg(long, value_name = "UNITS|farz")]
+    #[arg(long, value_name = "UNITS|farz", conflicts_with = "against")]
     visdist: Option<String>,
     /// Keep no copy of the level that is written over
     #[arg(long, conflicts_with = "output")]

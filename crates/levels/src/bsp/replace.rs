@@ -51,11 +51,16 @@ fn beside(file: &LevelFile, number: usize, vis: &[u8]) -> Replaced {
     let (lump, unpacked) = if is_packed { (lzma::pack(vis), vis.len() as u32) } else { (vis.to_vec(), 0) };
     let is_shared =
         entries.iter().enumerate().any(|(i, e)| i != number && e.length > 0 && e.offset < old.end() && old.offset < e.end());
-    let offset = if lump.len() <= old.length && !is_shared && old.offset >= file.layout.header() {
+    let is_own = !is_shared && old.length > 0 && old.offset >= file.layout.header();
+    let offset = if lump.len() <= old.length && is_own {
         bytes[old.offset..old.end()].fill(0);
         bytes[old.offset..old.offset + lump.len()].copy_from_slice(&lump);
         old.offset
     } else {
+        // The last lump, as an earlier run may have left it, makes room.
+        if is_own && old.end() == bytes.len() {
+            bytes.truncate(old.offset);
+        }
         bytes.resize(bytes.len().next_multiple_of(4), 0);
         bytes.extend(&lump);
         bytes.len() - lump.len()
