@@ -15,6 +15,7 @@ pub struct Plane {
 impl Plane {
     /// The plane through `p` with unit normal `n`.
     #[cfg(feature = "bake")]
+    #[inline]
     pub fn through(p: DVec3, n: DVec3) -> Self {
         Self { n, d: n.dot(p) }
     }

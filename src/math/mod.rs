@@ -9,6 +9,8 @@ pub mod box_tree;
 #[cfg(feature = "bake")]
 pub mod bvh;
 pub mod geom;
+#[cfg(feature = "bake")]
+pub(crate) mod lanes;
 pub mod parallel;
 #[cfg(feature = "bake")]
 pub mod polygon;

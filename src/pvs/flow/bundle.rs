@@ -7,6 +7,7 @@
 use super::window::{Slack, Window};
 use crate::math::geom::{Aabb, Plane};
 use glam::DVec3;
+use pulp::Simd;
 
 /// Planes in one group.
 const LANES: usize = 4;
@@ -108,7 +109,7 @@ impl Bundle {
     /// True if a window is entirely outside some plane. Corners are tested only if the centre of its box is outside some plane: the centre
     /// of an axis-parallel rectangle is a point of it, and that of others is near.
     #[inline(always)]
-    pub fn cuts_off(&self, bounds: &Bounds, window: &Window) -> bool {
+    pub fn cuts_off<S: Simd>(&self, simd: S, bounds: &Bounds, window: &Window) -> bool {
         let Bounds { middle: m, half: h, limit } = bounds;
         let mut unsure = false;
         for [x, y, z, d] in &self.groups {
@@ -126,7 +127,7 @@ impl Bundle {
         }
         if unsure && !window.is_empty() {
             for group in &self.groups {
-                if window.is_beyond(group, *limit) {
+                if window.is_beyond(simd, group, *limit) {
                     return true;
                 }
             }
@@ -159,7 +160,10 @@ mod tests {
                 let mut bundle = Bundle::default();
                 for planes in [vec![plane], vec![far; 5], [vec![far; 5], vec![plane]].concat()] {
                     bundle.assign(&planes);
-                    assert_eq!(bundle.cuts_off(&bounds, &window), side == Side::Outside && planes.contains(&plane));
+                    assert_eq!(
+                        bundle.cuts_off(pulp::Scalar::new(), &bounds, &window),
+                        side == Side::Outside && planes.contains(&plane)
+                    );
                 }
             }
         }
@@ -172,6 +176,6 @@ mod tests {
         let plane = Plane { n: DVec3::X, d: -1e9 };
         let mut bundle = Bundle::default();
         bundle.assign(&[plane]);
-        assert!(!bundle.cuts_off(&bounds, &window) && bounds.side(&plane) == Side::Unknown);
+        assert!(!bundle.cuts_off(pulp::Scalar::new(), &bounds, &window) && bounds.side(&plane) == Side::Unknown);
     }
 }

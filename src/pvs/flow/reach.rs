@@ -9,6 +9,8 @@ use super::net::Net;
 use super::separators::{Separators, Way};
 use super::window::Window;
 use crate::math::geom::Plane;
+use crate::math::simd::dispatch;
+use pulp::Simd;
 use std::collections::VecDeque;
 
 /// Most windows of a portal; with more, it counts as entirely open. Fewer: more is reached. More: portals are visited more often.
@@ -44,6 +46,23 @@ pub(super) struct Reach<'n> {
     queue: VecDeque<(u32, u32)>,
 }
 
+/// A search, compiled for several register widths.
+struct Run<'r, 'n> {
+    reach: &'r mut Reach<'n>,
+    first: usize,
+    most: usize,
+    found: &'r mut Vec<u32>,
+}
+
+impl pulp::WithSimd for Run<'_, '_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        self.reach.follow(simd, self.first, self.most, self.found)
+    }
+}
+
 impl<'n> Reach<'n> {
     pub fn new(net: &'n Net) -> Self {
         let (planes, bundle, source, part, spare, windows, queue) = Default::default();
@@ -54,6 +73,11 @@ impl<'n> Reach<'n> {
     /// Sets `found` to the portals that lines through `first` may cross later, in the order of discovery. False if that takes more than
     /// `most` visits: then `found` is invalid.
     pub fn from(&mut self, first: usize, most: usize, found: &mut Vec<u32>) -> bool {
+        dispatch(Run { reach: self, first, most, found })
+    }
+
+    #[inline(always)]
+    fn follow<S: Simd>(&mut self, simd: S, first: usize, most: usize, found: &mut Vec<u32>) -> bool {
         let net = self.net;
         found.clear();
         self.sources += 1;
@@ -73,7 +97,7 @@ impl<'n> Reach<'n> {
                 continue;
             }
             self.planes.clear();
-            self.separators.list_all(&self.source, &self.windows[window as usize], Way::Along, &mut self.planes);
+            self.separators.list_all(simd, [&self.source, &self.windows[window as usize]], Way::Along, &mut self.planes);
             self.bundle.assign(&self.planes);
             for q in next(net, p) {
                 let is_open = self.come[q].source == self.sources && self.come[q].whole;

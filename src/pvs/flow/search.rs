@@ -17,7 +17,9 @@ use super::separators::{Cut, Separators, Way};
 use super::stab::{Passage, Question, Stab};
 use super::window::Window;
 use crate::math::geom::Plane;
+use crate::math::simd::dispatch;
 use glam::DVec3;
+use pulp::Simd;
 
 /// Frames whose planes clip a portal: the last one alone would pass windows that the previous one had cut. Larger: slower by a few per
 /// cent, and hardly any further chain is cut.
@@ -25,7 +27,11 @@ const ANCESTORS: usize = 4;
 
 /// Windows of a chain that clip the source: this many of the last ones, and as many of all others. Fewer: more long chains are followed.
 /// More: the time of a step grows with the length of its chain.
-const NEAR: usize = 32;
+const NEAR: usize = 8;
+
+/// Portals after which a chain without branches is not flooded. Fewer: more goals that a flood would drop are carried along. More: the time
+/// of a corridor of rooms grows with the square of its length.
+const LONG: usize = 32;
 
 /// Goals and portals that a step may visit; each further `LOOKS_A_STEP` count as one step. More: with tens of thousands, a step takes as
 /// long as hundreds elsewhere. Fewer: buildings of a thousand rooms get fewer steps than specified.
@@ -93,8 +99,8 @@ impl<G: Goals> pulp::WithSimd for Run<'_, '_, G> {
     type Output = Outcome;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _simd: S) -> Outcome {
-        self.search.follow(self.first, self.goals)
+    fn with_simd<S: Simd>(self, simd: S) -> Outcome {
+        self.search.follow(simd, self.first, self.goals)
     }
 }
 
@@ -154,11 +160,11 @@ impl<'a> Search<'a> {
     /// Its source cell counts as part of the chain: a target seen over a loop through the cell is seen through another of the cell's
     /// portals. So nothing is refuted for `first` alone if chains lead back into its cell.
     pub fn run(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
-        pulp::Arch::new().dispatch(Run { search: self, first, goals })
+        dispatch(Run { search: self, first, goals })
     }
 
     #[inline(always)]
-    fn follow(&mut self, first: usize, goals: &mut impl Goals) -> Outcome {
+    fn follow<S: Simd>(&mut self, simd: S, first: usize, goals: &mut impl Goals) -> Outcome {
         let (net, home) = (self.net, self.net.source[first]);
         let mut outcome = Outcome { steps: 0, capped: false };
         if net.target[first] == home || !self.start(first, goals) {
@@ -193,9 +199,9 @@ impl<'a> Search<'a> {
                 outcome.capped = true;
                 return outcome;
             }
-            if !self.cross(depth, target) {
+            if !self.cross(simd, depth, target) {
                 self.end(target, None);
-            } else if self.enter(depth, target, goals, &mut outcome.steps) {
+            } else if self.enter(simd, depth, target, goals, &mut outcome.steps) {
                 depth += 1;
                 set(&mut self.on_chain, cell);
             }
@@ -254,11 +260,11 @@ impl<'a> Search<'a> {
 
     /// Extends the chain of the frame at `depth` through `target`: fills the windows of the frame above. False if no line passes.
     #[inline(always)]
-    fn cross(&mut self, depth: usize, target: usize) -> bool {
+    fn cross<S: Simd>(&mut self, simd: S, depth: usize, target: usize) -> bool {
         if self.frames.len() == depth + 1 {
             self.frames.push(Frame::default());
         }
-        self.clip_pass(depth, target) && self.clip_source(depth, target)
+        self.clip_pass(depth, target) && self.clip_source(simd, depth, target)
     }
 
     /// Clips `target` to the planes of the last frames.
@@ -292,7 +298,7 @@ impl<'a> Search<'a> {
 
     /// Clips the source to lines that go on through the rest of `target`.
     #[inline(always)]
-    fn clip_source(&mut self, depth: usize, target: usize) -> bool {
+    fn clip_source<S: Simd>(&mut self, simd: S, depth: usize, target: usize) -> bool {
         let net = self.net;
         let (first, entered) = (self.chain[0] as usize, self.chain[depth] as usize);
         let (below, above) = self.frames.split_at_mut(depth + 1);
@@ -315,7 +321,7 @@ impl<'a> Search<'a> {
         let passes = below[near..depth].iter().rev().chain(below[1..near].iter().rev().step_by(far));
         let passes = std::iter::once(&self.waist).chain(passes.map(|frame| &frame.pass));
         for pass in passes {
-            self.separators.through_second(&child.pass, pass, Way::Against, &mut cut);
+            self.separators.through_second(simd, [&child.pass, pass], Way::Against, &mut cut);
             if !cut.passes {
                 return false;
             }
@@ -326,16 +332,16 @@ impl<'a> Search<'a> {
     /// Computes what the frame above `depth`, which has just crossed `target`, decides and may still reach. False if no line passes or no
     /// goal remains.
     #[inline(always)]
-    fn enter(&mut self, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
+    fn enter<S: Simd>(&mut self, simd: S, depth: usize, target: usize, goals: &mut impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let cell = net.target[target] as usize;
         // Drops a line of another branch.
         self.line.take_if(|(_, length)| *length > depth + 1);
-        self.spread(depth, target);
+        self.spread(simd, depth, target);
         let ends = [self.chain[0] as usize, target];
         if goals.would_decide(net, cell, &Inside { planes: &self.frames[depth + 1].planes, ends }) {
             self.chain.push(target as u32);
-            let passage = self.stab(depth, goals, steps);
+            let passage = self.stab(simd, depth, goals, steps);
             self.chain.pop();
             if passage == Passage::Refuted {
                 self.end(target, None);
@@ -343,7 +349,7 @@ impl<'a> Search<'a> {
             }
             *steps += goals.arrive(net, cell, &Inside { planes: &self.frames[depth + 1].planes, ends }, passage);
         }
-        if !self.cull(depth, target, goals, steps) {
+        if !self.cull(simd, depth, target, goals, steps) {
             self.end(target, Some(depth + 1));
             return false;
         }
@@ -356,28 +362,28 @@ impl<'a> Search<'a> {
 
     /// The planes of the frame above `depth`.
     #[inline(always)]
-    fn spread(&mut self, depth: usize, target: usize) {
+    fn spread<S: Simd>(&mut self, simd: S, depth: usize, target: usize) {
         let net = self.net;
         let child = &mut self.frames[depth + 1];
         child.planes.clear();
         child.planes.extend(net.plane(self.chain[0] as usize).map(|p| p.flipped()));
         child.planes.extend(net.plane(target).map(|p| p.flipped()));
         child.separators = child.planes.len();
-        self.separators.list(&child.source, &child.pass, Way::Along, &mut child.planes);
+        self.separators.list(simd, [&child.source, &child.pass], Way::Along, &mut child.planes);
         child.bundle.assign(&child.planes[child.separators..]);
     }
 
     /// Goal culling: floods inside the planes of the frame above `depth`, and keeps the goals that are reached. False if none is left.
     #[inline(always)]
     #[expect(clippy::too_many_lines, reason = "the innermost loop, whose parts share borrows of the frames")]
-    fn cull(&mut self, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
+    fn cull<S: Simd>(&mut self, simd: S, depth: usize, target: usize, goals: &impl Goals, steps: &mut u64) -> bool {
         let net = self.net;
         let start = self.frames[depth].goals[1];
         let wanted = goals.portals();
         let (below, above) = self.frames.split_at_mut(depth + 1);
         let (frame, child) = (&below[depth], &mut above[0]);
         // A long chain without branches: its next portal decides as well as a flood.
-        if depth >= NEAR && net.out(net.target[target] as usize).len() <= 2 {
+        if depth >= LONG && net.out(net.target[target] as usize).len() <= 2 {
             child.live.clear();
             child.live.extend(frame.live.iter().zip(self.might_see.row(target)).map(|(a, b)| a & b));
             child.goals = [start, self.goals.len()];
@@ -387,7 +393,7 @@ impl<'a> Search<'a> {
         let mut kept = start;
         for i in start..self.goals.len() {
             let goal = self.goals[i] as usize;
-            if get(wanted, goal) && !child.bundle.cuts_off(net.bounds(goal), net.window(goal)) {
+            if get(wanted, goal) && !child.bundle.cuts_off(simd, net.bounds(goal), net.window(goal)) {
                 self.goals[kept] = goal as u32;
                 kept += 1;
             }
@@ -428,7 +434,7 @@ impl<'a> Search<'a> {
                     let p = word * 64 + ways.trailing_zeros() as usize;
                     ways &= ways - 1;
                     looks += 1;
-                    if !child.bundle.cuts_off(net.bounds(p), net.window(p)) {
+                    if !child.bundle.cuts_off(simd, net.bounds(p), net.window(p)) {
                         set(&mut child.live, p);
                         self.queue.push(p as u32);
                     }
@@ -459,7 +465,8 @@ impl<'a> Search<'a> {
     }
 
     /// Tests whether a line passes the chain up to the frame above `depth`.
-    fn stab(&mut self, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
+    #[inline(always)]
+    fn stab<S: Simd>(&mut self, simd: S, depth: usize, goals: &mut impl Goals, steps: &mut u64) -> Passage {
         let net = self.net;
         let top = &self.frames[depth + 1];
         // The last stabbing line may also pass the new portal.
@@ -474,7 +481,7 @@ impl<'a> Search<'a> {
         let chain = &self.chain;
         let mut question =
             Question { slack: &net.slack, separators: &mut self.separators, accept: &mut |line| goals.accepts(chain, line) };
-        match self.stab.ask(windows, &mut question, steps) {
+        match self.stab.ask(simd, windows, &mut question, steps) {
             Passage::Unknown => goals.settle(chain, steps),
             Passage::Line(line) => {
                 self.line = Some((line, depth + 2));

@@ -11,9 +11,11 @@
 //! (collinear corners, edges of length zero, windings that are not quite flat, wrong normals) can make planes fail the test, but never pass
 //! it wrongly.
 
-use super::window::{Slack, Window};
+use super::window::{LANES, Slack, Window};
 use crate::math::geom::Plane;
+use crate::math::lanes;
 use glam::DVec3;
+use pulp::Simd;
 
 /// Least extent of a window away from a plane that it touches, in rounding errors of the test. Rounding then loses lines only within that
 /// fraction of the window's width from its edge. Larger: narrower slits get no planes.
@@ -56,13 +58,21 @@ enum Edges {
     Own,
 }
 
+/// Planes through consecutive edges of a window, as a structure of arrays: x, y and z of unit normals, then distances from the origin. Those
+/// with a distance of NaN do not separate the windows.
+pub(crate) type Planes = [[f64; LANES]; 4];
+
+/// Those that separate.
+#[inline(always)]
+fn separating(planes: &Planes) -> impl Iterator<Item = Plane> {
+    let [x, y, z, d] = planes;
+    (0..LANES).filter(|&k| !d[k].is_nan()).map(|k| Plane { n: DVec3::new(x[k], y[k], z[k]), d: d[k] })
+}
+
 /// A consumer of planes.
 pub(crate) trait Sink {
-    /// False if the plane through `a` with the unit normal `n` is useless.
-    fn is_of_use(&self, n: DVec3, a: DVec3) -> bool;
-
-    /// Takes a plane; false to stop.
-    fn take(&mut self, plane: Plane) -> bool;
+    /// Takes those that separate; false to stop.
+    fn take<S: Simd>(&mut self, simd: S, planes: &Planes) -> bool;
 }
 
 /// Collects distinct planes, from some place of a list on.
@@ -73,13 +83,12 @@ struct Distinct<'a> {
 
 impl Sink for Distinct<'_> {
     #[inline(always)]
-    fn is_of_use(&self, n: DVec3, _a: DVec3) -> bool {
-        !self.planes[self.start..].iter().any(|p| p.n.dot(n) > SAME)
-    }
-
-    #[inline(always)]
-    fn take(&mut self, plane: Plane) -> bool {
-        self.planes.push(plane);
+    fn take<S: Simd>(&mut self, _simd: S, planes: &Planes) -> bool {
+        for plane in separating(planes) {
+            if !self.planes[self.start..].iter().any(|p| p.n.dot(plane.n) > SAME) {
+                self.planes.push(plane);
+            }
+        }
         true
     }
 }
@@ -98,13 +107,11 @@ pub(crate) struct Cut<'a> {
 
 impl Sink for Cut<'_> {
     #[inline(always)]
-    fn is_of_use(&self, n: DVec3, a: DVec3) -> bool {
-        self.window.reaches(n, a)
-    }
-
-    #[inline(always)]
-    fn take(&mut self, plane: Plane) -> bool {
-        self.passes = self.window.cut(&plane, self.slack, self.spare);
+    fn take<S: Simd>(&mut self, simd: S, planes: &Planes) -> bool {
+        if !self.window.is_cut_by_any(simd, planes, self.slack) {
+            return true;
+        }
+        self.passes = separating(planes).all(|plane| self.window.cut(&plane, self.slack, self.spare));
         self.passes
     }
 }
@@ -113,7 +120,7 @@ impl Sink for Cut<'_> {
 pub(crate) struct Separators {
     rounding: f64,
     /// Inverse heights of the other window's corners over the plane of the current one.
-    heights: Vec<[f64; 4]>,
+    heights: Vec<f64>,
 }
 
 impl Separators {
@@ -127,110 +134,162 @@ impl Separators {
     ///
     /// The planes of the windows themselves are not included. An empty (unknown) window gives none.
     #[inline(always)]
-    pub fn each(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
+    pub fn each<S: Simd>(&mut self, simd: S, [first, second]: [&Window; 2], way: Way, sink: &mut impl Sink) {
         if first.is_empty() || second.is_empty() {
             return;
         }
-        if self.through_edges(first, Edges::All, second, way, Turn::Kept, sink) {
-            self.through_edges(second, Edges::All, first, way.reversed(), Turn::Over, sink);
+        if self.turn(first, second, way, Turn::Kept).through_edges(simd, Edges::All, sink) {
+            self.turn(second, first, way.reversed(), Turn::Over).through_edges(simd, Edges::All, sink);
         }
     }
 
     /// As [`Separators::each`], through original edges of `second` only.
     #[inline(always)]
-    pub fn through_second(&mut self, first: &Window, second: &Window, way: Way, sink: &mut impl Sink) {
+    pub fn through_second<S: Simd>(&mut self, simd: S, [first, second]: [&Window; 2], way: Way, sink: &mut impl Sink) {
         if !first.is_empty() && !second.is_empty() {
-            self.through_edges(second, Edges::Own, first, way.reversed(), Turn::Over, sink);
+            self.turn(second, first, way.reversed(), Turn::Over).through_edges(simd, Edges::Own, sink);
         }
     }
 
     /// Appends these planes to a list; of `second`, only those through original edges. Near duplicates, as from parallel edges, are left
     /// out.
     #[inline(always)]
-    pub fn list(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
+    pub fn list<S: Simd>(&mut self, simd: S, [first, second]: [&Window; 2], way: Way, planes: &mut Vec<Plane>) {
         if first.is_empty() || second.is_empty() {
             return;
         }
         let start = planes.len();
         let mut sink = Distinct { planes, start };
-        self.through_edges(first, Edges::All, second, way, Turn::Kept, &mut sink);
-        self.through_edges(second, Edges::Own, first, way.reversed(), Turn::Over, &mut sink);
+        self.turn(first, second, way, Turn::Kept).through_edges(simd, Edges::All, &mut sink);
+        self.turn(second, first, way.reversed(), Turn::Over).through_edges(simd, Edges::Own, &mut sink);
     }
 
     /// As [`Separators::list`], through all edges of both.
-    pub fn list_all(&mut self, first: &Window, second: &Window, way: Way, planes: &mut Vec<Plane>) {
+    #[inline(always)]
+    pub fn list_all<S: Simd>(&mut self, simd: S, windows: [&Window; 2], way: Way, planes: &mut Vec<Plane>) {
         let start = planes.len();
-        self.each(first, second, way, &mut Distinct { planes, start });
+        self.each(simd, windows, way, &mut Distinct { planes, start });
     }
 
-    /// Gives `sink` planes through an edge of `edges` and a corner of `others`, on the side of `way`, with `edges` outside and `others`
-    /// inside, oriented by the turn. False if it stops.
     #[inline(always)]
-    fn through_edges(
-        &mut self,
-        edges: &Window,
-        which: Edges,
-        others: &Window,
-        way: Way,
-        turn: Turn,
-        sink: &mut impl Sink,
-    ) -> bool {
+    fn turn<'w>(&'w mut self, edges: &'w Window, others: &'w Window, way: Way, turn: Turn) -> Turned<'w> {
         let sign = if way == Way::Along { 1.0 } else { -1.0 };
         let turn = if turn == Turn::Kept { 1.0 } else { -1.0 };
-        let up = edges.normal * sign;
-        let n = edges.len();
-        let mut a = edges.corner(n - 1);
-        let base = up.dot(a);
-        self.measure(others, up, base);
-        for i in 0..n {
-            let b = edges.corner(i);
-            if which == Edges::Own && !edges.is_own(i) {
-                a = b;
+        let Self { rounding, heights } = self;
+        Turned { edges, others, sign, turn, rounding: *rounding, heights }
+    }
+}
+
+/// Planes through an edge of `edges` and a corner of `others`, with `edges` outside and `others` inside. Edges are taken in groups of four,
+/// a register's worth.
+struct Turned<'w> {
+    edges: &'w Window,
+    others: &'w Window,
+    /// 1 if `others` is on the side that the normal of `edges` points to, otherwise -1.
+    sign: f64,
+    /// 1, or -1 to orient planes towards `edges`.
+    turn: f64,
+    rounding: f64,
+    heights: &'w mut Vec<f64>,
+}
+
+impl Turned<'_> {
+    /// Gives `sink` the planes. False if it stops.
+    #[inline(always)]
+    fn through_edges<S: Simd>(mut self, simd: S, which: Edges, sink: &mut impl Sink) -> bool {
+        const { assert!(LANES.is_multiple_of(S::F64_LANES), "a group is whole registers") }
+        let edges = self.edges;
+        let mut before = edges.corner(edges.len() - 1).to_array();
+        self.measure(DVec3::from_array(before));
+        for (g, ends) in edges.groups().enumerate() {
+            let starts: [[f64; LANES]; 3] = std::array::from_fn(|axis| {
+                let [a, b, c, d] = *ends[axis];
+                [std::mem::replace(&mut before[axis], d), a, b, c]
+            });
+            let asked = edges.edges(g, which == Edges::Own);
+            if asked == [false; LANES] {
                 continue;
             }
-            let along = b - a;
-            // Towards the inside of `edges`, in its plane.
-            let inward = edges.normal.cross(along);
-            let start = inward.dot(a);
-            // The corner that a plane rotated about the edge meets first: that with the least angle from `inward` to `up`.
-            let (mut best, mut greatest) = (0, f64::NEG_INFINITY);
-            for (g, ([x, y, z], heights)) in others.groups().zip(&self.heights).enumerate() {
-                let mut cotangents = [0.0; 4];
-                for k in 0..4 {
-                    cotangents[k] = (inward.x * x[k] + inward.y * y[k] + inward.z * z[k] - start) * heights[k];
-                }
-                for (k, &cotangent) in cotangents.iter().enumerate() {
-                    if cotangent > greatest {
-                        (best, greatest) = (g * 4 + k, cotangent);
-                    }
-                }
+            let mut planes = [[f64::NAN; LANES]; 4];
+            for k in 0..LANES / S::F64_LANES {
+                let from = lanes::load::<S, LANES>(starts.each_ref(), k);
+                self.planes(simd, from, lanes::load::<S, LANES>(ends, k), k, &mut planes);
             }
-            let best = if best < others.len() { best } else { 0 }; // copies of the first
-            let normal = (others.corner(best) - a).cross(along) * sign;
-            let normal = normal * (1.0 / normal.length());
-            if normal.is_finite()
-                && sink.is_of_use(normal * turn, a)
-                && let Some(plane) = accept(normal, a, edges, others, self.rounding)
-                && !sink.take(Plane { n: plane.n * turn, d: plane.d * turn })
-            {
+            planes[3].iter_mut().zip(asked).filter(|(_, asked)| !asked).for_each(|(d, _)| *d = f64::NAN);
+            if planes[3].iter().any(|d| !d.is_nan()) && !sink.take(simd, &planes) {
                 return false;
             }
-            a = b;
         }
         true
     }
 
-    /// The inverse heights of a window's corners above the plane across `up` at `base`.
+    /// The planes of a register of edges from `a` to `b`, register `k` of `planes`.
+    ///
+    /// Each contains the corner of `others` that it meets first when it is rotated about its edge: that with the least angle from the inside
+    /// of the window, in its plane, to its normal.
     #[inline(always)]
-    fn measure(&mut self, others: &Window, up: DVec3, base: f64) {
+    fn planes<S: Simd>(&self, simd: S, a: [S::f64s; 3], b: [S::f64s; 3], k: usize, planes: &mut Planes) {
+        let along = lanes::sub(simd, b, a);
+        // Towards the inside of the window, in its plane.
+        let inward = lanes::cross(simd, lanes::splat(simd, self.edges.normal), along);
+        let start = lanes::dot(simd, inward, a);
+        let mut best = lanes::splat(simd, self.others.corner(0));
+        let mut greatest = simd.splat_f64s(f64::NEG_INFINITY);
+        for (p, &height) in self.others.iter().zip(&*self.heights) {
+            let p = lanes::splat(simd, p);
+            let ahead = simd.sub_f64s(lanes::dot(simd, inward, p), start);
+            let cotangent = simd.mul_f64s(ahead, simd.splat_f64s(height));
+            let more = simd.greater_than_f64s(cotangent, greatest);
+            greatest = simd.select_f64s(more, cotangent, greatest);
+            best = lanes::select(simd, more, p, best);
+        }
+        let normal = lanes::cross(simd, lanes::sub(simd, best, a), along);
+        let length = simd.sqrt_f64s(lanes::dot(simd, normal, normal));
+        let inverse = simd.div_f64s(simd.splat_f64s(self.sign), length);
+        let normal = lanes::scale(simd, normal, inverse);
+        let d = self.accept(simd, normal, lanes::dot(simd, normal, a));
+        let turn = simd.splat_f64s(self.turn);
+        let values = [normal[0], normal[1], normal[2], d];
+        for i in 0..4 {
+            S::as_mut_simd_f64s(&mut planes[i]).0[k] = simd.mul_f64s(values[i], turn);
+        }
+    }
+
+    /// The distances of planes from the origin, moved outwards by what rounding explains; NaN for those that do not have `edges` outside and
+    /// `others` inside.
+    #[inline(always)]
+    fn accept<S: Simd>(&self, simd: S, normal: [S::f64s; 3], d: S::f64s) -> S::f64s {
+        let (rounding, depth) = (simd.splat_f64s(self.rounding), simd.splat_f64s(DEPTH * self.rounding));
+        let inside = self.others.ranges(simd, normal, d);
+        let outside = self.edges.ranges(simd, normal, d);
+        let inside_holds = simd.and_m64s(
+            simd.less_than_or_equal_f64s(inside[1], rounding),
+            simd.less_than_f64s(inside[0], simd.neg_f64s(depth)),
+        );
+        let outside_holds = simd.and_m64s(
+            simd.greater_than_or_equal_f64s(outside[0], simd.neg_f64s(rounding)),
+            simd.greater_than_f64s(outside[1], depth),
+        );
+        // Edges too short to square have no finite plane.
+        let holds = simd.and_m64s(inside_holds, simd.less_than_f64s(simd.abs_f64s(d), simd.splat_f64s(f64::INFINITY)));
+        // The greatest distance inside is 0 apart from rounding.
+        let out = simd.max_f64s(inside[1], simd.splat_f64s(0.0));
+        simd.select_f64s(simd.and_m64s(holds, outside_holds), simd.add_f64s(d, out), simd.splat_f64s(f64::NAN))
+    }
+
+    /// The inverse heights of the corners of `others` above the plane of `edges`, which contains `base`.
+    #[inline(always)]
+    fn measure(&mut self, base: DVec3) {
+        let up = self.edges.normal * self.sign;
+        let base = up.dot(base);
         self.heights.clear();
-        for [x, y, z] in others.groups() {
-            let mut inverse = [0.0; 4];
-            for k in 0..4 {
+        for [x, y, z] in self.others.groups() {
+            let mut inverse = [0.0; LANES];
+            for k in 0..LANES {
                 let h = up.x * x[k] + up.y * y[k] + up.z * z[k] - base;
                 inverse[k] = if h > self.rounding { 1.0 / h } else { LEVEL };
             }
-            self.heights.push(inverse);
+            self.heights.extend_from_slice(&inverse);
         }
     }
 }
@@ -240,19 +299,6 @@ const SAME: f64 = 1.0 - 1e-12;
 
 /// Represents the inverse of a height of zero.
 const LEVEL: f64 = 1e300;
-
-/// The plane through `a` with the unit normal `n`, if `outer` is outside of it and `inner` inside.
-#[inline(always)]
-fn accept(n: DVec3, a: DVec3, outer: &Window, inner: &Window, rounding: f64) -> Option<Plane> {
-    let plane = Plane::through(a, n);
-    let (inner_low, inner_high) = inner.range(&plane);
-    if inner_high > rounding || -inner_low <= DEPTH * rounding {
-        return None;
-    }
-    let (outer_low, outer_high) = outer.range(&plane);
-    // `inner_high` is 0 apart from rounding, which may only move the plane outwards.
-    (outer_low >= -rounding && outer_high > DEPTH * rounding).then(|| Plane { n, d: plane.d + inner_high.max(0.0) })
-}
 
 #[cfg(test)]
 mod tests {
@@ -267,7 +313,8 @@ mod tests {
         let window = |corners: &[DVec3]| Window::new(corners, crate::math::geom::newell(corners).normalize_or_zero(), true);
         let mut planes = Vec::new();
         for way in [Way::Along, Way::Against] {
-            Separators::new(64.0 * f64::EPSILON).list(&window(a), &window(b), way, &mut planes);
+            let windows = [&window(a), &window(b)];
+            Separators::new(64.0 * f64::EPSILON).list(pulp::Scalar::new(), windows, way, &mut planes);
         }
         planes
     }

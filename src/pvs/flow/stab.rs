@@ -10,6 +10,7 @@ use super::separators::{Cut, Separators, Way};
 use super::window::{Slack, Window};
 use crate::math::geom::Plane;
 use glam::DVec3;
+use pulp::Simd;
 
 /// Most pieces of one chain; with more it counts as passable. Larger: rare wrong chains cost more.
 const PIECES: u32 = 24;
@@ -51,7 +52,14 @@ pub(crate) struct Question<'a> {
 
 impl Stab {
     /// Tests whether a line passes the windows in order. Adds the work to `steps`.
-    pub fn ask(&mut self, windows: impl Iterator<Item = Window>, question: &mut Question<'_>, steps: &mut u64) -> Passage {
+    #[inline(always)]
+    pub fn ask<S: Simd>(
+        &mut self,
+        simd: S,
+        windows: impl Iterator<Item = Window>,
+        question: &mut Question<'_>,
+        steps: &mut u64,
+    ) -> Passage {
         let windows: Vec<Window> = windows.collect();
         if windows.iter().any(|w| !w.flat) {
             return Passage::Unknown;
@@ -68,7 +76,7 @@ impl Stab {
         let mut left = PIECES;
         while let Some(mut piece) = self.pieces.pop() {
             *steps += piece.len() as u64;
-            if !self.narrow(&mut piece, question) {
+            if !self.narrow(simd, &mut piece, question) {
                 continue;
             }
             if left == 0 {
@@ -98,15 +106,24 @@ impl Stab {
 
     /// Narrows every window by the planes of those on both sides: backwards first, because the search has narrowed forwards. False if a
     /// window has no line left.
-    fn narrow(&mut self, windows: &mut [Window], question: &mut Question<'_>) -> bool {
+    #[inline(always)]
+    fn narrow<S: Simd>(&mut self, simd: S, windows: &mut [Window], question: &mut Question<'_>) -> bool {
         let last = windows.len() - 1;
-        (0..=last - 2).rev().all(|k| self.cut(windows, [last, k + 1, k], Way::Against, question))
-            && (2..=last).all(|k| self.cut(windows, [0, k - 1, k], Way::Along, question))
+        let backwards = (0..=last - 2).rev().map(|k| ([last, k + 1, k], Way::Against));
+        // No closures here: they would not be inlined.
+        for (three, way) in backwards.chain((2..=last).map(|k| ([0, k - 1, k], Way::Along))) {
+            if !self.cut(simd, windows, three, way, question) {
+                return false;
+            }
+        }
+        true
     }
 
     /// Clips window `k` by the planes of two others that a line passes in this order before it (or after it).
-    fn cut(
+    #[inline(always)]
+    fn cut<S: Simd>(
         &mut self,
+        simd: S,
         windows: &mut [Window],
         [first, second, k]: [usize; 3],
         way: Way,
@@ -114,7 +131,7 @@ impl Stab {
     ) -> bool {
         let mut window = std::mem::take(&mut windows[k]);
         let mut cut = Cut { window: &mut window, passes: true, slack: question.slack, spare: &mut self.spare };
-        question.separators.each(&windows[first], &windows[second], way, &mut cut);
+        question.separators.each(simd, [&windows[first], &windows[second]], way, &mut cut);
         let passes = cut.passes;
         windows[k] = window;
         passes
@@ -185,7 +202,10 @@ mod tests {
     fn may_pass(windows: &[Window]) -> (bool, u64) {
         let mut steps = 0;
         let mut question = Question { slack: &SLACK, separators: &mut Separators::new(1e-15), accept: &mut |_| true };
-        (Stab::default().ask(windows.iter().cloned(), &mut question, &mut steps) != Passage::Refuted, steps)
+        (
+            Stab::default().ask(pulp::Scalar::new(), windows.iter().cloned(), &mut question, &mut steps) != Passage::Refuted,
+            steps,
+        )
     }
 
     #[test]

@@ -8,7 +8,9 @@
 //! without branches. Their number is not limited.
 
 use crate::math::geom::{Aabb, Plane};
+use crate::math::lanes;
 use glam::DVec3;
+use pulp::Simd;
 
 /// Tolerances of comparisons with planes, metres.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -21,8 +23,8 @@ pub struct Slack {
     pub coplanar: f64,
 }
 
-/// Corners in one group.
-const LANES: usize = 4;
+/// Corners, or planes, in one group.
+pub const LANES: usize = 4;
 
 /// Corners of a convex polygon that contains every point where a line of the chain can cross the portal. Without corners: unknown, a line
 /// may cross anywhere.
@@ -88,8 +90,11 @@ impl Window {
     }
 
     /// All corners, in order.
+    #[inline(always)]
     pub fn iter(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
-        (0..self.len).map(|i| self.corner(i))
+        let (x, rest) = self.corners.split_at(self.room);
+        let (y, z) = rest.split_at(self.room);
+        x[..self.len].iter().zip(&y[..self.len]).zip(&z[..self.len]).map(|((&x, &y), &z)| DVec3::new(x, y, z))
     }
 
     /// The mean of the corners.
@@ -123,31 +128,58 @@ impl Window {
         (least(least(low[0], low[1]), least(low[2], low[3])), most(most(high[0], high[1]), most(high[2], high[3])))
     }
 
-    /// True if all corners are at least `limit` outside of one of four planes.
+    /// The least and the greatest distance of corners to each plane of a register, given by unit normals and distances from the origin.
     #[inline(always)]
-    pub fn is_beyond(&self, [nx, ny, nz, d]: &[[f64; LANES]; 4], limit: f64) -> bool {
-        let mut low = [f64::INFINITY; LANES];
-        for i in 0..self.len {
-            let (x, y, z) = (self.corners[i], self.corners[self.room + i], self.corners[2 * self.room + i]);
-            for k in 0..LANES {
-                let distance = nx[k] * x + ny[k] * y + nz[k] * z - d[k];
-                low[k] = if distance < low[k] { distance } else { low[k] };
-            }
+    pub fn ranges<S: Simd>(&self, simd: S, normal: [S::f64s; 3], d: S::f64s) -> [S::f64s; 2] {
+        let mut low = simd.splat_f64s(f64::INFINITY);
+        let mut high = simd.splat_f64s(f64::NEG_INFINITY);
+        for p in self.iter() {
+            let distance = simd.sub_f64s(lanes::dot(simd, normal, lanes::splat(simd, p)), d);
+            low = simd.min_f64s(distance, low);
+            high = simd.max_f64s(distance, high);
         }
-        low.iter().any(|&low| low >= limit)
+        [low, high]
     }
 
-    /// True if a corner is on the side of the plane through `a` that `n` points to.
+    /// True if all corners are at least `limit` outside of one of four planes.
     #[inline(always)]
-    pub fn reaches(&self, n: DVec3, a: DVec3) -> bool {
-        let d = n.dot(a);
-        let mut outside = [false; LANES];
-        for [x, y, z] in self.groups() {
-            for k in 0..LANES {
-                outside[k] |= n.x * x[k] + n.y * y[k] + n.z * z[k] > d;
+    pub fn is_beyond<S: Simd>(&self, simd: S, [x, y, z, d]: &[[f64; LANES]; 4], limit: f64) -> bool {
+        let limit = simd.splat_f64s(limit);
+        for k in 0..LANES / S::F64_LANES {
+            let [low, _] = self.ranges(simd, lanes::load::<S, LANES>([x, y, z], k), S::as_simd_f64s(d).0[k]);
+            if simd.first_true_m64s(simd.greater_than_or_equal_f64s(low, limit)) < S::F64_LANES {
+                return true;
             }
         }
-        outside[0] | outside[1] | outside[2] | outside[3]
+        false
+    }
+
+    /// False if a [cut](Self::cut) by each of four planes leaves the window as it is. Planes whose distance is NaN do not cut.
+    #[inline(always)]
+    pub fn is_cut_by_any<S: Simd>(&self, simd: S, [x, y, z, d]: &[[f64; LANES]; 4], slack: &Slack) -> bool {
+        let (limit, reach) = if self.flat { (-slack.strict, slack.reach) } else { (slack.coplanar, f64::INFINITY) };
+        let (limit, reach) = (simd.splat_f64s(limit), simd.splat_f64s(reach));
+        if self.len == 0 {
+            return false;
+        }
+        for k in 0..LANES / S::F64_LANES {
+            let d = S::as_simd_f64s(d).0[k];
+            let [low, high] = self.ranges(simd, lanes::load::<S, LANES>([x, y, z], k), d);
+            let cut = simd.or_m64s(simd.greater_than_or_equal_f64s(low, limit), simd.greater_than_f64s(high, reach));
+            if simd.first_true_m64s(simd.and_m64s(simd.equal_f64s(d, d), cut)) < S::F64_LANES {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// For each edge of a group, the edge that ends at that corner: whether there is one, and an original one if `own` is set.
+    #[inline(always)]
+    pub fn edges(&self, group: usize, own: bool) -> [bool; LANES] {
+        std::array::from_fn(|k| {
+            let edge = group * LANES + k;
+            edge < self.len && (!own || self.is_own(edge))
+        })
     }
 
     /// True if every corner of another window of the same portal is in this one, to rounding. A window without corners contains everything.
