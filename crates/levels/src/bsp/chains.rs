@@ -2,7 +2,7 @@
 
 use super::displacements::Displacements;
 use super::error::{BspError, entry};
-use super::faces::{Face, Faces, Shape, vertices};
+use super::faces::{Face, Faces, Shape, lump_of_faces, vertices};
 use super::file::LevelFile;
 use super::infos::Infos;
 use super::layout::{Chain, Lump};
@@ -10,7 +10,7 @@ use super::record::{Records, i32};
 
 /// The faces of all models; `versions`: records by the lump's version.
 pub(super) fn read(file: &LevelFile, versions: &[(i32, Chain)]) -> Result<Faces, BspError> {
-    let faces_of = if file.entry_of(Lump::Faces).length == 0 { Lump::HdrFaces } else { Lump::Faces };
+    let faces_of = lump_of_faces(file);
     let record = file.of_version(faces_of, versions)?;
     let [edges, surface_edges, faces] = [Lump::Edges, Lump::SurfaceEdges, faces_of].map(|lump| file.lump(lump));
     let (edges, surface_edges, faces) = (edges?, surface_edges?, faces?);

@@ -57,6 +57,15 @@ impl Faces {
     }
 }
 
+/// The lump with a level's faces.
+pub(super) fn lump_of_faces(file: &LevelFile) -> Lump {
+    if file.entry_of(Lump::Faces).length == 0 && file.layout.number(Lump::HdrFaces).is_some() {
+        Lump::HdrFaces
+    } else {
+        Lump::Faces
+    }
+}
+
 /// The vertices of a level.
 pub(super) fn vertices(file: &LevelFile) -> Result<Vec<DVec3>, BspError> {
     let vertices = file.lump(Lump::Vertices)?;
@@ -76,7 +85,7 @@ pub(super) fn is_near(p: &DVec3) -> bool {
 /// Visits the faces of each leaf, leaf by leaf; `faces` is their number.
 pub(crate) fn marked_faces(file: &LevelFile, faces: usize, mut visit: impl FnMut(usize, usize)) -> Result<(), BspError> {
     let mark = match file.layout.faces {
-        Layouts::Chains(versions) => file.of_version(Lump::Faces, versions)?.mark,
+        Layouts::Chains(versions) => file.of_version(lump_of_faces(file), versions)?.mark,
         Layouts::Meshes(record) => record.mark,
     };
     let (leaves, marks) = (file.lump(Lump::Leaves)?, file.lump(Lump::MarkSurfaces)?);
