@@ -324,8 +324,8 @@ fn damage_is_named_by_lump_and_entry() {
         (7, 56 + 12, 0, "lump displacements, entry 0: goes beyond the 25 displacement vertices; each belongs to one face"),
         (26, 12, 1, "lump displacements, entry 0: goes beyond the 25 displacement vertices"),
         (26, 20, 3, "lump displacements, entry 0: goes beyond the 25 displacement vertices"),
-        (26, 20, 5, "lump displacements, entry 0: its power is 5, more than 4"),
-        (26, 20, -1, "lump displacements, entry 0: its power is "),
+        (26, 20, 5, "lump displacements, entry 0: its power is 5, not 0 to 4"),
+        (26, 20, -1, "lump displacements, entry 0: its power is -1, not 0 to 4"),
         (33, 12, nan, "lump displacements, entry 0: is not within 1e7 of the origin"),
         (6, 68, 9, "lump texture infos, entry 0: its texture 9 doesn't exist"),
     ] {

@@ -12,13 +12,13 @@ use crate::FARTHEST;
 use glam::DVec3;
 
 /// Greatest power of a grid.
-const MOST_POWER: usize = 4;
+const MOST_POWER: i64 = 4;
 
 /// A displacement, and the vertices of all.
 struct Grid {
     start: DVec3,
     first: usize,
-    power: usize,
+    power: i64,
     /// Whether all of its vertices are drawn.
     is_whole: bool,
 }
@@ -53,8 +53,8 @@ impl Displacements {
             let count = faces.faces[face].corners().len();
             return Err(entry(faces_of, face, format!("has a displacement and {count} corners, not 4")));
         };
-        if grid.power > MOST_POWER {
-            return Err(fault(format!("its power is {}, more than {MOST_POWER}", grid.power)));
+        if !(0..=MOST_POWER).contains(&grid.power) {
+            return Err(fault(format!("its power is {}, not 0 to {MOST_POWER}", grid.power)));
         }
         let side = (1 << grid.power) + 1;
         self.taken += side * side;
@@ -79,8 +79,8 @@ impl Displacements {
 }
 
 fn grid(infos: &Records<'_>, i: usize, record: &Displacement) -> Grid {
-    let power = infos.index(i, record.power);
-    let count = ((1 << power.min(MOST_POWER)) + 1usize).pow(2);
+    let power = infos.int(i, record.power);
+    let count = ((1 << power.clamp(0, MOST_POWER)) + 1usize).pow(2);
     let is_drawn = |v: usize| infos.int(i, u32(record.drawn + 4 * (v / 32))) >> (v % 32) & 1 == 1;
     Grid { start: infos.point(i, 0), first: infos.index(i, record.first), power, is_whole: (0..count).all(is_drawn) }
 }

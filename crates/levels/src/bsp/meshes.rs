@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// Most triangles of all faces: faces may share their vertices, so the file's size is no limit. More: a hostile file of a few
 /// megabytes fills the memory. Fewer: large levels are refused.
-const MOST_TRIANGLES: usize = 1 << 24;
+const MOST_TRIANGLES: usize = 1 << 22;
 
 /// Kinds of faces. Billboards have no surface of their own.
 const POLYGON: i64 = 1;

@@ -128,8 +128,8 @@ fn note_of_props(file: &LevelFile, entities: &[Entity]) -> Option<Note> {
     let is_prop = |entity: &&Entity| entity.get("classname").is_some_and(|class| class.starts_with("prop_"));
     let (fixed, moving) = (static_props(file).unwrap_or(0), entities.iter().filter(is_prop).count());
     let note = format!(
-        "{fixed} static props and {moving} prop entities are left out, because their models are other files; they hide nothing, \
-         and are drawn where their cell is"
+        "{fixed} static props and {moving} prop entities are left out, because their models are other files: they hide nothing; draw \
+         each where its cell is drawn"
     );
     (fixed + moving > 0).then(|| Note::taken(note))
 }

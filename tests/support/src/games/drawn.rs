@@ -91,6 +91,28 @@ pub fn level_with_faces(game: Game, models: &[Vec<Face>], entities: &str) -> Vec
     laid_out(&w, &lumps)
 }
 
+/// A level with a face of each kind, in no order of a real one.
+pub fn sample(game: Game) -> Vec<u8> {
+    let corners = vec![[5., -2., -1.], [9., -2., -1.], [9., 2., -1.], [5., 2., -1.]];
+    let points = (0..9u8).map(|k| [7., f32::from(k % 3) - 1., f32::from(k / 3) - 1.]).collect();
+    let of = |corners: &Vec<[f32; 3]>, shape, name, flags, contents| {
+        let texture = Texture { name, flags, contents };
+        Face { corners: corners.clone(), shape, texture, leaf: 3 }
+    };
+    let ground = Displacement { power: 2, start: corners[2], moved: vec![[0., 0., 1., 0.25]; 25], drawn: !2 };
+    let mut world = vec![of(&corners, Shape::Polygon, "base/floor", 0, 1), of(&corners, Shape::Polygon, "base/day", 0x4, 1)];
+    let mut door = vec![of(&corners, Shape::Polygon, "base/door", 0, 1)];
+    if game == Game::Quake3 {
+        world.push(of(&points, Shape::Patch([3, 3]), "base/curtain", 0, 0x20));
+        world.push(of(&points, Shape::Billboard, "base/flare", 0, 1));
+        door.push(of(&corners, Shape::Mesh(vec![[0, 1, 2], [0, 2, 3]]), "base/door", 0, 1));
+    } else {
+        world.push(of(&corners, Shape::Displacement(ground), "base/ground", 0x800, 0));
+    }
+    let entities = "{\n\"classname\" \"worldspawn\"\n}\n{\n\"classname\" \"func_door\"\n\"model\" \"*1\"\n}\n";
+    level_with_faces(game, &[world, door], entities)
+}
+
 fn texture_of(textures: &[Texture], face: &Face) -> i32 {
     textures.iter().position(|texture| *texture == face.texture).unwrap() as i32
 }
