@@ -63,7 +63,7 @@ fn object<'s>(scene: &'s Scene, node: &str) -> &'s Object {
 fn corners(scene: &Scene, object: &Object, unit: f64) -> Vec<DVec3> {
     let own = |p: DVec3| (p + scene.origin) / unit;
     let all = object.triangles.clone().flat_map(|t| scene.corners(t as usize));
-    let mut all: Vec<DVec3> = all.map(|p| own(p)).map(|p| dvec3(p.x, -p.z, p.y)).collect();
+    let mut all: Vec<DVec3> = all.map(own).map(|p| dvec3(p.x, -p.z, p.y)).collect();
     all.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).unwrap());
     all.dedup_by(|a, b| a.distance(*b) < 1e-4);
     all
