@@ -26,6 +26,7 @@ use enfilade::types::hints::Leaves;
 use enfilade::types::level::LevelPortal;
 use enfilade::types::note::Note;
 use glam::DVec3;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
@@ -39,7 +40,14 @@ const MOST_HALF_SPACES: usize = 1 << 24;
 fn textures(file: &LevelFile, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, BspError> {
     let world = entities(&file.lump(Lump::Entities)?)?.into_iter().next();
     let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
-    Ok(Textures::read(&file.lump(Lump::Textures)?, path, named, options))
+    // Quake 3's lump has no texels.
+    let own = if has_shaders(file) { Cow::default() } else { file.lump(Lump::Textures)? };
+    Ok(Textures::read(&own, path, named, options))
+}
+
+/// Whether textures are shaders, with scripts.
+fn has_shaders(file: &LevelFile) -> bool {
+    matches!(file.layout.faces, layout::Faces::Meshes(_))
 }
 
 /// What the faces with each texture are used for.
@@ -50,7 +58,7 @@ fn uses_of(
     options: &ImportOptions,
     notes: &mut Vec<Note>,
 ) -> Vec<Use> {
-    if matches!(file.layout.faces, layout::Faces::Chains(_)) {
+    if !has_shaders(file) {
         return uses(faces, file.layout.flags, &Scripts::default());
     }
     let scripts = Scripts::read(&Sidecars { folder: path.and_then(Path::parent), under: options.files_under.as_deref() });
