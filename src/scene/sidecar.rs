@@ -27,7 +27,28 @@ impl Sidecars<'_> {
         self.path(name).is_ok_and(|path| whole_file::holds_something(&path))
     }
 
+    /// Names of the files in the folder `name` that end in `.` and `ending`, in order. [`Sidecars::read`] takes each with the folder before
+    /// it.
+    ///
+    /// Fails as [`Sidecars::read`], and if it is not a folder.
+    pub fn list(&self, name: &str, ending: &str) -> Result<Vec<String>, String> {
+        let entries = self.resolved(name)?.read_dir().map_err(|e| refusal(name, e))?;
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let mut names: Vec<String> = names.filter(|n| Path::new(n).extension().is_some_and(|e| e == ending)).collect();
+        names.sort();
+        Ok(names)
+    }
+
     fn path(&self, name: &str) -> Result<PathBuf, String> {
+        let path = self.resolved(name)?;
+        if !path.metadata().map_err(|e| refusal(name, e))?.is_file() {
+            return Err(format!("`{name}` is not a regular file"));
+        }
+        Ok(path)
+    }
+
+    /// The path without links, within the allowed folder.
+    fn resolved(&self, name: &str) -> Result<PathBuf, String> {
         let Some(folder) = self.folder else {
             return Err(format!("`{name}` is another file, which can't be read: this model didn't come from a folder"));
         };
@@ -43,9 +64,6 @@ impl Sidecars<'_> {
         let path = folder.join(spelt).canonicalize().map_err(refuse)?;
         if !path.starts_with(self.under.unwrap_or(folder).canonicalize().map_err(refuse)?) {
             return Err(outside(name));
-        }
-        if !path.metadata().map_err(refuse)?.is_file() {
-            return Err(format!("`{name}` is not a regular file"));
         }
         Ok(path)
     }

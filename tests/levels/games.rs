@@ -227,6 +227,72 @@ fn levels_of_half_life_and_quake_2_are_baked() {
     }
 }
 
+/// Levels of Quake 3 and Source as scenes: what is seen along random lines is in the rows, and no view misses a pixel.
+#[test]
+fn levels_of_quake_3_and_source_are_baked() {
+    use enfilade::runtime::Mode;
+    use enfilade_measure::verify::{CheckOptions, check};
+    use enfilade_measure::walkthrough::tour::tour;
+    use enfilade_measure::walkthrough::walk::walk;
+    let (mut baked, mut dark) = (0, Vec::new());
+    for case in cases().into_iter().filter(|case| case.name.starts_with("q3/") || case.name.starts_with("source/")) {
+        let bytes = case.part("vis.bsp").or_else(|| case.part("novis.bsp")).unwrap();
+        let scene = match enfilade_levels::quake::import_bytes(bytes, &case.name, &Default::default()) {
+            Ok(scene) => scene,
+            Err(e) => {
+                assert!(case.name.contains("id_e1m1") && e.to_string().contains("its faces end at"), "{}: {e}", case.name);
+                continue;
+            }
+        };
+        baked += 1;
+        if scene.objects.iter().all(|o| !o.opaque) {
+            dark.push(case.name.clone());
+        }
+        let file = testing::bakes::baked(&scene, testing::bakes::with_rays(200_000));
+        let report = check(&file, &scene, &CheckOptions { rays: 200_000, views: 4, ..CheckOptions::default() }).unwrap();
+        assert!(report.passed, "{}: {report:?}", case.name);
+        let mut path = tour(&file, 1);
+        // Steps from piece to piece may end a millimetre within a wall.
+        let is_inside = |eye: glam::DVec3| {
+            let within = |plane: &glam::Vec4| plane.truncate().as_dvec3().dot(eye) < f64::from(plane.w) - 0.01;
+            file.cells.iter().flat_map(|cell| &cell.pieces).any(|piece| piece.iter().all(within))
+        };
+        path.frames.retain(|frame| is_inside(frame.eye - file.origin));
+        let each = path.frames.len().div_ceil(40);
+        path.frames = path.frames.into_iter().step_by(each).collect();
+        let options = testing::bakes::walk([Mode::PortalsAndPvs], [160, 90]);
+        let walked = walk(&scene, &file, &path, &options, &mut |_| ()).unwrap();
+        assert_eq!(walked[0].missed_pixels, Some(0), "{}", case.name);
+    }
+    assert!(baked == 16 && dark.is_empty(), "{baked} {dark:?}");
+}
+
+/// Displacements of a level, against the vertices that the crate `vbsp` 0.9 finds: their sum, and the area of the triangles.
+#[test]
+fn displacements_are_where_another_reader_has_them() {
+    let case = cases().into_iter().find(|case| case.name == "source/bt_v20_test2").unwrap();
+    let options = enfilade::scene::ImportOptions { metres_per_unit: Some(1.0), ..Default::default() };
+    for end in ["bt_v20_test2", "made_v19_test2", "made_v21_test2", "made_v21_test2_l4d2", "made_v20_test2_lzma"] {
+        let case = Case { name: end.into(), begin: case.begin.with_file_name(end) };
+        let scene = enfilade_levels::quake::import_bytes(case.part("vis.bsp").unwrap(), end, &options).unwrap();
+        let grounds = scene.objects.iter().filter(|o| o.node.starts_with("face "));
+        let found: Vec<(usize, f64)> = grounds
+            .map(|o| {
+                let areas = o.triangles.clone().map(|t| enfilade::math::geom::area(&scene.corners(t as usize)));
+                (o.triangles.len(), areas.sum())
+            })
+            .collect();
+        let theirs = [(128, 266488.445), (32, 66452.636), (32, 49454.062)];
+        assert_eq!(found.len(), 3, "{end}");
+        for ((count, area), (their_count, their_area)) in found.into_iter().zip(theirs) {
+            assert!(
+                count == their_count && (area - their_area).abs() < 1e-3 * their_area,
+                "{end}: {count} {area} {their_area}"
+            );
+        }
+    }
+}
+
 /// The area of a face, by the crate `qbsp`.
 fn area(level: &qbsp::BspData, face: &qbsp::data::BspFace) -> f64 {
     let edges = &level.surface_edges[face.first_edge as usize..][..face.num_edges.0 as usize];

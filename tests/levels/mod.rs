@@ -1,6 +1,7 @@
 //! Levels of games.
 
 pub mod bsp;
+mod drawn;
 mod games;
 mod kinds;
 mod lines;

@@ -57,7 +57,7 @@ fn end(leaf: usize, x: f32, faces_east: bool, door: bool, texture: &'static str)
 }
 
 /// The outside of a box.
-fn block(min: [f32; 3], max: [f32; 3], texture: &'static str) -> Vec<Face> {
+pub(super) fn block(min: [f32; 3], max: [f32; 3], texture: &'static str) -> Vec<Face> {
     let sides = (0..3).flat_map(|axis| [(axis, false), (axis, true)]);
     let side = |(axis, above): (usize, bool)| {
         let [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
@@ -68,7 +68,7 @@ fn block(min: [f32; 3], max: [f32; 3], texture: &'static str) -> Vec<Face> {
 }
 
 /// The inside of three rooms in a row along x, and of the passages between; the first room's end is sky.
-fn the_inside() -> Vec<Face> {
+pub(super) fn the_inside() -> Vec<Face> {
     let passage = |leaf: usize, x: f32| tube(leaf, [x, -1.0, -1.0], [x + 1.0, 1.0, 1.0], "metal");
     let room = |leaf: usize, from: f32, to: f32| tube(leaf, [from, -2.0, -2.0], [to, 2.0, 2.0], "brick");
     let parts = [

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use testing::boxes::flat;
 use testing::forge::{Shape, random_file, sample};
-use testing::games::{self, GAMES};
+use testing::games::{self, GAMES, Game};
 use testing::glb::base64;
 use testing::prt_texts::{HALF_LIFE, HALF_LIFE_BARE, PRT1, PRT1_AM, PRT2, QUAKE3};
 use testing::quake::{AIR, Layout, bsp as level, three_rooms};
@@ -208,7 +208,8 @@ pub fn asc() -> Vec<Vec<u8>> {
 
 pub fn bsp() -> Vec<Vec<u8>> {
     let of_quake = [false, true].map(|bsp2| level(&three_rooms(AIR), Layout { bsp2, ..Layout::default() }));
-    of_quake.into_iter().chain(GAMES.map(games::level)).collect()
+    let drawn = [Game::Quake3, Game::Source(20), Game::Source(25), Game::Console].map(games::drawn::sample);
+    of_quake.into_iter().chain(GAMES.map(games::level)).chain(drawn).collect()
 }
 
 pub fn map() -> Vec<Vec<u8>> {

@@ -1,5 +1,7 @@
 //! Levels of other games than Quake, written by hand, byte by byte: the three rooms of [`crate::quake::three_rooms`].
 
+pub mod drawn;
+
 use crate::quake::{AIR, SOLID, Tree, three_rooms};
 
 /// A kind of file.
@@ -155,8 +157,14 @@ impl Writer {
     }
 }
 
-/// A level of three rooms, without rows.
+/// A level of three rooms, without rows and faces.
 pub fn level(game: Game) -> Vec<u8> {
+    let (w, lumps) = built(game);
+    laid_out(&w, &lumps)
+}
+
+/// Its lumps.
+fn built(game: Game) -> (Writer, Vec<Vec<u8>>) {
     let mut w = Writer { game, planes: vec![], nodes: vec![], leaves: vec![], clusters: 0 };
     // As id's compilers have it: the solid leaf names cluster 0. Quake 3 knows solid by its cluster alone.
     w.leaf(SOLID, if game == Game::Quake3 { -1 } else { 0 });
@@ -172,17 +180,18 @@ pub fn level(game: Game) -> Vec<u8> {
     };
     assert!(root == 0 && leaves == CELLS as i32);
 
-    let [planes, nodes, of_leaves, models, visibility, count] = game.lumps();
+    let [planes, nodes, of_leaves, models, _, count] = game.lumps();
     let mut lumps = vec![Vec::new(); count];
     lumps[0] = b"{\"classname\" \"worldspawn\"}\n\0".to_vec();
     (lumps[planes], lumps[nodes]) = (w.planes.clone(), w.nodes.concat());
     (lumps[of_leaves], lumps[models]) = (w.leaves.clone(), model);
-    laid_out(&w, &lumps, visibility)
+    (w, lumps)
 }
 
 /// The order of lumps in the file; the empty visibility lump points where it will be.
-fn laid_out(w: &Writer, lumps: &[Vec<u8>], visibility: usize) -> Vec<u8> {
+fn laid_out(w: &Writer, lumps: &[Vec<u8>]) -> Vec<u8> {
     let game = w.game;
+    let visibility = game.lumps()[4];
     let version = match game {
         Game::Quake2 | Game::Qbism => 38,
         Game::Quake3 => 46,
@@ -216,8 +225,9 @@ fn laid_out(w: &Writer, lumps: &[Vec<u8>], visibility: usize) -> Vec<u8> {
         let version = match (game, lump) {
             (Game::Source(19), 10) => 0,
             (Game::Source(25), 10) => 2,
-            (Game::Source(25), 5) => 1,
-            (_, 10) => 1,
+            (Game::Source(25), 7 | 58) => 2,
+            (Game::Source(25), 5 | 12 | 16 | 26) => 1,
+            (_, 7 | 10 | 58) => 1,
             _ => 0,
         };
         let length = lumps[lump].len() as i32;

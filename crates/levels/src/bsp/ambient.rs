@@ -33,7 +33,7 @@ pub(super) fn levels(bsp: &Bsp, rows: &BitMatrix, clusters: &[u32]) -> Result<Op
     let mut sounds = vec![[0; SOUNDS]; rows.rows()];
     marked_faces(&bsp.file, faces.faces.len(), |leaf, face| {
         let cluster = leaf.checked_sub(1).and_then(|cell| clusters.get(cell));
-        let sound = sound_of(&faces.textures[faces.faces[face].texture]);
+        let sound = sound_of(&faces.infos.names[faces.faces[face].texture]);
         if let (Some(&cluster), Some(sound)) = (cluster, sound) {
             sounds[cluster as usize][sound] = FULL;
         }

@@ -1,6 +1,7 @@
 //! Faults of a level's file.
 
-use super::layout::{LAYOUTS, Lump};
+use super::games::LAYOUTS;
+use super::layout::Lump;
 
 /// Faults of a level.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]

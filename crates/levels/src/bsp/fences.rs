@@ -26,11 +26,11 @@ pub(super) fn on_walls(file: &LevelFile, tree: &Tree) -> Result<Vec<usize>, BspE
     let models = file.lump(Lump::Models)?;
     let models = file.records(Lump::Models, &models, file.layout.model.size)?;
     let [first, count] = file.layout.model.faces.map(|field| models.index(0, field));
-    let is_fence = |&face: &usize| faces.textures[faces.faces[face].texture].starts_with('{');
+    let is_fence = |&face: &usize| faces.infos.names[faces.faces[face].texture].starts_with('{');
     let mut fences: Vec<usize> = (0..faces.faces.len()).skip(first).take(count).filter(is_fence).collect();
     let off = OFF_PLANE * tree.rounding();
     fences.retain(|&face| {
-        let winding: Vec<DVec3> = faces.faces[face].corners.iter().map(|&v| faces.vertices[v as usize]).collect();
+        let winding: Vec<DVec3> = faces.faces[face].corners().iter().map(|&v| faces.vertices[v as usize]).collect();
         // The solid side is below the face.
         let Some(n) = newell(&winding).try_normalize() else { return false };
         let plane = Plane::through(winding[0], n);

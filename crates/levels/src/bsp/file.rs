@@ -1,7 +1,8 @@
 //! A level's file: its kind, known by its content, and its directory of lumps.
 
 use super::error::{BspError, lump as fault};
-use super::layout::{LAYOUTS, Layout, Lump};
+use super::games::LAYOUTS;
+use super::layout::{Layout, Lump};
 use super::lzma;
 use super::record::Records;
 use std::borrow::Cow;

@@ -1,8 +1,6 @@
-//! What is known of each game's level file. A new game is a table here, over one reader and one writer.
-//!
-//! Numbers of lumps, sizes of records and places of fields are as found in files of each kind; docs/levels.md lists them.
+//! What is to be known of a game's level file; [`super::games`] has a table for each.
 
-use super::record::{Field, i16, i32, u16, u32};
+use super::record::Field;
 use std::fmt;
 
 /// What a lump holds.
@@ -25,6 +23,19 @@ pub(crate) enum Lump {
     /// Brushes by leaf.
     LeafBrushes,
     Brushes,
+    /// Of triangles, indices of vertices from a face's first one.
+    MeshVertices,
+    /// Reflectivity of textures, and numbers of their names.
+    TextureData,
+    /// Where each name begins.
+    NameOffsets,
+    Names,
+    Displacements,
+    DisplacementVertices,
+    /// Faces with other light, where a level has no others.
+    HdrFaces,
+    /// What a game adds: static props among others.
+    GameLumps,
 }
 
 impl fmt::Display for Lump {
@@ -45,6 +56,14 @@ impl fmt::Display for Lump {
             Self::Models => "models",
             Self::LeafBrushes => "leaf brushes",
             Self::Brushes => "brushes",
+            Self::MeshVertices => "mesh vertices",
+            Self::TextureData => "texture data",
+            Self::NameOffsets => "name offsets",
+            Self::Names => "names",
+            Self::Displacements => "displacements",
+            Self::DisplacementVertices => "displacement vertices",
+            Self::HdrFaces => "HDR faces",
+            Self::GameLumps => "game lumps",
         })
     }
 }
@@ -92,18 +111,67 @@ pub(crate) struct Model {
     pub faces: [Field; 2],
 }
 
+/// How faces are written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Faces {
+    /// By the lump's version.
+    Chains(&'static [(i32, Chain)]),
+    Meshes(Mesh),
+}
+
 /// Faces as chains of edges.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Face {
+pub(crate) struct Chain {
     pub size: usize,
     /// First surface edge and number of surface edges.
     pub edges: [Field; 2],
     pub texture_info: Field,
+    /// Its displacement; negative for none.
+    pub displacement: Option<Displacement>,
     /// Bytes of a texture info, which begins with two axes of four floats.
     pub info: usize,
     pub texture: Texture,
     /// The two vertices of an edge; its size is twice that of a field.
     pub ends: [Field; 2],
+    /// An entry of [`Lump::MarkSurfaces`].
+    pub mark: Field,
+}
+
+/// A displacement: it begins with the corner that its grid begins at, and ends with a bit for each vertex that is drawn.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Displacement {
+    /// Of a face: its displacement.
+    pub of_face: Field,
+    pub size: usize,
+    /// First entry in [`Lump::DisplacementVertices`].
+    pub first: Field,
+    /// A side of its grid has 2 to this power of squares.
+    pub power: Field,
+    /// First of the bits.
+    pub drawn: usize,
+    /// Bytes of a vertex: a direction, a distance, and an opacity.
+    pub vertex: usize,
+}
+
+/// Faces as triangles, and grids of control points.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Mesh {
+    pub size: usize,
+    pub texture: Field,
+    /// 1: polygon, 2: patch, 3: mesh, 4: billboard.
+    pub kind: Field,
+    /// First vertex and number of vertices.
+    pub vertices: [Field; 2],
+    /// Likewise in [`Lump::MeshVertices`], of which each has 4 bytes.
+    pub corners: [Field; 2],
+    /// Control points of a patch along both sides.
+    pub patch: [Field; 2],
+    /// Bytes of a texture: a name, the surface's flags and the contents.
+    pub info: usize,
+    /// Bytes of the name.
+    pub name: usize,
+    pub flags: Field,
+    pub contents: Field,
     /// An entry of [`Lump::MarkSurfaces`].
     pub mark: Field,
 }
@@ -115,6 +183,19 @@ pub(crate) enum Texture {
     Number(Field),
     /// A name of 32 bytes, and flags of the surface.
     Named { name: usize, flags: Field },
+    /// A number in [`Lump::TextureData`], and flags of the surface. An entry there begins with the reflectivity, three floats.
+    Data { data: Field, flags: Field, size: usize, name: Field },
+}
+
+/// Which flags of a surface tell its use. Where textures have contents, these are the upper 32 bits.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Flags {
+    /// Sky, which is opaque.
+    pub sky: i64,
+    /// Liquids, fog, translucent surfaces, and those with holes.
+    pub see_through: i64,
+    /// Never drawn: hints among them.
+    pub undrawn: i64,
 }
 
 /// What closes a leaf.
@@ -182,8 +263,14 @@ pub(crate) struct Layout {
     pub nodes: &'static [(i32, Node)],
     pub leaves: &'static [(i32, Leaf)],
     pub model: Model,
-    /// Games whose faces are chains of edges.
-    pub face: Option<Face>,
+    /// Bytes of a vertex, which begins with its place.
+    pub vertex: usize,
+    pub faces: Faces,
+    pub flags: Flags,
+    /// Whether solid detail ends the leaves of a scene. If not, its faces alone hide: some of them are not drawn.
+    pub detail_is_wall: bool,
+    /// Metres per unit.
+    pub unit: f64,
     pub closed: Closed,
     pub passes: Passes,
     /// Faces with names that begin with `{` have holes.
@@ -203,222 +290,3 @@ impl Layout {
         self.directory.at + self.directory.lumps * self.directory.entry
     }
 }
-
-/// Solid, sky, and what is left of brushes that only players or tools meet. Games draw nothing behind sky.
-const QUAKE_CLOSED: Closed = Closed::Contents(&[-2, -6, -7, -8]);
-
-const QUAKE_LUMPS: &[(Lump, usize)] = &[
-    (Lump::Entities, 0),
-    (Lump::Planes, 1),
-    (Lump::Textures, 2),
-    (Lump::Vertices, 3),
-    (Lump::Visibility, 4),
-    (Lump::Nodes, 5),
-    (Lump::TextureInfos, 6),
-    (Lump::Faces, 7),
-    (Lump::Leaves, 10),
-    (Lump::MarkSurfaces, 11),
-    (Lump::Edges, 12),
-    (Lump::SurfaceEdges, 13),
-    (Lump::Models, 14),
-];
-
-const QUAKE2_LUMPS: &[(Lump, usize)] = &[
-    (Lump::Entities, 0),
-    (Lump::Planes, 1),
-    (Lump::Vertices, 2),
-    (Lump::Visibility, 3),
-    (Lump::Nodes, 4),
-    (Lump::TextureInfos, 5),
-    (Lump::Faces, 6),
-    (Lump::Leaves, 8),
-    (Lump::MarkSurfaces, 9),
-    (Lump::LeafBrushes, 10),
-    (Lump::Edges, 11),
-    (Lump::SurfaceEdges, 12),
-    (Lump::Models, 13),
-    (Lump::Brushes, 14),
-];
-
-const QUAKE3_LUMPS: &[(Lump, usize)] = &[
-    (Lump::Entities, 0),
-    (Lump::Planes, 2),
-    (Lump::Nodes, 3),
-    (Lump::Leaves, 4),
-    (Lump::MarkSurfaces, 5),
-    (Lump::LeafBrushes, 6),
-    (Lump::Models, 7),
-    (Lump::Brushes, 8),
-    (Lump::Vertices, 10),
-    (Lump::Faces, 13),
-    (Lump::Visibility, 16),
-];
-
-const SOURCE_LUMPS: &[(Lump, usize)] = &[
-    (Lump::Entities, 0),
-    (Lump::Planes, 1),
-    (Lump::Vertices, 3),
-    (Lump::Visibility, 4),
-    (Lump::Nodes, 5),
-    (Lump::TextureInfos, 6),
-    (Lump::Faces, 7),
-    (Lump::Leaves, 10),
-    (Lump::Edges, 12),
-    (Lump::SurfaceEdges, 13),
-    (Lump::Models, 14),
-    (Lump::MarkSurfaces, 16),
-    (Lump::LeafBrushes, 17),
-    (Lump::Brushes, 18),
-];
-
-/// A node as Quake has it: 16 bits for children, boxes and faces.
-const NODE_16: Node = Node { size: 24, children: [u16(4), u16(6)] };
-const QUAKE_LEAF: Leaf = Leaf { size: 28, row: i32(4), marks: [u16(20), u16(22)], brushes: None };
-const QUAKE_MODEL: Model = Model { size: 64, head: Some(i32(36)), leaves: Some(i32(52)), faces: [i32(56), i32(60)] };
-const FACE_16: Face = Face {
-    size: 20,
-    edges: [i32(4), u16(8)],
-    texture_info: u16(10),
-    info: 40,
-    texture: Texture::Number(i32(32)),
-    ends: [u16(0), u16(2)],
-    mark: u16(0),
-};
-const FACE_32: Face = Face {
-    size: 28,
-    edges: [i32(8), i32(12)],
-    texture_info: i32(16),
-    info: 40,
-    texture: Texture::Number(i32(32)),
-    ends: [u32(0), u32(4)],
-    mark: u32(0),
-};
-
-const QUAKE: Layout = Layout {
-    name: "bsp29",
-    magic: [29, 0, 0, 0],
-    version: None,
-    directory: Directory { at: 4, lumps: 15, entry: 8 },
-    lumps: QUAKE_LUMPS,
-    plane: 20,
-    nodes: &[(0, NODE_16)],
-    leaves: &[(0, QUAKE_LEAF)],
-    model: QUAKE_MODEL,
-    face: Some(FACE_16),
-    closed: QUAKE_CLOSED,
-    passes: Passes::All,
-    has_fences: true,
-    ambient: true,
-    rows: Rows::ByLeaf,
-};
-
-const NAMED: Texture = Texture::Named { name: 40, flags: i32(32) };
-
-const QUAKE2: Layout = Layout {
-    name: "Quake 2's IBSP 38",
-    magic: *b"IBSP",
-    version: Some(38),
-    directory: Directory { at: 8, lumps: 19, entry: 8 },
-    lumps: QUAKE2_LUMPS,
-    plane: 20,
-    nodes: &[(0, Node { size: 28, children: [i32(4), i32(8)] })],
-    leaves: &[(0, Leaf { size: 28, row: i16(4), marks: [u16(20), u16(22)], brushes: Some([u16(24), u16(26)]) })],
-    model: Model { size: 48, head: Some(i32(36)), leaves: None, faces: [i32(40), i32(44)] },
-    face: Some(Face { info: 76, texture: NAMED, ..FACE_16 }),
-    closed: Closed::SolidBit,
-    // Mist.
-    passes: Passes::EqualBits(0x40),
-    has_fences: false,
-    ambient: false,
-    rows: Rows::ByCluster("PHS"),
-};
-
-const SOURCE: Layout = Layout {
-    name: "Source's VBSP 20",
-    magic: *b"VBSP",
-    version: Some(20),
-    directory: Directory { at: 8, lumps: 64, entry: 16 },
-    lumps: SOURCE_LUMPS,
-    plane: 20,
-    nodes: &[
-        (0, Node { size: 32, children: [i32(4), i32(8)] }),
-        // Boxes in floats.
-        (1, Node { size: 48, children: [i32(4), i32(8)] }),
-    ],
-    leaves: &[
-        // With samples of light.
-        (0, Leaf { size: 56, ..SOURCE_LEAF }),
-        (1, SOURCE_LEAF),
-        (2, Leaf { size: 56, row: i32(4), marks: [u32(36), u32(40)], brushes: Some([u32(44), u32(48)]) }),
-    ],
-    model: Model { size: 48, head: Some(i32(36)), leaves: None, faces: [i32(40), i32(44)] },
-    face: None,
-    closed: Closed::SolidBit,
-    // Opaque matter.
-    passes: Passes::EqualBits(0x80),
-    has_fences: false,
-    ambient: false,
-    rows: Rows::ByCluster("PAS"),
-};
-const SOURCE_LEAF: Leaf = Leaf { size: 32, row: i16(4), marks: [u16(20), u16(22)], brushes: Some([u16(24), u16(26)]) };
-
-/// Every kind of file that is read.
-pub(crate) const LAYOUTS: &[Layout] = &[
-    QUAKE,
-    Layout {
-        name: "BSP2",
-        magic: *b"BSP2",
-        nodes: &[(0, Node { size: 44, children: [i32(4), i32(8)] })],
-        leaves: &[(0, Leaf { size: 44, marks: [u32(32), u32(36)], ..QUAKE_LEAF })],
-        face: Some(FACE_32),
-        ..QUAKE
-    },
-    Layout {
-        name: "2PSB",
-        magic: *b"2PSB",
-        nodes: &[(0, Node { size: 32, children: [i32(4), i32(8)] })],
-        leaves: &[(0, Leaf { size: 32, marks: [u32(20), u32(24)], ..QUAKE_LEAF })],
-        face: Some(FACE_32),
-        ..QUAKE
-    },
-    Layout {
-        name: "Half-Life's bsp30",
-        magic: [30, 0, 0, 0],
-        closed: Closed::Contents(&[-2]),
-        passes: Passes::Equal,
-        has_fences: false,
-        ambient: false,
-        ..QUAKE
-    },
-    QUAKE2,
-    Layout {
-        name: "Qbism's QBSP 38",
-        magic: *b"QBSP",
-        nodes: &[(0, Node { size: 44, children: [i32(4), i32(8)] })],
-        leaves: &[(0, Leaf { size: 52, row: i32(4), marks: [u32(36), u32(40)], brushes: Some([u32(44), u32(48)]) })],
-        face: Some(Face { info: 76, texture: NAMED, ..FACE_32 }),
-        ..QUAKE2
-    },
-    Layout {
-        name: "Quake 3's IBSP 46",
-        magic: *b"IBSP",
-        version: Some(46),
-        directory: Directory { at: 8, lumps: 17, entry: 8 },
-        lumps: QUAKE3_LUMPS,
-        plane: 16,
-        nodes: &[(0, Node { size: 36, children: [i32(4), i32(8)] })],
-        // Detail is no part of the tree.
-        leaves: &[(0, Leaf { size: 48, row: i32(0), marks: [i32(32), i32(36)], brushes: None })],
-        model: Model { size: 40, head: None, leaves: None, faces: [i32(24), i32(28)] },
-        face: None,
-        closed: Closed::NoCluster,
-        passes: Passes::All,
-        has_fences: false,
-        ambient: false,
-        rows: Rows::Plain,
-    },
-    Layout { name: "Source's VBSP 19", version: Some(19), ..SOURCE },
-    SOURCE,
-    Layout { name: "Source's VBSP 21", version: Some(21), ..SOURCE },
-    Layout { name: "Source's VBSP 25", version: Some(25), ..SOURCE },
-];

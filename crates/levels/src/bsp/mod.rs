@@ -1,20 +1,27 @@
 //! Level files of games (`.bsp`): the tree, its portals, and the rows of visibility, read and written back.
 //!
 //! Quake (bsp29, BSP2, 2PSB), Half-Life (bsp30), Quake 2 (IBSP 38, QBSP 38), Quake 3 (IBSP 46) and Source (VBSP 19, 20, 21, 25, also
-//! packed and of consoles), known by their content. `layout` has what differs between them; docs/levels.md tells of it.
+//! packed and of consoles), known by their content. `games` has what differs between them; docs/levels.md tells of it.
 //!
 //! A *cell* is what has a row: leaf `i + 1` is cell `i` in Quake and Half-Life, a cluster is a cell in the others.
 
 mod ambient;
+mod chains;
+mod displacements;
 pub(crate) mod entities;
 pub(crate) mod error;
 pub(crate) mod faces;
 pub(crate) mod fences;
 pub(crate) mod file;
 mod fit;
+pub(crate) mod games;
+pub(crate) mod infos;
 pub(crate) mod layout;
 mod lzma;
+mod meshes;
+mod patches;
 pub(crate) mod portals;
+pub(crate) mod props;
 pub(crate) mod record;
 mod replace;
 mod rows;

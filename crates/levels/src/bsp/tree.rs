@@ -3,7 +3,7 @@
 use super::error::{BspError, entry, lump as fault};
 use super::file::LevelFile;
 use super::layout::{Closed, Leaf as LeafRecord, Lump, Passes};
-use super::record::{Field, Kind, POINT, Records, i32, u16, u32};
+use super::record::{Field, Kind, Records, i32, u16, u32};
 use crate::{FARTHEST, MOST_CLUSTERS};
 use enfilade::math::geom::{Aabb, Plane};
 use glam::DVec3;
@@ -192,12 +192,12 @@ impl Tree {
         }
     }
 
-    /// The tree for a scene of the level's faces: each leaf is a cell, leaf `i + 1` cell `i`; detail is solid, and liquids are looked
-    /// through.
-    pub fn of_faces(&self) -> Self {
+    /// The tree for a scene of the level's faces: each leaf is a cell, leaf `i + 1` cell `i`. Liquids are looked through, and
+    /// so is solid detail unless it is a wall ([`super::layout::Layout::detail_is_wall`]).
+    pub fn of_faces(&self, detail_is_wall: bool) -> Self {
         let mut tree = Self { passes: Passes::All, ..self.clone() };
         for (l, leaf) in tree.leaves.iter_mut().enumerate() {
-            leaf.cell = (l as u32).checked_sub(1).filter(|_| leaf.is_open && leaf.cell.is_some());
+            leaf.cell = (l as u32).checked_sub(1).filter(|_| (leaf.is_open || !detail_is_wall) && leaf.cell.is_some());
         }
         let last = tree.leaves.iter().filter_map(|leaf| leaf.cell).max();
         tree.cells = self.cells.max(last.map_or(0, |last| last as usize + 1));
@@ -315,12 +315,10 @@ fn detail(file: &LevelFile, leaves: &Records<'_>, of_leaf: [Field; 2]) -> Result
 
 /// The world's extent: its box, and the vertices of faces.
 fn bounds(file: &LevelFile, models: &Records<'_>) -> Result<Aabb, BspError> {
+    let bytes = file.lump(Lump::Vertices)?;
+    let vertices = file.records(Lump::Vertices, &bytes, file.layout.vertex)?;
     let mut corners = vec![models.point(0, 0), models.point(0, 12)];
-    if file.layout.face.is_some() {
-        let bytes = file.lump(Lump::Vertices)?;
-        let vertices = file.records(Lump::Vertices, &bytes, POINT)?;
-        corners.extend((0..vertices.len()).map(|v| vertices.point(v, 0)));
-    }
+    corners.extend((0..vertices.len()).map(|v| vertices.point(v, 0)));
     let bounds = Aabb::of(corners);
     let farthest = bounds.min.abs().max_element().max(bounds.max.abs().max_element());
     if !(0.0..=FARTHEST).contains(&farthest) {

@@ -16,8 +16,9 @@ mod union;
 
 use super::texels::{Texture, Textures};
 use super::textures::{is_see_through, is_undrawn, material};
-use super::world::{UNIT, half_spaces, leaves_of, turned};
+use super::world::{half_spaces, leaves_of, turned};
 use super::{ImportError, ImportOptions, Scene, malformed};
+use crate::bsp::games::QUAKE_UNIT;
 use crate::bsp::portals::{derive, sink};
 use crate::bsp::tree::Tree;
 use alignment::texture_coordinates;
@@ -68,7 +69,7 @@ enum Kind {
 /// The map as a scene; `path` is its file, if it has one.
 pub(super) fn scene(bytes: &[u8], name: &str, path: Option<&Path>, options: &ImportOptions) -> Result<Scene, ImportError> {
     let map = parsed(bytes)?;
-    let unit = options.metres_per_unit.unwrap_or(UNIT);
+    let unit = options.metres_per_unit.unwrap_or(QUAKE_UNIT);
     let source = Source { format: "map".into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() };
     let mut builder = SceneBuilder::new(options, source);
     let Sorted { structure, other, area_portals, origins } = sorted(&map, &mut builder.source.notes)?;

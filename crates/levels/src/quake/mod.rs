@@ -6,8 +6,10 @@
 
 mod faces;
 mod map;
+mod scripts;
 mod texels;
 mod textures;
+mod uses;
 mod world;
 
 use crate::bsp::fences;

@@ -4,7 +4,7 @@
 //! into a palette of 256 colours: Quake's own, or, in WAD3, one behind the texels. In textures whose names begin with `{`, the
 //! last colour is a hole. Invalid data is skipped: appearance never makes an import fail.
 
-use crate::bsp::faces::{texture_entry, texture_name, word};
+use crate::bsp::infos::{texture_entry, texture_name, word};
 use enfilade::scene::sidecar::Sidecars;
 use enfilade::scene::{ImportOptions, Picture};
 use std::collections::BTreeMap;

@@ -9,7 +9,7 @@ const UNDRAWN: [&str; 8] = ["clip", "skip", "trigger", "hint", "hintskip", "orig
 /// The material of a texture: its texels if they were found. Otherwise liquids have fixed colours, and other textures a colour
 /// from a hash of their name, so that they differ.
 pub(super) fn material(texture: &str, textures: &Textures) -> Material {
-    let opacity = if is_see_through(texture) { 0.5 } else { 1.0 };
+    let opacity = if is_see_through(texture) { GLASS } else { 1.0 };
     if let Some(found) = textures.get(texture) {
         let has_holes = texture.starts_with('{');
         let colour = [1.0, 1.0, 1.0, if has_holes { 1.0 } else { opacity }];
@@ -26,6 +26,9 @@ pub(super) fn material(texture: &str, textures: &Textures) -> Material {
     let [r, g, b] = liquid.unwrap_or_else(|| by_name(texture));
     Material::matt(texture, [r, g, b, opacity])
 }
+
+/// Opacity of see-through textures without texels.
+pub(super) const GLASS: f32 = 0.5;
 
 /// Emission of textures, as a multiple of their colour. A level's lamps are in its lightmaps, and the sun does not reach its
 /// rooms: without emission they are nearly black.

@@ -1,33 +1,35 @@
 //! A level as a scene: the faces of the world and of brush models, and the leaves with their portals.
 //!
-//! The texture's name decides how a face is used, as in games: `{...` and liquids (`*...`) are see-through, `sky...` hides things
-//! behind it, `clip`, `skip`, `trigger`, `hint` and `origin` are not drawn. An object is the faces of one leaf with one texture.
-//! Doors (`func_door...`) are doors; other brush models hide nothing, because they may move. Triggers are not drawn.
+//! The texture decides how a face is used, as in games ([`super::uses`]): by its name, `{...` and liquids (`*...`) are see-through,
+//! `sky...` hides things behind it, `clip`, `skip`, `trigger`, `hint` and `origin` are not drawn; in later games by flags of its
+//! surface. An object is the faces of one leaf with one texture, or a displacement. Doors (`func_door...`) are doors; other brush
+//! models hide nothing, because they may move. Triggers are not drawn. Curved patches hide nothing, because engines choose their
+//! triangles.
 
 use super::malformed;
+use super::scripts::Scripts;
 use super::texels::Textures;
-use super::textures::{is_see_through, is_undrawn};
-use crate::bsp::entities::entities;
+use super::uses::{Use, uses};
+use crate::bsp::entities::{Entity, entities};
 use crate::bsp::error::entry;
-use crate::bsp::faces::marked_faces;
-use crate::bsp::faces::{Faces, SEE_THROUGH, UNDRAWN};
+use crate::bsp::faces::{Faces, marked_faces};
 use crate::bsp::file::LevelFile;
-use crate::bsp::layout::Lump;
+use crate::bsp::layout::{self, Lump};
 use crate::bsp::portals::{Between, derive};
+use crate::bsp::props::static_props;
 use crate::bsp::tree::{Child, Tree};
 use crate::bsp::{Bsp, BspError};
 use enfilade::math::geom::Plane;
+use enfilade::scene::sidecar::Sidecars;
 use enfilade::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source};
 use enfilade::types::hints::Leaves;
 use enfilade::types::level::LevelPortal;
 use enfilade::types::note::Note;
 use glam::DVec3;
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
-
-/// Metres per unit: players are 56 units tall.
-pub(super) const UNIT: f64 = 1.0 / 32.0;
 
 /// Maximum depth of a tree, and maximum half-spaces of all leaves: 0.5 GB. Levels of 100,000 leaves have some sixty per leaf.
 /// More: a hostile file of a few megabytes exceeds the memory. Fewer: large levels are refused.
@@ -38,7 +40,35 @@ const MOST_HALF_SPACES: usize = 1 << 24;
 fn textures(file: &LevelFile, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, BspError> {
     let world = entities(&file.lump(Lump::Entities)?)?.into_iter().next();
     let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
-    Ok(Textures::read(&file.lump(Lump::Textures)?, path, named, options))
+    // Quake 3's lump has no texels.
+    let own = if has_shaders(file) { Cow::default() } else { file.lump(Lump::Textures)? };
+    Ok(Textures::read(&own, path, named, options))
+}
+
+/// Whether textures are shaders, with scripts.
+fn has_shaders(file: &LevelFile) -> bool {
+    matches!(file.layout.faces, layout::Faces::Meshes(_))
+}
+
+/// What the faces with each texture are used for.
+fn uses_of(
+    file: &LevelFile,
+    faces: &Faces,
+    path: Option<&Path>,
+    options: &ImportOptions,
+    notes: &mut Vec<Note>,
+) -> Vec<Use> {
+    if !has_shaders(file) {
+        return uses(faces, file.layout.flags, &Scripts::default());
+    }
+    let scripts = Scripts::read(&Sidecars { folder: path.and_then(Path::parent), under: options.files_under.as_deref() });
+    let uses = uses(faces, file.layout.flags, &scripts);
+    if scripts.is_empty() && uses.contains(&Use::Opaque) {
+        let note = "shaders count as opaque unless the level says `trans`, because their scripts are not at hand; put them into scripts/ \
+                    beside the level, or allow the game's folder with --files-under";
+        notes.push(Note::taken(note));
+    }
+    uses
 }
 
 /// The level as a scene; `path` is its file, if it has one. `walls`: faces that are opaque with any texture, ascending.
@@ -50,25 +80,27 @@ pub(super) fn scene(
     walls: &[usize],
 ) -> Result<Scene, ImportError> {
     let file = &bsp.file;
-    let unit = options.metres_per_unit.unwrap_or(UNIT);
+    let unit = options.metres_per_unit.unwrap_or(file.layout.unit);
     let mut builder = SceneBuilder::new(
         options,
         Source { format: bsp.format().into(), metres_per_unit: unit, up: "+Z".into(), notes: Vec::new() },
     );
     let faces = Faces::read(file).map_err(malformed)?;
+    let uses = uses_of(file, &faces, path, options, &mut builder.source.notes);
     let textures = if builder.is_traced() { textures(file, path, options).map_err(malformed)? } else { Textures::default() };
     let ranges = ranges(file, faces.faces.len()).map_err(malformed)?;
-    let tree = bsp.tree.of_faces();
+    let tree = bsp.tree.of_faces(file.layout.detail_is_wall);
     let half_spaces = half_spaces(&tree).map_err(malformed)?;
 
     // 1. The world; faces without a leaf come last. `Bsp::read` has checked that there is a world.
     let leaf_of = first_leaves(file, faces.faces.len()).map_err(malformed)?;
-    let mut meshes = Meshes { faces: &faces, textures: &textures, builder: &mut builder, unit };
+    let mut meshes = Meshes { faces: &faces, uses: &uses, textures: &textures, builder: &mut builder, unit };
     meshes.add_world(ranges[0].clone(), &leaf_of, walls)?;
 
-    // 2. Brush models.
+    // 2. Brush models, and what is left out.
+    let entities = entities(&file.lump(Lump::Entities).map_err(malformed)?).map_err(malformed)?;
     let (mut triggers, mut shown) = (0, 0);
-    for (model, class) in brush_models(file, ranges.len()).map_err(malformed)? {
+    for (model, class) in brush_models(&entities, ranges.len()).map_err(malformed)? {
         if class.starts_with("trigger") {
             triggers += 1;
             continue;
@@ -81,6 +113,7 @@ pub(super) fn scene(
         let note = format!("{triggers} triggers and {unnamed} brush models without an entity are not drawn");
         builder.source.notes.push(Note::detail(note));
     }
+    builder.source.notes.extend(note_of_props(file, &entities));
     if !walls.is_empty() {
         let count = walls.len();
         let note = format!("{count} faces with textures named {{... count as walls, as in the .prt beside the level");
@@ -97,9 +130,23 @@ pub(super) fn scene(
     builder.finish(name)
 }
 
+/// What is not in a level of Source, because its models are other files.
+fn note_of_props(file: &LevelFile, entities: &[Entity]) -> Option<Note> {
+    file.layout.number(Lump::GameLumps)?;
+    let is_prop = |entity: &&Entity| entity.get("classname").is_some_and(|class| class.starts_with("prop_"));
+    let (fixed, moving) = (static_props(file).unwrap_or(0), entities.iter().filter(is_prop).count());
+    let note = format!(
+        "{fixed} static props and {moving} prop entities are left out, because their models are other files: they hide nothing; draw \
+         each where its cell is drawn"
+    );
+    (fixed + moving > 0).then(|| Note::taken(note))
+}
+
 /// Adds faces to a scene.
 struct Meshes<'m> {
     faces: &'m Faces,
+    /// By texture info.
+    uses: &'m [Use],
     textures: &'m Textures,
     builder: &'m mut SceneBuilder,
     unit: f64,
@@ -108,48 +155,49 @@ struct Meshes<'m> {
 impl Meshes<'_> {
     /// The faces of the world, by leaf and texture. `walls` as in [`scene`].
     fn add_world(&mut self, world: Range<usize>, leaf_of: &[usize], walls: &[usize]) -> Result<(), ImportError> {
-        let Self { faces, textures, ref mut builder, unit } = *self;
-        let mut groups: BTreeMap<(usize, usize, bool), Vec<usize>> = BTreeMap::new();
-        for face in world {
-            let texture = faces.faces[face].texture;
-            if is_drawn(faces, texture) {
-                let hides = !is_looked_through(faces, texture) || walls.binary_search(&face).is_ok();
-                groups.entry((leaf_of[face], texture, hides)).or_default().push(face);
+        let Self { faces, uses, textures, ref mut builder, unit } = *self;
+        let mut groups: BTreeMap<(usize, Option<usize>, usize, bool), Vec<usize>> = BTreeMap::new();
+        for number in world {
+            let face = &faces.faces[number];
+            let used = uses[face.texture];
+            if used == Use::Undrawn {
+                continue;
             }
+            let hides = face.is_exact && (used == Use::Opaque || walls.binary_search(&number).is_ok());
+            // Displacements are in no leaf, and large.
+            let own = (leaf_of[number] == usize::MAX && face.corners().is_empty()).then_some(number);
+            groups.entry((leaf_of[number], own, face.texture, hides)).or_default().push(number);
         }
-        for ((leaf, texture, hides), group) in groups {
-            let texture = &faces.textures[texture];
-            let node = if leaf == usize::MAX { texture.clone() } else { format!("leaf {leaf}/{texture}") };
-            faces.look(builder, textures, &group);
-            builder.add(faces.mesh(&group, node, Role::Structure, hides, &|p| turned(p, unit)))?;
+        for ((leaf, own, texture, hides), group) in groups {
+            let (name, used) = (&faces.infos.names[texture], uses[texture]);
+            let node = match own {
+                Some(face) => format!("face {face}/{name}"),
+                None if leaf == usize::MAX => name.clone(),
+                None => format!("leaf {leaf}/{name}"),
+            };
+            faces.look(builder, textures, &group, if hides { Use::Opaque } else { used });
+            let mesh = faces.mesh(&group, node, Role::Structure, hides, &|p| turned(p, unit));
+            // What hides nothing although it is opaque is no glass.
+            if hides || used == Use::SeeThrough { builder.add(mesh)? } else { builder.add_moving(mesh)? }
         }
         Ok(())
     }
 
     /// The faces of a brush model, whose name begins with its class, by texture.
     fn add_model(&mut self, name: &str, range: Range<usize>) -> Result<(), ImportError> {
-        let Self { faces, textures, ref mut builder, unit } = *self;
+        let Self { faces, uses, textures, ref mut builder, unit } = *self;
         let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for face in range {
             groups.entry(faces.faces[face].texture).or_default().push(face);
         }
         let role = if name.starts_with("func_door") { Role::Door } else { Role::Furnishing };
-        for (texture, group) in groups.into_iter().filter(|(texture, _)| is_drawn(faces, *texture)) {
+        for (texture, group) in groups.into_iter().filter(|(texture, _)| uses[*texture] != Use::Undrawn) {
             let mesh = faces.mesh(&group, name.to_owned(), role, false, &|p| turned(p, unit));
-            faces.look(builder, textures, &group);
-            if is_looked_through(faces, texture) { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
+            faces.look(builder, textures, &group, uses[texture]);
+            if uses[texture] == Use::SeeThrough { builder.add_glass(mesh)? } else { builder.add_moving(mesh)? }
         }
         Ok(())
     }
-}
-
-/// By texture info: what its name or its flags say.
-fn is_drawn(faces: &Faces, texture: usize) -> bool {
-    !is_undrawn(&faces.textures[texture]) && faces.flags[texture] & UNDRAWN == 0
-}
-
-fn is_looked_through(faces: &Faces, texture: usize) -> bool {
-    is_see_through(&faces.textures[texture]) || faces.flags[texture] & SEE_THROUGH != 0
 }
 
 /// A point of the level in the scene.
@@ -192,9 +240,9 @@ fn first_leaves(file: &LevelFile, faces: usize) -> Result<Vec<usize>, BspError> 
 }
 
 /// Brush models with the class of their first entity, in the order of entities.
-fn brush_models(file: &LevelFile, models: usize) -> Result<Vec<(usize, String)>, BspError> {
+fn brush_models(entities: &[Entity], models: usize) -> Result<Vec<(usize, String)>, BspError> {
     let (mut found, mut known) = (Vec::new(), BTreeSet::new());
-    for (i, e) in entities(&file.lump(Lump::Entities)?)?.iter().enumerate() {
+    for (i, e) in entities.iter().enumerate() {
         let Some(number) = e.get("model").and_then(|m| m.strip_prefix('*')) else { continue };
         match number.parse() {
             Ok(model) if (1..models).contains(&model) => {
