@@ -3,6 +3,7 @@
 
 mod cities;
 mod crowds;
+mod landscape;
 mod shown;
 
 use crate::cli::{building, folder, run_words, text};

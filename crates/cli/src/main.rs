@@ -167,7 +167,7 @@ mod tests {
             ("ground", "size") => "65",
             ("ground", "spacing") => "1",
             ("why", "from" | "to") => "cell:0",
-            (_, "rooms" | "size" | "sections" | "count") => "100",
+            (_, "rooms" | "size" | "sections" | "count" | "clusters") => "100",
             _ => "other",
         }
     }

@@ -130,7 +130,13 @@ pub fn read_prt(bytes: &[u8]) -> Result<Prt, PrtError> {
         reader.face(clusters)?;
     }
     reader.end()?;
-    let rounding = reader.rounding();
+    let mut rounding = reader.rounding();
+    if dialect == Dialect::Quake3 {
+        // Its compiler works in single precision, which leaves fewer digits than it prints.
+        let corners = portals.iter().flat_map(|p| &p.winding);
+        let farthest = corners.map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        rounding = rounding.max(0.5 * f64::from(f32::EPSILON) * farthest);
+    }
     Ok(Prt { dialect, level: Level { cells: clusters as usize, portals, rounding }, leaves })
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Every building consists of closed solids, with one node per wall between two rooms and per floor, and comes with facts from
 //! its plan: rooms, doors, windows, and a path. Three scenes are no buildings: teapots, cities and an offshore platform, modelled
-//! on two studies of occlusion culling for comparison with their tables. A ground is a height raster. The same options and seed
+//! on two studies of occlusion culling for comparison with their tables. A ground is a height raster, a landscape a level's portal file. The same options and seed
 //! give the same bytes on every machine.
 
 mod building;
@@ -14,6 +14,7 @@ mod glb;
 mod grid;
 mod ground;
 mod house;
+mod landscape;
 mod model;
 mod office;
 mod path;
@@ -24,6 +25,7 @@ mod solid;
 mod teapots;
 
 pub use ground::{GROUND_SIZES, GROUND_SPACINGS, Ground, ground};
+pub use landscape::{LANDSCAPE_CLUSTERS, Landscape, landscape};
 
 use building::Building;
 use facts::Fill;
@@ -101,6 +103,12 @@ pub enum Kind {
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GenerateError {
+    /// Too few or too many clusters.
+    #[error("{clusters} clusters requested; give {} to {}", LANDSCAPE_CLUSTERS.start(), LANDSCAPE_CLUSTERS.end())]
+    Clusters {
+        /// The requested number.
+        clusters: usize,
+    },
     /// Too few or too many rooms.
     #[error("{rooms} rooms requested; give 1 to {MAX_ROOMS}")]
     Rooms {

@@ -1,6 +1,6 @@
 //! A cell graph laid out for flow: directed portals in an array, grouped by cell.
 
-use super::bundle::Bounds;
+use super::bundle::{Bounds, Side};
 use super::window::{Slack, Window};
 use crate::cells::{CellGraph, Portal};
 use crate::math::geom::{Aabb, Plane};
@@ -274,7 +274,11 @@ impl Net {
             return self.is_flush(a, b);
         }
         let (pa, pb) = (self.planes[a], self.planes[b]);
-        let is_cut_off = |portal: usize, plane: Plane| self.windows[portal].is_cut_off(&plane, &self.slack);
+        let is_cut_off = |portal: usize, plane: Plane| match self.bounds[portal].side(&plane) {
+            Side::Inside => false,
+            Side::Outside => true,
+            Side::Unknown => self.windows[portal].is_cut_off(&plane, &self.slack),
+        };
         if pa.is_some_and(|p| is_cut_off(b, p.flipped())) || pb.is_some_and(|p| is_cut_off(a, p)) {
             return self.is_flush(a, b);
         }

@@ -4,7 +4,7 @@ use super::files::Files;
 use super::kinds::Kind as FileKind;
 use super::{CliError, Outcome, at};
 use enfilade::file::replace_file;
-use enfilade_scenes::{Ground, Kind, generate, ground, pretty};
+use enfilade_scenes::{Ground, Kind, Landscape, generate, ground, landscape, pretty};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -118,6 +118,21 @@ enum Scene {
         #[arg(long)]
         json: bool,
     },
+    /// An open landscape of a level, as a portal file for `vis`: hills under a flat sky, where most clusters see each other.
+    Landscape {
+        /// Clusters, 2 to 100000; those within hills are left out.
+        #[arg(long, value_name = "N")]
+        clusters: usize,
+        /// The portal file to write.
+        #[arg(short, long, value_name = "X.prt")]
+        output: PathBuf,
+        /// Seed of every random choice.
+        #[arg(long, value_name = "N", default_value_t = 0)]
+        seed: u64,
+        /// Print the facts as JSON.
+        #[arg(long)]
+        json: bool,
+    },
 }
 
 #[derive(clap::Args)]
@@ -141,6 +156,7 @@ impl Args {
     pub fn files(&self) -> Files {
         let out = match &self.scene {
             Scene::Ground { output, .. } => return Files::new().writes(output, FileKind::Tiff),
+            Scene::Landscape { output, .. } => return Files::new().writes(output, FileKind::Prt),
             Scene::Office { output, .. }
             | Scene::Gallery { output, .. }
             | Scene::Maze { output, .. }
@@ -183,6 +199,17 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         Scene::Ground { size, spacing, output, seed, json } => {
             let made = ground(size, spacing, seed, &output).map_err(|e| at(&output, e))?;
             print_ground(&output, &made, json)?;
+            return Ok(Outcome::Done);
+        }
+        Scene::Landscape { clusters, output, seed, json } => {
+            let made = landscape(clusters, seed).map_err(|e| CliError(e.to_string()))?;
+            write(&output, made.prt.as_bytes())?;
+            let Landscape { clusters, portals, .. } = made;
+            super::prose(&format!("{}: {clusters} clusters, {portals} portals", output.display()), json)?;
+            if json {
+                let facts = json!({ "name": "landscape", "seed": seed, "clusters": clusters, "portals": portals });
+                super::answer(&facts.to_string())?;
+            }
             return Ok(Outcome::Done);
         }
     };

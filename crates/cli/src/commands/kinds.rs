@@ -20,6 +20,8 @@ pub enum Kind {
     Rows,
     /// A game's level.
     Bsp,
+    /// A level's portals.
+    Prt,
     /// `.ground`.
     Ground,
     /// GeoTIFF.
@@ -43,13 +45,14 @@ const TABLES: [&str; 6] =
     ["strategy,cpu_", "cell,name,", "view_cells,bytes,", "limit_px,segments,", "above_m,limit,", "method,stage,"];
 
 /// All kinds.
-const ALL: [Kind; 13] = [
+const ALL: [Kind; 14] = [
     Kind::Pvs,
     Kind::Glb,
     Kind::Leaks,
     Kind::Points,
     Kind::Rows,
     Kind::Bsp,
+    Kind::Prt,
     Kind::Ground,
     Kind::Tiff,
     Kind::Png,
@@ -59,7 +62,7 @@ const ALL: [Kind; 13] = [
     Kind::Json,
 ];
 /// Start of other common files.
-const OTHERS: [&[u8]; 8] = [b"PK\x03\x04", b"\x1F\x8B", b"ISO-10303-21", b"ply", b"solid ", b"PRT", b"<", b"%PDF"];
+const OTHERS: [&[u8]; 7] = [b"PK\x03\x04", b"\x1F\x8B", b"ISO-10303-21", b"ply", b"solid ", b"<", b"%PDF"];
 
 impl Kind {
     /// In words, after "is not a".
@@ -71,6 +74,7 @@ impl Kind {
             Self::Points => "file of points",
             Self::Rows => "text of rows",
             Self::Bsp => ".bsp level",
+            Self::Prt => "portal file",
             Self::Ground => ".ground file",
             Self::Tiff => "TIFF",
             Self::Png => "PNG picture",
@@ -110,6 +114,7 @@ impl Kind {
             Self::Pvs => starts(&[&MAGIC]),
             Self::Glb => starts(&[b"glTF"]),
             Self::Bsp => enfilade_levels::bsp::is_level(head),
+            Self::Prt => starts(&[b"PRT1", b"PRT2"]),
             Self::Ground => starts(&[b"\x89GRN\r\n\x1a\n"]),
             Self::Tiff => starts(&[b"II\x2a\0", b"MM\0\x2a", b"II\x2b\0", b"MM\0\x2b"]),
             Self::Png => starts(&[b"\x89PNG\r\n\x1a\n"]),
@@ -143,6 +148,7 @@ mod tests {
             (Kind::Points, b"1.5 -2 3e4\n1 2 3\n"),
             (Kind::Rows, b"0 3: 0 1 2\n"),
             (Kind::Bsp, b"VBSP\x14\0\0\0"),
+            (Kind::Prt, b"PRT1\n4\n3\n"),
             (Kind::Ground, b"\x89GRN\r\n\x1a\n\x01"),
             (Kind::Tiff, b"II\x2a\0\x08"),
             (Kind::Png, b"\x89PNG\r\n\x1a\n\0"),
@@ -159,7 +165,6 @@ mod tests {
             for strange in [
                 &b"my own text"[..],
                 b"# a model\nv 0 0 0\n",
-                b"PRT1\n4\n3\n",
                 b"newmtl a\n",
                 b"a,b\n1,2\n",
                 b"\xff\xfe\0",
