@@ -6,6 +6,7 @@ mod kinds;
 mod lines;
 mod map;
 mod prt;
+mod readers;
 mod real;
 mod scene;
 mod truth;
