@@ -134,6 +134,31 @@ fn a_path_is_dotted() {
     );
 }
 
+/// Editors read so many points; what doesn't fit is counted.
+#[test]
+fn a_path_ends_where_editors_do() {
+    let folder = folder("long");
+    let [prt, rows, pts] = ["level.prt", "rows.txt", "lost.pts"].map(|name| folder.join(name));
+    // Doors in line, 10,000 units apart; rows of cells alone.
+    let door = |k: usize| {
+        let x = 10_000 * k;
+        format!("4 {k} {} ({x} -64 -64) ({x} 64 -64) ({x} 64 64) ({x} -64 64)\n", k + 1)
+    };
+    std::fs::write(&prt, format!("PRT1\n6\n5\n{}", (0..5).map(door).collect::<String>())).unwrap();
+    std::fs::write(&rows, (0..6).map(|a| format!("{a} 1: {a}\n")).collect::<String>()).unwrap();
+    let out = enfilade!("vis", &prt, "--against", &rows, "--lost", &pts);
+    // Row 0 in order: a door (3 points), then lines over 1, 2 and 3 stretches of 1250 steps; over 4 there are too many.
+    let count = std::fs::read_to_string(&pts).unwrap().lines().count();
+    // A step more where a line is not straight along x.
+    assert!((0..=3).contains(&(count as i64 - (3 + 1251 + 2501 + 3751))), "{count}");
+    // Each of 15 pairs once.
+    let said = String::from_utf8(out.stderr).unwrap();
+    assert!(
+        said.contains("lost.pts has the worst clusters' lines; 11 more don't fit, as old editors read 8192 points"),
+        "{said}"
+    );
+}
+
 /// A long table ends.
 #[test]
 fn the_worst_clusters_come_first_and_the_rest_is_counted() {

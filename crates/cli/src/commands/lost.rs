@@ -43,7 +43,13 @@ pub fn write(path: &Path, audit: &Audit<'_>, files: [&Path; 2]) -> Result<(), Cl
         let html = page(audit, files);
         return replace_file(path, |out| out.write_all(html.as_bytes())).map_err(|e| at(path, e));
     }
-    let points: Vec<DVec3> = if is(path, "pts") { points(audit, dotted) } else { points(audit, Vec::from) };
+    let (points, rest) = if is(path, "pts") { points(audit, dotted) } else { points(audit, Vec::from) };
+    if rest > 0 {
+        eprintln!(
+            "note: {} has the worst clusters' lines; {rest} more don't fit, as old editors read {MOST_POINTS} points",
+            path.display()
+        );
+    }
     let line = |out: &mut dyn Write, p: &DVec3| writeln!(out, "{:.3} {:.3} {:.3}", p.x, p.y, p.z);
     replace_file(path, |out| points.iter().try_for_each(|p| line(out, p))).map_err(|e| at(path, e))
 }
@@ -53,10 +59,10 @@ fn in_order<'a>(audit: &'a Audit<'_>) -> impl Iterator<Item = &'a Line> {
     audit.found.by_cell().into_iter().flat_map(|faults| audit.found.lost_from(faults.cell))
 }
 
-/// Points of the lines, one way of each, as far as whole lines fit.
-fn points(audit: &Audit<'_>, of: impl Fn([DVec3; 2]) -> Vec<DVec3>) -> Vec<DVec3> {
+/// Points of the lines, one way of each, as far as whole lines fit; and the number of lines that don't.
+fn points(audit: &Audit<'_>, of: impl Fn([DVec3; 2]) -> Vec<DVec3>) -> (Vec<DVec3>, usize) {
     let mut known = HashSet::new();
-    let mut all = Vec::new();
+    let (mut all, mut rest) = (Vec::new(), 0);
     for line in in_order(audit) {
         let [a, b] = line.cells;
         let along = line.direction(audit.level);
@@ -68,13 +74,14 @@ fn points(audit: &Audit<'_>, of: impl Fn([DVec3; 2]) -> Vec<DVec3>) -> Vec<DVec3
         };
         if known.insert([a.min(b), a.max(b)]) {
             let more = of(ends);
-            if all.len() + more.len() > MOST_POINTS {
-                break;
+            if rest > 0 || all.len() + more.len() > MOST_POINTS {
+                rest += 1;
+            } else {
+                all.extend(more);
             }
-            all.extend(more);
         }
     }
-    all
+    (all, rest)
 }
 
 /// Points of a line, at most `SPACING` apart.

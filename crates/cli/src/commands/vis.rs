@@ -9,6 +9,7 @@ use super::level::{Input, SearchFlags};
 use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts, state_path};
 use super::stage_times::Stages;
 use super::{CliError, Outcome, RunFlags, at, lost};
+use enfilade::BitMatrix;
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade_levels::compare::against;
@@ -164,13 +165,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
     let written = write(args, &input, output.as_deref(), &result)?;
     let totals = result.totals(&input.level);
-    let beside = theirs.zip(whole).map(|(rows, whole)| {
-        let found = against(&input.level, whole, &rows);
-        Audit { level: &input.level, on_digits: &totals.on_digits, found }
-    });
-    if let (Some(rows), Some(audit)) = (&args.search.against, &beside) {
-        args.lost.iter().try_for_each(|path| lost::write(path, audit, [&args.input, rows]))?;
-    }
+    let beside = audited(args, &input, &totals, theirs.zip(whole))?;
     kept.done()?;
     let write = writing.elapsed().as_secs_f64();
 
@@ -195,6 +190,20 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     }
     let lacks = beside.is_some_and(|audit| !audit.found.lost.is_empty());
     Ok(if lacks { Outcome::Failed } else { Outcome::Done })
+}
+
+/// Compares a result with the rows of another tool, and writes the files of what these lack.
+fn audited<'a>(
+    args: &Args,
+    input: &'a Input,
+    totals: &'a Totals,
+    both: Option<(BitMatrix, &Vis)>,
+) -> Result<Option<Audit<'a>>, CliError> {
+    let (Some((theirs, vis)), Some(path)) = (both, &args.search.against) else { return Ok(None) };
+    let found = against(&input.level, vis, &theirs);
+    let audit = Audit { level: &input.level, on_digits: totals.on_digits(), found };
+    args.lost.iter().try_for_each(|file| lost::write(file, &audit, [&args.input, path]))?;
+    Ok(Some(audit))
 }
 
 /// Output besides rows.
