@@ -266,3 +266,39 @@ fn a_stale_or_missing_portal_file_is_told() {
     write(&pts, b"0 0 0\n9 9 9\n", evening);
     assert_eq!(notes(), "[]");
 }
+
+/// A level of Half-Life as its own tools made it: the pairs that its rows lack are those whose lines were followed apart from Enfilade
+/// (`lost.tsv`), and those whose line lies in the plane of a portal that it passes hang on the file's last digits.
+#[cfg(feature = "full")]
+#[test]
+fn a_real_level_lacks_what_was_found_apart_from_this() {
+    use std::collections::BTreeMap;
+    use testing::data::data;
+    let name = "hl/msr_insomnia";
+    let case = crate::levels::games::cases().into_iter().find(|case| case.name == name).unwrap();
+    let folder = folder("real");
+    let [level, out, lin] = ["level.bsp", "out.bsp", "lost.lin"].map(|name| folder.join(name));
+    std::fs::write(&level, case.part("vis.bsp").unwrap()).unwrap();
+    std::fs::write(level.with_extension("prt"), case.part("prt").unwrap()).unwrap();
+    let report = failed(&enfilade!("vis", &level, "--against", &level, "-o", &out, "--lost", &lin, "--json"));
+    let against = &report["against"];
+    let number = |value: &Value| value.as_u64().unwrap();
+    let is_on_digits: BTreeMap<[u64; 2], bool> = (against["lost"].as_array().unwrap().iter())
+        .map(|line| ([0, 1].map(|i| number(&line["pair"][i])), line["on_last_digit"].as_bool().unwrap()))
+        .collect();
+    // 1. The pairs: level, a, b, portals, length, margin, height over a portal's plane.
+    let table = std::fs::read_to_string(data().join("other-games/lost.tsv")).unwrap();
+    let rows = table.lines().map(|line| line.split('\t').collect::<Vec<_>>()).filter(|row| row[0] == name);
+    let known: BTreeMap<[u64; 2], f64> =
+        rows.map(|row| ([1, 2].map(|i| row[i].parse().unwrap()), row[6].parse().unwrap())).collect();
+    assert!(known.len() == 40 && is_on_digits.keys().eq(known.keys()), "{is_on_digits:?}");
+    // 2. Lines in a portal's plane, to 0.0005 units.
+    let flat: Vec<_> = known.iter().filter(|(_, height)| **height < 5e-4).map(|(pair, _)| is_on_digits[pair]).collect();
+    assert!(flat.len() == 11 && flat.iter().all(|&is| is), "{flat:?}");
+    // 3. Clusters have all of them.
+    let sum = |key: &str| against["by_cluster"].as_array().unwrap().iter().map(|of| number(&of[key])).sum::<u64>();
+    assert_eq!((sum("lost_pairs"), sum("refuted_pairs")), (40, number(&against["refuted_pairs"])));
+    // 4. Two points for each pair, one way.
+    let ways: std::collections::BTreeSet<[u64; 2]> = known.keys().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+    assert_eq!(std::fs::read_to_string(&lin).unwrap().lines().count(), 2 * ways.len());
+}

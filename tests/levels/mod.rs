@@ -1,7 +1,7 @@
 //! Levels of games.
 
 pub mod bsp;
-mod games;
+pub mod games;
 mod kinds;
 mod lines;
 mod map;

@@ -135,7 +135,9 @@ impl Audit<'_> {
             lines.push("cluster  lacks  shows hidden  the first that it lacks, and where to look".to_owned());
         }
         for of in faults.iter().take(MOST_CLUSTERS) {
-            let first = &a.lost_from(of.cell)[0];
+            let lost = a.lost_from(of.cell);
+            // One that is certain, if there is one.
+            let first = lost.iter().find(|line| !self.is_on_digits(line)).unwrap_or(&lost[0]);
             let CellFaults { cell, lost, refuted } = of;
             let [seen, portals, setpos] = [first.cells[1].to_string(), portals(first), self.setpos(first)];
             lines.push(format!("{cell:>7}  {lost:>5}  {refuted:>12}  {seen} through portals {portals}: {setpos}"));

@@ -54,9 +54,12 @@ pub fn write(path: &Path, audit: &Audit<'_>, files: [&Path; 2]) -> Result<(), Cl
     replace_file(path, |out| points.iter().try_for_each(|p| line(out, p))).map_err(|e| at(path, e))
 }
 
-/// All lost pairs, those of the cluster that lacks most first.
-fn in_order<'a>(audit: &'a Audit<'_>) -> impl Iterator<Item = &'a Line> {
-    audit.found.by_cell().into_iter().flat_map(|faults| audit.found.lost_from(faults.cell))
+/// All lost pairs, those of the cluster that lacks most first, but behind all others those that hang on the file's last digits.
+fn in_order<'a>(audit: &'a Audit<'_>) -> Vec<&'a Line> {
+    let found = &audit.found;
+    let mut all: Vec<&Line> = found.by_cell().iter().flat_map(|faults| found.lost_from(faults.cell)).collect();
+    all.sort_by_key(|line| audit.is_on_digits(line));
+    all
 }
 
 /// Points of the lines, one way of each, as far as whole lines fit; and the number of lines that don't.
@@ -103,6 +106,6 @@ fn page(audit: &Audit<'_>, files: [&Path; 2]) -> String {
     };
     let clusters: Vec<_> =
         found.by_cell().iter().map(|of| [u64::from(of.cell), of.lost as u64, of.refuted as u64]).collect();
-    let pairs: Vec<LostPair> = in_order(audit).map(pair).collect();
+    let pairs: Vec<LostPair> = in_order(audit).into_iter().map(pair).collect();
     LostPage { level: &level, rows: &rows, counts: &audit.counts(), clusters: &clusters, pairs: &pairs }.html()
 }
