@@ -28,9 +28,11 @@ fn words<'p>(page: &'p str, command: &str) -> BTreeSet<&'p str> {
 fn every_key_of_every_command_is_in_the_page() {
     let folder = folder("keys");
     let (model, file) = maze(&folder);
-    let (level, path) = (folder.join("level.prt"), folder.join("page.html"));
+    let [level, rows, path] = ["level.prt", "rows.txt", "page.html"].map(|name| folder.join(name));
     std::fs::write(&level, LEVEL).unwrap();
-    let [model, file, level, path] = [&model, &file, &level, &path].map(|p| text(p));
+    // They show 0 3, which is hidden.
+    std::fs::write(&rows, "0 4: 0 1 2 3\n1 4: 0 1 2 3\n2 4: 0 1 2 3\n3 4: 0 1 2 3\n").unwrap();
+    let [model, file, level, rows, path] = [&model, &file, &level, &rows, &path].map(|p| text(p));
     let out = text(&folder).to_owned() + "/out.pvs";
     let glb = text(&folder).to_owned() + "/out.glb";
     let runs: [&[&str]; 12] = [
@@ -43,7 +45,7 @@ fn every_key_of_every_command_is_in_the_page() {
         &["walk", file, "--model", model, "--mode", "exact", "--path", "random:3", "--size", "64x64"],
         &["walk", file, "--model", model, "--path", "random:3", "--min-pixels", "2"],
         &["why", &out, "--model", model, "0", "1"],
-        &["vis", level],
+        &["vis", level, "--against", rows],
         &["report", model, "-o", path, "--rays", "20k"],
         &["generate", "maze", "--rooms", "4", "-o", &glb],
     ];

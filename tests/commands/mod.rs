@@ -4,6 +4,7 @@ mod errors;
 mod files;
 mod ground;
 mod keys;
+mod lost;
 mod notes;
 mod report;
 mod vis;

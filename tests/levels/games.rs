@@ -20,14 +20,14 @@ fn file(path: &Path) -> Option<Vec<u8>> {
 }
 
 /// A level of the folder.
-struct Case {
+pub struct Case {
     /// As in `hl/id_dm4`.
-    name: String,
+    pub name: String,
     begin: PathBuf,
 }
 
 impl Case {
-    fn part(&self, end: &str) -> Option<Vec<u8>> {
+    pub fn part(&self, end: &str) -> Option<Vec<u8>> {
         file(&self.begin.with_file_name(format!("{}.{end}.gz", self.begin.file_name().unwrap().to_str().unwrap())))
     }
 
@@ -35,13 +35,13 @@ impl Case {
         self.part(end).map(|text| read_rows(&text, count).unwrap_or_else(|e| panic!("{}: {e}", self.name)))
     }
 
-    fn prt(&self) -> Option<Prt> {
+    pub fn prt(&self) -> Option<Prt> {
         self.part("prt").map(|text| read_prt(&text).unwrap_or_else(|e| panic!("{}: {e}", self.name)))
     }
 }
 
 /// Every level, by name.
-fn cases() -> Vec<Case> {
+pub fn cases() -> Vec<Case> {
     let root = data().join("other-games");
     let mut found = BTreeMap::new();
     for folder in ["hl", "q1", "q2", "q3", "source"] {

@@ -2,11 +2,12 @@
 
 pub mod bsp;
 mod drawn;
-mod games;
+pub mod games;
 mod kinds;
 mod lines;
 mod map;
 mod prt;
+mod readers;
 mod real;
 mod scene;
 mod truth;

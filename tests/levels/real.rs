@@ -20,7 +20,7 @@ fn real(folder: &std::path::Path, name: &str) -> (Vec<u8>, Bsp, BspData) {
 }
 
 /// What another reader of the format decodes.
-fn rows_of(theirs: &BspData, leaves: usize) -> BitMatrix {
+pub fn rows_of(theirs: &BspData, leaves: usize) -> BitMatrix {
     let mut rows = BitMatrix::new(leaves, leaves);
     for leaf in 0..leaves {
         // Its iterator doesn't know how many leaves the world has.

@@ -189,6 +189,7 @@ mod tests {
                 // Flags that this one requires.
                 let beside: &[&str] = match (name, arg.get_id().as_str()) {
                     ("check", "leak") => &["--model", "other"],
+                    ("vis", "lost") => &["--against", "other"],
                     _ => &[],
                 };
                 line.extend(beside.iter().map(ToString::to_string));

@@ -3,6 +3,7 @@
 use super::{Level, Line, Vis};
 use enfilade::BitMatrix;
 use enfilade::math::geom::middle;
+use std::cmp::Reverse;
 
 /// Two sets of rows for one level. All pairs are ordered and include each cell with itself.
 #[derive(Clone, PartialEq, Debug)]
@@ -15,6 +16,8 @@ pub struct Against {
     pub both: u64,
     /// Pairs only in the other tool's rows. Each is proven hidden.
     pub refuted: u64,
+    /// These pairs.
+    pub refuted_rows: BitMatrix,
     /// Pairs that the other tool has in one direction only: a sees b, b does not see a.
     pub one_way: u64,
     /// Pairs of `one_way` that are proven hidden. For the rest the other tool lacks the reverse pair.
@@ -24,6 +27,36 @@ pub struct Against {
     /// Pairs that the other tool lacks and a line proves, ascending, each with that line from its first cell to its second. For
     /// neighbours it is a point of their portal.
     pub lost: Vec<Line>,
+}
+
+/// What the other tool has wrong in the row of a cell.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CellFaults {
+    /// The cell.
+    pub cell: u32,
+    /// Pairs of `lost` that begin in it.
+    pub lost: usize,
+    /// Pairs of `refuted_rows` that begin in it.
+    pub refuted: usize,
+}
+
+impl Against {
+    /// Cells with faults in their rows; those that lack most come first.
+    pub fn by_cell(&self) -> Vec<CellFaults> {
+        let refuted = |cell: usize| self.refuted_rows.ones(cell).count();
+        let faults = |cell: usize| CellFaults { cell: cell as u32, lost: 0, refuted: refuted(cell) };
+        let mut all: Vec<CellFaults> = (0..self.refuted_rows.rows()).map(faults).collect();
+        self.lost.iter().for_each(|line| all[line.cells[0] as usize].lost += 1);
+        all.retain(|faults| faults.lost + faults.refuted > 0);
+        all.sort_by_key(|faults| (Reverse((faults.lost, faults.refuted)), faults.cell));
+        all
+    }
+
+    /// Lines of `lost` that begin in a cell.
+    pub fn lost_from(&self, cell: u32) -> &[Line] {
+        let begin = self.lost.partition_point(|line| line.cells[0] < cell);
+        &self.lost[begin..self.lost.partition_point(|line| line.cells[0] <= cell)]
+    }
 }
 
 /// Compares rows of another tool with a result for the same level.
@@ -38,11 +71,16 @@ pub fn against(level: &Level, vis: &Vis, theirs: &BitMatrix) -> Against {
         (0..n).map(|a| rows.ones(a).filter(|&b| keep(a, b)).count() as u64).sum()
     };
     let both = count(theirs, &|a, b| vis.upper.get(a, b));
+    let mut refuted_rows = BitMatrix::new(n, n);
+    for a in 0..n {
+        theirs.ones(a).filter(|&b| !vis.upper.get(a, b)).for_each(|b| _ = refuted_rows.set(a, b));
+    }
     Against {
         theirs: theirs.count_ones(),
         ours: vis.upper.count_ones(),
         both,
-        refuted: theirs.count_ones() - both,
+        refuted: refuted_rows.count_ones(),
+        refuted_rows,
         one_way: count(theirs, &|a, b| !theirs.get(b, a)),
         one_way_refuted: count(theirs, &|a, b| !theirs.get(b, a) && !vis.upper.get(a, b)),
         undecided: count(&vis.upper, &|a, b| !theirs.get(a, b) && !vis.lower.get(a, b)),

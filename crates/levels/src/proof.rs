@@ -79,6 +79,14 @@ fn witness(level: &Level, net: &Net, vis: &Vis, a: u32, b: u32) -> Option<Line> 
 }
 
 impl Line {
+    /// Its direction, of length 1. Where it is a point of a portal, that goes straight through the portal.
+    pub fn direction(&self, level: &Level) -> DVec3 {
+        let across =
+            || self.portals.first().and_then(|&portal| enfilade::math::geom::newell(&level.winding(portal)).try_normalize());
+        let along = (self.to - self.from).try_normalize();
+        along.or_else(across).unwrap_or(DVec3::X)
+    }
+
     /// The cells along the line, in order.
     pub fn cells_along(&self, level: &Level) -> Vec<u32> {
         let target = |&d: &u32| level.portals[d as usize / 2].cells[1 - d as usize % 2];

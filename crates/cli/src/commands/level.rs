@@ -1,6 +1,6 @@
 //! Level inputs of commands: a `.prt`, or a `.bsp` with its portals.
 
-use super::{CliError, at};
+use super::{CliError, at, portal_file};
 use enfilade::BitMatrix;
 use enfilade_levels::bsp::Bsp;
 use enfilade_levels::prt::{Dialect, Prt, read_prt};
@@ -117,9 +117,15 @@ impl Input {
         let bytes = std::fs::read(path).map_err(|e| at(path, e))?;
         let bsp = Bsp::read(bytes).map_err(|e| at(path, e))?;
         let beside = path.with_extension("prt");
-        if beside.exists() {
-            return Self::of_both(path, bsp, &beside);
-        }
+        // A level with rows had its portals once.
+        let note = portal_file::note(path, &beside).filter(|_| !bsp.has_rows());
+        let mut input = if beside.exists() { Self::of_both(bsp, &beside)? } else { Self::of_tree(path, bsp)? };
+        input.notes.extend(note);
+        Ok(input)
+    }
+
+    /// A level whose portals come from its tree.
+    fn of_tree(path: &Path, bsp: Bsp) -> Result<Self, CliError> {
         let derived = bsp.level().map_err(|e| at(path, e))?;
         let clusters = (0..bsp.cells() as u32).collect();
         let (level, slivers) = (derived.level, derived.slivers);
@@ -127,7 +133,7 @@ impl Input {
     }
 
     /// A level and the portal file beside it, which has to be this level's.
-    fn of_both(path: &Path, bsp: Bsp, beside: &Path) -> Result<Self, CliError> {
+    fn of_both(bsp: Bsp, beside: &Path) -> Result<Self, CliError> {
         let mut prt = prt_file(beside)?;
         let mut notes = Vec::new();
         if prt.dialect == Dialect::HalfLifeBare && prt.level.cells != bsp.cells() {
@@ -157,25 +163,9 @@ impl Input {
         if !fit.elsewhere.is_empty() {
             notes.push(format!("{} {fit}; it is used anyway", beside.display()));
         }
-        notes.extend(older(beside, path).filter(|_| !bsp.has_rows()));
         Ok(Self { notes, ..Self::of_prt(prt, Some(bsp)) })
     }
 }
-
-/// What to say of a portal file that is older than its level, as after a compilation that leaked.
-fn older(prt: &Path, level: &Path) -> Option<String> {
-    let time = |path: &Path| std::fs::metadata(path).and_then(|data| data.modified()).ok();
-    let (of_prt, of_level) = (time(prt)?, time(level)?);
-    // Compilers write both in one run, and in either order.
-    let seconds = of_level.duration_since(of_prt).ok()?.as_secs();
-    (seconds > SAME_RUN).then(|| {
-        let age = if seconds < 7200 { format!("{} minutes", seconds / 60) } else { format!("{} hours", seconds / 3600) };
-        format!("{} is {age} older than the level; if its compiler told of a leak, mend that first", prt.display())
-    })
-}
-
-/// Seconds between two files of one run of a compiler.
-const SAME_RUN: u64 = 600;
 
 fn prt_file(path: &Path) -> Result<Prt, CliError> {
     let bytes = std::fs::read(path).map_err(|e| at(path, e))?;

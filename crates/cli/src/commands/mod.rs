@@ -13,6 +13,8 @@ pub mod ground;
 pub mod info;
 pub mod kinds;
 pub mod level;
+pub mod lost;
+mod portal_file;
 pub mod report;
 mod resume;
 pub mod scene;

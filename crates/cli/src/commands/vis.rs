@@ -2,13 +2,14 @@
 
 use super::backup::backed_up;
 use super::bake::{peak_rss_mb, progress_bar};
-use super::compare::other_rows;
+use super::compare::{Audit, other_rows};
 use super::files::Files;
 use super::kinds::Kind;
 use super::level::{Input, SearchFlags};
 use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts, state_path};
 use super::stage_times::Stages;
-use super::{CliError, Outcome, RunFlags, at};
+use super::{CliError, Outcome, RunFlags, at, lost};
+use enfilade::BitMatrix;
 use enfilade::file::replace_file;
 use enfilade::job::Job;
 use enfilade_levels::compare::against;
@@ -46,6 +47,9 @@ pub struct Args {
     no_backup: bool,
     #[command(flatten)]
     search: SearchFlags,
+    /// Write the pairs that the rows of --against lack: a page (.html), or a point file for map editors (.pts, .lin). May be repeated
+    #[arg(long, value_name = "FILE", requires = "against")]
+    lost: Vec<PathBuf>,
     /// Print JSON to stdout; docs/cli.md lists the keys
     #[arg(long)]
     json: bool,
@@ -88,12 +92,19 @@ impl Args {
         }
     }
 
+    /// The files that it writes besides its state.
+    fn written<'p>(&'p self, level: Option<&'p Path>) -> impl Iterator<Item = &'p Path> {
+        self.rows.as_deref().into_iter().chain(level).chain(self.lost.iter().map(PathBuf::as_path))
+    }
+
     /// Input and output files.
     pub fn files(&self) -> Files {
         let alone = self.workers.folder().is_none();
         let state = state_path((&self.input, "vis-state")).filter(|_| alone);
         let files = Files::new().reads_too(&[self.input.clone(), self.input.with_extension("prt")]);
-        let files = files.reads_too(&self.search.against).writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
+        let files = files.reads_too(&lost::of_compilers(&self.input)).reads_too(&self.search.against);
+        let files = self.lost.iter().fold(files, |files, path| files.writes(path, lost::kind(path)));
+        let files = files.writes(&self.rows, Kind::Rows).writes(&self.output, Kind::Bsp);
         let files = files.writes(&state, Kind::State).fills(&self.workers.folder());
         if self.is_in_place() { files.writes_back(&self.input, Kind::Bsp) } else { files }
     }
@@ -119,6 +130,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 1. The level, and errors of flags, before the long part.
     let input = Input::read(&args.input)?;
     input.notes.iter().for_each(|n| eprintln!("{n}"));
+    lost::check(&args.lost)?;
     let output = args.level_to_write(&input)?;
     let theirs = args.search.against.as_deref().map(|path| other_rows(path, &input)).transpose()?;
     let read = begin.elapsed().as_secs_f64();
@@ -126,7 +138,7 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     // 2. Both bounds.
     let far = args.farthest(&input)?;
     let options = VisOptions { fast: args.fast, ..args.search.options(args.run.seed) };
-    let outputs: Vec<&Path> = args.rows.as_deref().into_iter().chain(output.as_deref()).collect();
+    let outputs: Vec<&Path> = args.written(output.as_deref()).collect();
     let of = Of { digest: digest(&input.level, &options), beside: (&args.input, "vis-state"), outputs: &outputs };
     let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
     if kept.is_done() {
@@ -152,11 +164,13 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     let writing = Instant::now();
     let whole = if let Found::Whole(whole) = &result { Some(whole) } else { None };
     let written = write(args, &input, output.as_deref(), &result)?;
+    let totals = result.totals(&input.level);
+    let beside = audited(args, &input, &totals, theirs.zip(whole))?;
     kept.done()?;
     let write = writing.elapsed().as_secs_f64();
 
     // 4. The report.
-    let mut report = report(&input, &result.totals(&input.level));
+    let mut report = report(&input, &totals);
     written.tell(&mut report);
     if let Some(pairs) = too_far {
         report["too_far_pairs"] = pairs.into();
@@ -164,20 +178,32 @@ fn vis_file(args: &Args) -> Result<Outcome, CliError> {
     report["stage_seconds"] = stage_seconds(read, &stages, write);
     report["seconds"] = begin.elapsed().as_secs_f64().into();
     report["peak_rss_mb"] = peak_rss_mb().into();
-    let beside = theirs.zip(whole).map(|(rows, result)| against(&input.level, result, &rows));
-    if let Some(beside) = &beside {
-        report["against"] = super::compare::told(beside);
+    if let Some(audit) = &beside {
+        report["against"] = audit.told();
     }
     if args.json {
         super::answer(&format!("{report:#}"))?;
     }
-    let files = [args.rows.as_deref(), output.as_deref()];
-    super::prose(&prose(&report, files), args.json)?;
-    if let (Some(path), Some(beside)) = (&args.search.against, &beside) {
-        super::prose(&super::compare::prose(beside, path), args.json)?;
+    super::prose(&prose(&report, args.written(output.as_deref())), args.json)?;
+    if let (Some(path), Some(audit)) = (&args.search.against, &beside) {
+        super::prose(&audit.prose(path), args.json)?;
     }
-    let lacks = beside.is_some_and(|beside| !beside.lost.is_empty());
+    let lacks = beside.is_some_and(|audit| !audit.found.lost.is_empty());
     Ok(if lacks { Outcome::Failed } else { Outcome::Done })
+}
+
+/// Compares a result with the rows of another tool, and writes the files of what these lack.
+fn audited<'a>(
+    args: &Args,
+    input: &'a Input,
+    totals: &'a Totals,
+    both: Option<(BitMatrix, &Vis)>,
+) -> Result<Option<Audit<'a>>, CliError> {
+    let (Some((theirs, vis)), Some(path)) = (both, &args.search.against) else { return Ok(None) };
+    let found = against(&input.level, vis, &theirs);
+    let audit = Audit { level: &input.level, on_digits: totals.on_digits(), found };
+    args.lost.iter().try_for_each(|file| lost::write(file, &audit, [&args.input, path]))?;
+    Ok(Some(audit))
 }
 
 /// Output besides rows.
@@ -250,6 +276,11 @@ pub(super) struct Totals {
 }
 
 impl Totals {
+    /// Pairs that see each other only if the last digits of the level's file are right, ascending.
+    pub(super) fn on_digits(&self) -> &[[u32; 2]] {
+        &self.on_digits
+    }
+
     pub(super) fn of(level: &Level, vis: &Vis) -> Self {
         let Vis { lower, upper, lines, stats } = vis;
         let on_digits = pairs_on_digits(level, vis);
@@ -332,7 +363,7 @@ pub(super) fn report(input: &Input, found: &Totals) -> Value {
     })
 }
 
-fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
+fn prose<'p>(report: &Value, files: impl Iterator<Item = &'p Path>) -> String {
     let n = |p: &str| report.pointer(p).map(ToString::to_string).unwrap_or_default();
     let s = |p: &str| report.pointer(p).and_then(Value::as_f64).unwrap_or_default();
     let from = report["portals_from"].as_str().unwrap_or_default();
@@ -362,7 +393,7 @@ fn prose(report: &Value, files: [Option<&Path>; 2]) -> String {
     if report["too_far_pairs"].is_u64() {
         lines.push(format!("{} pairs of clusters are too far apart (--visdist) and left out", n("/too_far_pairs")));
     }
-    lines.extend(files.into_iter().flatten().map(|f| format!("{} written", f.display())));
+    lines.extend(files.map(|f| format!("{} written", f.display())));
     lines.extend(report["backup"].as_str().map(|backup| format!("{backup}: a copy of the old level")));
     lines.join("\n")
 }

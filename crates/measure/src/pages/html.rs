@@ -1,5 +1,7 @@
 //! A page of one file: escaped text, formatted numbers, embedded pictures.
 
+use std::fmt::Write;
+
 /// Seconds below which a duration is in seconds; longer ones are in minutes.
 const TEN_MINUTES: f64 = 600.0;
 
@@ -92,6 +94,15 @@ fn three_digits(x: f64) -> String {
 /// A folded section of a page: the title is visible, `body` (already escaped) opens on a click.
 pub fn folded(title: &str, body: &str) -> String {
     format!("<details class=\"part\">\n<summary>{title}</summary>\n{body}</details>\n")
+}
+
+/// A table of descriptions, plain text, with their numbers of pairs.
+pub fn counts_table(out: &mut String, counts: &[(String, u64)]) {
+    out.push_str("<div class=\"scroll\"><table><thead><tr><th>what</th><th>pairs</th></tr></thead>\n<tbody>\n");
+    for (what, pairs) in counts {
+        let _ = writeln!(out, "<tr><td>{}</td><td>{}</td></tr>", escape(what), number(*pairs));
+    }
+    out.push_str("</tbody></table></div>\n");
 }
 
 /// A PNG as a data URL.

@@ -3,7 +3,7 @@
 //! This module escapes all text; callers pass plain text. Apart from times, the same result gives the same bytes.
 
 use super::chart::{Along, Chart, Curve, Point, Scale, Shape};
-use super::html::{Remark, duration, escape, number, page, percent, thousands};
+use super::html::{Remark, counts_table, duration, escape, number, page, percent, thousands};
 use super::matrix::figure;
 use enfilade::BitMatrix;
 use std::fmt::Write;
@@ -258,15 +258,8 @@ impl LevelReport<'_> {
 
     fn beside(&self, out: &mut String) {
         let Some(other) = self.other else { return };
-        let _ = writeln!(
-            out,
-            "<h2>Compared with {}</h2>\n<div class=\"scroll\"><table><thead><tr><th>what</th><th>pairs</th></tr></thead>\n<tbody>",
-            escape(&other.name)
-        );
-        for (what, pairs) in &other.counts {
-            let _ = writeln!(out, "<tr><td>{}</td><td>{}</td></tr>", escape(what), number(*pairs));
-        }
-        out.push_str("</tbody></table></div>\n");
+        let _ = writeln!(out, "<h2>Compared with {}</h2>", escape(&other.name));
+        counts_table(out, &other.counts);
     }
 
     fn picture(&self, out: &mut String) {

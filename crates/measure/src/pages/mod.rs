@@ -7,6 +7,7 @@ pub mod dearest;
 pub mod ground;
 pub mod html;
 pub mod level;
+pub mod lost;
 pub mod matrix;
 pub mod plans;
 pub mod splits;

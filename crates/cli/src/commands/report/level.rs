@@ -2,13 +2,13 @@
 
 use super::{Args, command, name, write};
 use crate::commands::bake::{peak_rss_mb, progress_bar};
-use crate::commands::compare::{counts, other_rows, prose, told};
+use crate::commands::compare::{Audit, other_rows};
 use crate::commands::level::Input;
 use crate::commands::resume::{Kept, Of};
 use crate::commands::vis::Totals;
 use crate::commands::{CliError, Outcome, at};
 use enfilade::job::Job;
-use enfilade_levels::compare::{Against, against};
+use enfilade_levels::compare::against;
 use enfilade_levels::{Bounds, Level, PairProof, Vis, VisError, VisOptions, digest, vis, why};
 use enfilade_measure::pages::html::Remark;
 use enfilade_measure::pages::level::{LevelReport, LinesAlone, Moment, Other};
@@ -43,11 +43,14 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 3. Comparisons.
     let lines_alone = lines_alone(&input.level, args.run.seed)?;
-    let beside = theirs.map(|rows| against(&input.level, &result, &rows));
+    let totals = Totals::of(&input.level, &result);
+    let audit =
+        |rows| Audit { level: &input.level, on_digits: totals.on_digits(), found: against(&input.level, &result, &rows) };
+    let beside = theirs.map(audit);
     let other = args.search.against.as_deref().zip(beside.as_ref()).map(|(path, a)| Other {
         name: name(path),
-        pairs: a.theirs,
-        counts: counts(a),
+        pairs: a.found.theirs,
+        counts: a.counts(),
     });
     let undecided = undecided(&input.level, &options, &result).map_err(|e| at(&args.input, e))?;
 
@@ -73,13 +76,13 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
 
     // 5. The same as JSON.
     if args.json {
-        let mut json = crate::commands::vis::report(&input, &Totals::of(&input.level, &result));
+        let mut json = crate::commands::vis::report(&input, &totals);
         add_numbers(&mut json, &page, beside.as_ref(), [output, table]);
         json["seconds"] = begin.elapsed().as_secs_f64().into();
         crate::commands::answer(&format!("{json:#}"))?;
     }
     if let (Some(path), Some(a)) = (&args.search.against, &beside) {
-        crate::commands::prose(&prose(a, path), args.json)?;
+        crate::commands::prose(&a.prose(path), args.json)?;
     }
     crate::commands::prose(&format!("{} and {} written", output.display(), table.display()), args.json)?;
     Ok(Outcome::Done)
@@ -97,12 +100,12 @@ fn facts(input: &Input) -> String {
 }
 
 /// Adds what the page shows to the keys of `vis`.
-fn add_numbers(json: &mut Value, page: &LevelReport<'_>, beside: Option<&Against>, [output, table]: [&Path; 2]) {
+fn add_numbers(json: &mut Value, page: &LevelReport<'_>, beside: Option<&Audit<'_>>, [output, table]: [&Path; 2]) {
     let of_lines = |l: &LinesAlone| json!({ "lines": l.lines, "seconds": l.seconds, "lower_pairs": l.lower });
     json["bounds"] = page.moments.iter().map(moment_json).collect();
     json["lines_alone"] = page.lines_alone.iter().map(of_lines).collect();
     if let Some(beside) = beside {
-        json["against"] = told(beside);
+        json["against"] = beside.told();
     }
     json["page"] = output.to_string_lossy().into();
     json["table"] = table.to_string_lossy().into();
