@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 const TASK_PORTALS: usize = 16;
 
 /// Number of rounds. Larger: more sharing, more time for it.
-const ROUNDS: usize = 32;
+const ROUNDS: usize = 16;
 
 /// Target for the total steps of a stage: a multiple of the limit of one search, or a number per portal, whichever is more.
 const STAGE_STEPS: u64 = 125;
