@@ -3,18 +3,12 @@
 use enfilade::bake::BakeOptions;
 use enfilade::cells::{PortalKind, SplitOptions, Strategy, split};
 use enfilade::file::PvsFile;
-use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Role, Scene};
 use enfilade_formats::import;
-use enfilade_levels::bsp::Bsp;
 use enfilade_levels::quake::import_bytes;
-use enfilade_levels::{VisOptions, vis};
 use enfilade_measure::verify::{CheckOptions, check};
 use glam::DVec3;
-#[cfg(feature = "full")]
-use qbsp::prelude::*;
 use testing::bakes::{self, with_rays};
-use testing::data::data;
 use testing::quake::{AIR, FENCE, Face, Layout, SOLID, WATER, bsp, grated_room, leaf, node, three_rooms, with_faces};
 
 use crate::cli::{done, enfilade, folder, refused};
@@ -293,6 +287,12 @@ fn gratings_hide_what_they_hid_from_the_compiler() {
 #[test]
 #[cfg(feature = "full")]
 fn rows_of_a_real_level_hold_what_is_seen_and_little_more() {
+    use enfilade::job::Job;
+    use enfilade_levels::bsp::Bsp;
+    use enfilade_levels::{VisOptions, vis};
+    use qbsp::prelude::*;
+    use testing::data::data;
+
     let folder = data();
     let bytes = std::fs::read(folder.join("quake-id-gpl/dm4.bsp")).unwrap();
     let theirs = BspData::parse(BspParseInput { bsp: &bytes, lit: None, settings: BspParseSettings::default() }).unwrap();
