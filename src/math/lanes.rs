@@ -1,4 +1,4 @@
-//! Vectors of registers: as many points as a register has lanes. Closures would not be inlined, so there are none.
+//! Vectors of registers: as many points as a register has lanes. No closures: what they do would not be compiled for the registers.
 
 use glam::DVec3;
 use pulp::Simd;

@@ -110,7 +110,7 @@ impl Stab {
     fn narrow<S: Simd>(&mut self, simd: S, windows: &mut [Window], question: &mut Question<'_>) -> bool {
         let last = windows.len() - 1;
         let backwards = (0..=last - 2).rev().map(|k| ([last, k + 1, k], Way::Against));
-        // No closures here: they would not be inlined.
+        // A loop: a cut within a closure would not be compiled for the registers.
         for (three, way) in backwards.chain((2..=last).map(|k| ([0, k - 1, k], Way::Along))) {
             if !self.cut(simd, windows, three, way, question) {
                 return false;
