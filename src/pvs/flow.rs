@@ -6,8 +6,9 @@
 //!
 //! 1. `might_see`: pairs of directed portals allowed by their planes, by floods; for very many portals, by narrowing windows (`reach`). If
 //!    views are short, all later stages run in `parts` of the graph.
-//! 2. `cells`: for each undecided pair of cells, a search for a passable chain of portals, from the cheaper side: a pair hidden from one
-//!    side is hidden. `search` narrows the source and the last portal of a chain, and floods inside its planes; `stab` tests the whole
+//! 2. `cells`: for each undecided pair of cells, from the cheaper side, because a pair hidden from one side is hidden: first `shafts`, a
+//!    flood through the portals inside the hull of both cells' portals, which decides most of them; then a search for a passable chain of
+//!    portals among those that shafts leave. `search` narrows the source and the last portal of a chain, and floods inside its planes; `stab` tests the whole
 //!    chain before it counts. A caller may use the line that `stab` finds as a proof (`goals::Prover`): `enfilade-levels` does, a bake has
 //!    its own. It may also test chains that `stab` leaves open exactly, by their windings: `exact`.
 //! 3. `objects`: the same search for the boxes of objects in the remaining cells.
@@ -25,6 +26,8 @@
 //!   b matter. Flush portals (of cells without thickness) are crossed at one point and exempt. See `net`.
 //! * If a plane has window a outside and window b inside, then all points beyond b on lines through a and then b are inside. Every plane is
 //!   tested for that, independent of its construction. See `separators`.
+//! * Between the first and the last portal that it crosses, a segment is in the convex hull of the two. So it crosses only portals that meet
+//!   the hull of all portals out of cell i and into cell j. See `shafts`.
 //! * Windows are clipped with a slack on the visible side that exceeds the rounding of all previous cuts; a window that cannot be clipped
 //!   (no area, corners off its plane, NaN) is kept whole. See `window`.
 //! * Pairs whose search runs out of steps stay visible, and are counted.
@@ -53,6 +56,7 @@ mod reach;
 pub(crate) mod schedule;
 pub mod search;
 pub(crate) mod separators;
+mod shafts;
 pub(crate) mod stab;
 pub(crate) mod window;
 
@@ -157,9 +161,8 @@ fn decide(
     work: &Job<'_>,
 ) -> Result<(BitMatrix, BitMatrix, Tally), Stopped> {
     let mut pairs = Cells::new(net, might_see, input.cells_lower, input.max_steps, &own);
-    for k in 0..pairs.rounds() {
-        let found = pairs.search(k, &NoProof, "flow: cells", work)?;
-        pairs.merge(k, &found);
+    while let Some(found) = pairs.next(&NoProof, "flow: cells", work)? {
+        pairs.merge(&found);
     }
     let Cells { might_see, settled: cells_upper, mut tally, .. } = pairs;
     let objects_upper = objects::decide(input, net, &might_see, &cells_upper, own, &mut tally, work)?;

@@ -53,7 +53,7 @@ pub struct VisOptions {
 
 impl Default for VisOptions {
     fn default() -> Self {
-        Self { seed: 0, steps: 100_000, lines: 16, fast: false }
+        Self { seed: 0, steps: 100_000, lines: 4, fast: false }
     }
 }
 
@@ -238,7 +238,7 @@ fn vis_joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, w
 
     // 2. Random lines find most visible pairs.
     work.tell("lines", 0.0);
-    let walker = Walker::new(level, &net);
+    let walker = Walker::new(level, &net, options.seed);
     let mut lower = BitMatrix::new(level.cells, level.cells);
     for i in 0..level.cells {
         lower.set(i, i);
@@ -251,21 +251,20 @@ fn vis_joined(level: &Level, options: &VisOptions, follow: Option<Follow<'_>>, w
     }
     let flooded = follow.map_or(0, |_| flooded(&net, &might_see).count_ones());
     bounds("might-see", 0, &lower, flooded);
-    let mut walks = lines::random(&walker, &might_see, options.seed, options.lines, &mut lower);
+    let mut walks = lines::random(&walker, &might_see, options.lines, &mut lower);
     bounds("lines", 0, &lower, flooded);
 
     // 3. Flow: searches for every remaining pair, in rounds.
     let mut pairs = Cells::new(&net, might_see, &lower, options.steps, |_| true);
     let all = level.cells as u64 * level.cells as u64;
-    for k in 0..pairs.rounds() {
-        let found = pairs.search(k, &walker, "flow", work)?;
+    while let Some(found) = pairs.next(&walker, "flow", work)? {
         for walk in found.iter().flat_map(|f| &f.proofs) {
             if lines::keep(&walker, walk, &mut lower) {
                 walks.push(walk.clone());
             }
         }
         pairs.settled.union_with(&lower);
-        pairs.merge(k, &found);
+        pairs.merge(&found);
         bounds("flow", pairs.tally.steps, &lower, all - pairs.hidden.count_ones());
     }
 

@@ -23,6 +23,9 @@ const ALONG: f64 = 1e-9;
 /// Directed portals per task.
 const TASK: usize = 64;
 
+/// Random lines between the portals of two cells. More: of the pairs that are left, fewer see each other, and all take longer.
+const TRIES: u64 = 8;
+
 /// Tasks between two updates of the known pairs.
 const BATCH: usize = 16;
 
@@ -41,6 +44,8 @@ pub(super) struct Walker<'n> {
     /// Planes through the edges of each portal, normals pointing out of the window, and where each portal's begin.
     edges: Vec<Plane>,
     first_edge: Vec<u32>,
+    /// Seed of random lines.
+    seed: u64,
 }
 
 /// A line through portals of a net.
@@ -54,7 +59,7 @@ pub(crate) struct Walk {
 
 impl<'n> Walker<'n> {
     /// Prepares the portals.
-    pub fn new(level: &'n Level, net: &'n Net) -> Self {
+    pub fn new(level: &'n Level, net: &'n Net, seed: u64) -> Self {
         let (mut planes, mut edges, mut first_edge) = (Vec::new(), Vec::new(), vec![0]);
         for p in 0..net.portals() {
             let window = net.window(p);
@@ -71,21 +76,23 @@ impl<'n> Walker<'n> {
             first_edge.push(edges.len() as u32);
         }
         let grid = 2f64.powi(net.slack.strict.log2().floor() as i32);
-        Self { level, net, margin: MARGIN * net.slack.strict, grid, planes, edges, first_edge }
+        Self { level, net, margin: MARGIN * net.slack.strict, grid, planes, edges, first_edge, seed }
     }
 
-    /// Distance at which a line crosses a portal in its direction, if it does so inside the window.
-    #[inline]
-    fn hit(&self, portal: usize, origin: DVec3, direction: DVec3) -> Option<f64> {
+    /// Distance at which a line crosses a portal's plane in its direction.
+    #[inline(always)]
+    fn meets(&self, portal: usize, origin: DVec3, direction: DVec3) -> Option<f64> {
         let plane = &self.planes[portal];
         let slope = plane.n.dot(direction);
-        if slope <= ALONG {
-            return None; // along the plane, or against it
-        }
-        let t = -plane.distance(origin) / slope;
-        let p = origin + direction * t;
+        // Not along the plane, nor against it.
+        (slope > ALONG).then(|| -plane.distance(origin) / slope)
+    }
+
+    /// Whether a point of a portal's plane is in its window.
+    #[inline(always)]
+    fn holds(&self, portal: usize, p: DVec3) -> bool {
         let edges = &self.edges[self.first_edge[portal] as usize..self.first_edge[portal + 1] as usize];
-        edges.iter().all(|e| e.distance(p) <= -self.margin).then_some(t)
+        edges.iter().all(|e| e.distance(p) <= -self.margin)
     }
 
     /// Follows a line that crosses `first` at `t`: appends the portals after it. Returns where it crosses the last.
@@ -94,19 +101,20 @@ impl<'n> Walker<'n> {
         let mut last = first;
         // No line passes a portal twice.
         for _ in 0..self.net.portals() {
-            let mut next: Option<(f64, usize)> = None;
+            let (mut nearest, mut next) = (f64::INFINITY, None);
             for q in self.net.out(self.net.target[last] as usize) {
-                if q != self.net.twin[last] as usize
-                    && let Some(s) = self.hit(q, origin, direction)
+                if let Some(s) = self.meets(q, origin, direction)
+                    && s < nearest
                     && s >= t - self.margin
-                    && next.is_none_or(|(best, _)| s < best)
+                    && q != self.net.twin[last] as usize
+                    && self.holds(q, origin + direction * s)
                 {
-                    next = Some((s, q));
+                    (nearest, next) = (s, Some(q));
                 }
             }
-            let Some((s, q)) = next else { break };
+            let Some(q) = next else { break };
             portals.push(q as u32);
-            (t, last) = (s, q);
+            (t, last) = (nearest, q);
         }
         t
     }
@@ -115,7 +123,9 @@ impl<'n> Walker<'n> {
     pub fn walk(&self, portal: usize, [a, b]: [DVec3; 2], walk: &mut Walk) -> bool {
         walk.portals.clear();
         let Some(direction) = (b - a).try_normalize() else { return false };
-        let Some(t) = self.hit(portal, a, direction) else { return false };
+        let Some(t) = self.meets(portal, a, direction).filter(|t| self.holds(portal, a + direction * t)) else {
+            return false;
+        };
         // Backwards first; the list is then reversed.
         let start = -self.follow(self.net.twin[portal] as usize, -t, a, -direction, &mut walk.portals);
         walk.portals.reverse();
@@ -210,6 +220,16 @@ impl Prover for Walker<'_> {
         cells.contains(&goal).then_some(walk)
     }
 
+    fn tries(&self) -> u64 {
+        TRIES
+    }
+
+    fn aim(&self, from: usize, to: usize, k: u64, cells: &mut Vec<u32>) -> Option<Walk> {
+        let mut random = Prng::new(self.seed ^ k, (from as u64) << 32 | to as u64);
+        let ends = [self.point(from, &mut random), self.point(to, &mut random)];
+        self.prove(&[from as u32, to as u32], ends, cells)
+    }
+
     fn settle(&self, chain: &[u32], cells: &mut Vec<u32>) -> Option<Settled<Walk>> {
         Some(match self.ask(chain) {
             Answer::Refuted(_) => Settled::Refuted,
@@ -225,7 +245,7 @@ impl Prover for Walker<'_> {
 
 /// Follows `count` random lines from each directed portal. Sets all pairs of cells along each in `lower`; returns the lines that
 /// set any.
-pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, seed: u64, count: u64, lower: &mut BitMatrix) -> Vec<Walk> {
+pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, count: u64, lower: &mut BitMatrix) -> Vec<Walk> {
     let net = walker.net;
     let portals: Vec<usize> = (0..net.portals()).filter(|&p| net.plane(p).is_some()).collect();
     let mut kept = Vec::new();
@@ -236,7 +256,7 @@ pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, seed: u64, count
             let mut found = Vec::new();
             let mut walk = Walk { portals: Vec::new(), ends: [DVec3::ZERO; 2] };
             for &p in *task {
-                let mut random = Prng::new(seed, p as u64);
+                let mut random = Prng::new(walker.seed, p as u64);
                 let ahead: Vec<usize> = bits::ones(might_see.row(p)).filter(|&q| net.plane(q).is_some()).collect();
                 for k in 0..count {
                     let from = walker.point(p, &mut random);

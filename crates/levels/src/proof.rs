@@ -124,7 +124,7 @@ impl Line {
 
 /// Searches for `goal` from `cell`.
 fn search(level: &Level, net: &Net, might_see: &MightSee, options: &VisOptions, cell: u32, goal: u32) -> PairProof {
-    let walker = Recorder { walker: Walker::new(level, net), open: Mutex::default(), sums: Mutex::default() };
+    let walker = Recorder { walker: Walker::new(level, net, options.seed), open: Mutex::default(), sums: Mutex::default() };
     let mut wanted = vec![0; net.cells.div_ceil(64)];
     set(&mut wanted, goal as usize);
     let mut goals = CellGoals::new(net, &walker, wanted);

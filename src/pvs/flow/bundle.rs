@@ -10,7 +10,10 @@ use glam::DVec3;
 use pulp::Simd;
 
 /// Planes in one group.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
+
+/// A group of planes: x, y and z of unit normals, then distances from the origin.
+pub(super) type Lanes = [[f64; LANES]; 4];
 
 /// A box around a window.
 #[derive(Clone, Copy, Debug)]
@@ -44,10 +47,22 @@ impl Bounds {
         Self { middle: bounds.centre(), half: bounds.size() * 0.5 + 0.25 * slack.strict, limit }
     }
 
+    /// The box, grown by a margin in metres.
+    #[inline(always)]
+    pub fn grown(&self, margin: f64) -> Aabb {
+        Aabb { min: self.middle - self.half - margin, max: self.middle + self.half + margin }
+    }
+
     /// Whether a box is within `margin` metres along every axis.
     #[inline(always)]
     pub fn meets(&self, middle: DVec3, half: DVec3, margin: f64) -> bool {
         (self.middle - middle).abs().cmple(self.half + half + margin).all()
+    }
+
+    /// True if it is entirely outside of another box.
+    #[inline(always)]
+    pub fn misses(&self, other: &Aabb) -> bool {
+        (self.middle - self.half).cmpgt(other.max).any() || (self.middle + self.half).cmplt(other.min).any()
     }
 
     /// Its side of a plane.
@@ -67,7 +82,7 @@ impl Bounds {
 /// Planes, as a structure of arrays.
 #[derive(Default)]
 pub(crate) struct Bundle {
-    groups: Vec<[[f64; LANES]; 4]>,
+    groups: Vec<Lanes>,
 }
 
 impl Bundle {
@@ -76,9 +91,12 @@ impl Bundle {
     pub fn assign(&mut self, planes: &[Plane]) {
         self.groups.clear();
         for planes in planes.chunks(LANES) {
-            let plane = |k: usize| planes[k.min(planes.len() - 1)];
-            let lanes = |f: &dyn Fn(Plane) -> f64| std::array::from_fn(|k| f(plane(k)));
-            self.groups.push([lanes(&|p| p.n.x), lanes(&|p| p.n.y), lanes(&|p| p.n.z), lanes(&|p| p.d)]);
+            let mut group = [[0.0; LANES]; 4];
+            for k in 0..LANES {
+                let Plane { n, d } = planes[k.min(planes.len() - 1)];
+                (group[0][k], group[1][k], group[2][k], group[3][k]) = (n.x, n.y, n.z, d);
+            }
+            self.groups.push(group);
         }
     }
 
@@ -106,34 +124,40 @@ impl Bundle {
         true
     }
 
-    /// True if a window is entirely outside some plane. Corners are tested only if the centre of its box is outside some plane: the centre
-    /// of an axis-parallel rectangle is a point of it, and that of others is near.
+    /// True if a window is entirely outside some plane.
     #[inline(always)]
     pub fn cuts_off<S: Simd>(&self, simd: S, bounds: &Bounds, window: &Window) -> bool {
-        let Bounds { middle: m, half: h, limit } = bounds;
-        let mut unsure = false;
-        for [x, y, z, d] in &self.groups {
-            let (mut outside, mut over) = ([false; LANES], [false; LANES]);
-            for k in 0..LANES {
-                let distance = x[k] * m.x + y[k] * m.y + z[k] * m.z - d[k];
-                let reach = x[k].abs() * h.x + y[k].abs() * h.y + z[k].abs() * h.z;
-                outside[k] = distance - reach >= *limit;
-                over[k] = distance >= *limit;
-            }
-            if outside[0] | outside[1] | outside[2] | outside[3] {
+        are_cut_off(simd, &self.groups, bounds, window)
+    }
+}
+
+/// True if a window is entirely outside some plane. Corners are tested only if the centre of its box is outside some plane: the centre of an
+/// axis-parallel rectangle is a point of it, and that of others is near.
+#[inline(always)]
+pub(super) fn are_cut_off<S: Simd>(simd: S, groups: &[Lanes], bounds: &Bounds, window: &Window) -> bool {
+    let Bounds { middle: m, half: h, limit } = bounds;
+    let mut unsure = false;
+    for [x, y, z, d] in groups {
+        let (mut outside, mut over) = ([false; LANES], [false; LANES]);
+        for k in 0..LANES {
+            let distance = x[k] * m.x + y[k] * m.y + z[k] * m.z - d[k];
+            let reach = x[k].abs() * h.x + y[k].abs() * h.y + z[k].abs() * h.z;
+            outside[k] = distance - reach >= *limit;
+            over[k] = distance >= *limit;
+        }
+        if outside[0] | outside[1] | outside[2] | outside[3] {
+            return true;
+        }
+        unsure |= over[0] | over[1] | over[2] | over[3];
+    }
+    if unsure && !window.is_empty() {
+        for group in groups {
+            if window.is_beyond(simd, group, *limit) {
                 return true;
             }
-            unsure |= over[0] | over[1] | over[2] | over[3];
         }
-        if unsure && !window.is_empty() {
-            for group in &self.groups {
-                if window.is_beyond(simd, group, *limit) {
-                    return true;
-                }
-            }
-        }
-        false
     }
+    false
 }
 
 #[cfg(test)]

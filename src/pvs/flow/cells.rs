@@ -3,8 +3,9 @@
 use super::goals::{CellGoals, Exact, Prover};
 use super::might_see::{MightSee, from_rows, get, set, words_of};
 use super::net::Net;
-use super::schedule::{Round, Tally, Task, costs, rounds, run};
+use super::schedule::{ROUNDS, Round, Tally, Task, costs, rounds, run};
 use super::search::Search;
+use super::shafts::{Shafts, Ways, before_cells};
 use crate::BitMatrix;
 use crate::job::{Job, Stopped};
 use crate::math::bits;
@@ -22,18 +23,27 @@ pub struct Cells<'a> {
     pub hidden: BitMatrix,
     /// Pairs to search, each from one side.
     wanted: BitMatrix,
-    rounds: Vec<Vec<Task>>,
+    /// Tasks by round: first of shafts, then of searches.
+    shafts: Vec<Vec<Task>>,
+    searches: Vec<Vec<Task>>,
+    /// Rounds done.
+    done: usize,
     /// Counters.
     pub tally: Tally,
     /// Counters of exact tests.
     pub exact: Exact,
 }
 
+/// Rounds of shafts. Larger: more sharing of lines and hidden pairs, more time for it.
+const SHAFT_ROUNDS: usize = 8;
+
 /// The result of one task.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Found<P> {
     /// Cells that the task's cell may see, or that are given up.
     pub settled: Vec<u32>,
+    /// Cells that it does not see, by a shaft.
+    pub hidden: Vec<u32>,
     /// For each portal, cells that no line through it reaches.
     pub refuted: Vec<(u32, Vec<u32>)>,
     /// Lines.
@@ -42,6 +52,13 @@ pub struct Found<P> {
     pub tally: Tally,
     /// Counters of exact tests.
     pub exact: Exact,
+}
+
+impl<P> Found<P> {
+    fn new() -> Self {
+        let (settled, hidden, refuted, proofs, tally, exact) = Default::default();
+        Self { settled, hidden, refuted, proofs, tally, exact }
+    }
 }
 
 impl<'a> Cells<'a> {
@@ -76,7 +93,9 @@ impl<'a> Cells<'a> {
             settled,
             hidden,
             wanted: BitMatrix::new(n, n),
-            rounds: Vec::new(),
+            shafts: Vec::new(),
+            searches: Vec::new(),
+            done: 0,
             tally: Tally::default(),
             exact: Exact::default(),
         };
@@ -88,30 +107,59 @@ impl<'a> Cells<'a> {
             (0..n).filter(asked).filter(undecided).for_each(|j| set(row, j));
         };
         all.wanted = from_rows(n, n, || (), |(), i, row| want(i, row));
-        all.rounds = rounds(net, &all.might_see, (0..n).filter(|&c| all.wanted.count_row(c) > 0));
+        let mut cells: Vec<usize> = (0..n).filter(|&c| all.wanted.count_row(c) > 0).collect();
+        cells.sort_by_key(|&c| (costs[c], c));
+        let task = |&cell: &usize| Task { cell, portals: Vec::new(), last: false };
+        let chunk = cells.len().div_ceil(SHAFT_ROUNDS).max(1);
+        all.shafts = cells.chunks(chunk).map(|cells| cells.iter().map(task).collect()).collect();
+        all.plan();
         all
     }
 
-    /// Number of rounds.
-    pub fn rounds(&self) -> usize {
-        self.rounds.len()
+    /// Orders the searches, once shafts are done.
+    fn plan(&mut self) {
+        if self.done == self.shafts.len() {
+            let cells = (0..self.net.cells).filter(|&c| self.wanted.ones(c).any(|j| self.is_open(c, j)));
+            self.searches = rounds(self.net, &self.might_see, cells);
+        }
     }
 
-    /// Runs the tasks of round `k` in parallel. Results are in the order of the tasks.
-    pub fn search<P: Prover>(
-        &self,
-        k: usize,
-        prover: &P,
-        stage: &str,
-        work: &Job<'_>,
-    ) -> Result<Vec<Found<P::Proof>>, Stopped> {
-        let round = Round { stage, rounds: &self.rounds, k, spent: self.tally.steps, max_steps: self.max_steps };
-        run(round, (self.net, &self.might_see), |search, task| self.search_from(search, task, prover, work), work)
+    /// True if a pair is undecided.
+    fn is_open(&self, i: usize, j: usize) -> bool {
+        !self.settled.get(i, j) && !self.hidden.get(i, j)
     }
 
-    /// Merges the results of round `k`.
-    pub fn merge<P>(&mut self, k: usize, found: &[Found<P>]) {
-        for (task, found) in self.rounds[k].iter().zip(found) {
+    /// Runs the tasks of the next round in parallel. Results are in the order of the tasks. `None` after the last round.
+    pub fn next<P: Prover>(&self, prover: &P, stage: &str, work: &Job<'_>) -> Result<Option<Vec<Found<P::Proof>>>, Stopped> {
+        let before = before_cells(self.net, &self.might_see);
+        let shafts = || Shafts::new(self.net, &self.might_see, &before);
+        if let Some(round) = self.shafts.get(self.done) {
+            let rounds = (self.shafts.len() + ROUNDS) as f64;
+            let tell = |done: usize| work.tell(stage, (self.done as f64 + done as f64 / round.len() as f64) / rounds);
+            let ask = |shafts: &mut Shafts<'_>, task: &Task| self.ask_shafts(shafts, task.cell, prover, work);
+            return work.map_with(round, shafts, ask, tell).map(Some);
+        }
+        let k = self.done - self.shafts.len();
+        if k >= self.searches.len() {
+            return Ok(None);
+        }
+        let round = Round {
+            stage,
+            before: self.shafts.len(),
+            rounds: &self.searches,
+            k,
+            spent: self.tally.steps,
+            max_steps: self.max_steps,
+        };
+        let scratch = |max_steps| (Search::new(self.net, &self.might_see, max_steps), shafts(), Ways::default());
+        run(round, scratch, |memory, task| self.search_from(memory, task, prover, work), work).map(Some)
+    }
+
+    /// Merges the results of the round.
+    pub fn merge<P>(&mut self, found: &[Found<P>]) {
+        let round = self.shafts.iter().chain(&self.searches).nth(self.done).cloned().unwrap_or_default();
+        self.done += 1;
+        for (task, found) in round.iter().zip(found) {
             found.settled.iter().for_each(|&j| set_both(&mut self.settled, task.cell, j as usize));
             for (portal, cells) in &found.refuted {
                 let mut row = vec![0; self.net.cells.div_ceil(64)];
@@ -122,23 +170,77 @@ impl<'a> Cells<'a> {
             self.exact.add(&found.exact);
         }
         let mut fresh = Vec::new();
-        for i in self.rounds[k].iter().filter(|task| task.last).map(|task| task.cell) {
-            for j in self.wanted.ones(i).filter(|&j| !self.settled.get(i, j)) {
-                set_both(&mut self.hidden, i, j);
-                fresh.push((i, j));
+        for (task, found) in round.iter().zip(found) {
+            let i = task.cell;
+            fresh.extend(found.hidden.iter().map(|&j| (i, j as usize)));
+            if task.last {
+                fresh.extend(self.wanted.ones(i).filter(|&j| self.is_open(i, j)).map(|j| (i, j)));
             }
         }
+        for &(i, j) in &fresh {
+            set_both(&mut self.hidden, i, j);
+        }
         self.might_see.drop_hidden(self.net, &fresh);
+        self.plan();
     }
 
-    /// Searches from the portals of a task.
-    fn search_from<P: Prover>(&self, search: &mut Search<'_>, task: &Task, prover: &P, work: &Job<'_>) -> Found<P::Proof> {
+    /// Asks shafts from a cell, and aims lines where they leave a pair open.
+    fn ask_shafts<P: Prover>(&self, shafts: &mut Shafts<'_>, cell: usize, prover: &P, work: &Job<'_>) -> Found<P::Proof> {
+        let mut found = Found::new();
+        let mut seen = vec![0; self.net.cells.div_ceil(64)];
+        let mut cells = Vec::new();
+        shafts.start(cell);
+        for goal in self.wanted.ones(cell) {
+            if work.is_stopped() {
+                break;
+            }
+            if get(&seen, goal) || !self.is_open(cell, goal) {
+                continue;
+            }
+            if !shafts.reach(goal) {
+                found.hidden.push(goal as u32);
+                continue;
+            }
+            let [from, to] = &shafts.ends;
+            for k in 0..prover.tries() {
+                let p = from[k as usize % from.len()] as usize;
+                let q = to[(k as usize / from.len()) % to.len()] as usize;
+                if p != q && !get(self.might_see.row(p), q) {
+                    continue;
+                }
+                cells.clear();
+                if let Some(proof) = prover.aim(p, q, k, &mut cells) {
+                    cells.iter().for_each(|&c| set(&mut seen, c as usize));
+                    found.proofs.push(proof);
+                    break;
+                }
+            }
+        }
+        found
+    }
+
+    /// Searches from the portals of a task, for cells to which shafts leave ways.
+    fn search_from<P: Prover>(
+        &self,
+        (search, shafts, ways): &mut (Search<'_>, Shafts<'_>, Ways),
+        task: &Task,
+        prover: &P,
+        work: &Job<'_>,
+    ) -> Found<P::Proof> {
         let net = self.net;
-        let rows = self.wanted.row(task.cell).iter().zip(self.settled.row(task.cell));
-        let wanted: Vec<u64> = rows.map(|(wanted, settled)| wanted & !settled).collect();
-        let (settled, refuted, proofs, tally, exact) = Default::default();
-        let mut found = Found { settled, refuted, proofs, tally, exact };
-        let mut goals = CellGoals::new(net, prover, wanted.clone());
+        let mut found = Found::new();
+        let mut wanted = vec![0; net.cells.div_ceil(64)];
+        shafts.start(task.cell);
+        ways.clear();
+        for goal in self.wanted.ones(task.cell).filter(|&goal| self.is_open(task.cell, goal)) {
+            if shafts.reach(goal) {
+                ways.add(shafts, goal);
+                set(&mut wanted, goal);
+            } else {
+                found.hidden.push(goal as u32);
+            }
+        }
+        let mut goals = CellGoals::new(net, prover, wanted.clone()).along(ways);
         for &portal in &task.portals {
             if work.is_stopped() {
                 break;

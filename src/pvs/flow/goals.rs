@@ -7,6 +7,7 @@
 
 use super::might_see::{get, set};
 use super::net::Net;
+use super::shafts::Ways;
 use super::stab::Passage;
 use crate::BitMatrix;
 use crate::cells::CellGraph;
@@ -25,6 +26,11 @@ pub trait Goals {
 
     /// True if no goal of the cell has a point inside.
     fn is_cut_off(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool;
+
+    /// Portals that lines to portal `goal` may cross, as bits. `None`: all that might see it.
+    fn ways(&self, _net: &Net, _goal: usize) -> Option<&[u64]> {
+        None
+    }
 
     /// True if an arrival in `cell` would decide a goal.
     fn would_decide(&self, net: &Net, cell: usize, inside: &Inside<'_>) -> bool;
@@ -49,6 +55,16 @@ pub trait Prover: Sync {
 
     /// Follows a line that seems to pass `chain`; appends the cells that it provably passes. `None` if it proves nothing.
     fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Self::Proof>;
+
+    /// Random lines that are worth a try, if a shaft leaves a pair of cells open.
+    fn tries(&self) -> u64 {
+        0
+    }
+
+    /// Follows random line number `k` from one portal to another, likewise. `None` if it does not arrive.
+    fn aim(&self, _from: usize, _to: usize, _k: u64, _cells: &mut Vec<u32>) -> Option<Self::Proof> {
+        None
+    }
 
     /// Tests a chain exactly, if windows leave it open. `None`: not supported. Appends the cells along a line that is found.
     fn settle(&self, _chain: &[u32], _cells: &mut Vec<u32>) -> Option<Settled<Self::Proof>> {
@@ -110,6 +126,7 @@ pub struct CellGoals<'a, P: Prover> {
     portals: Vec<u64>,
     /// For each cell, the number of undecided chains that lead to it.
     doubts: BTreeMap<usize, u32>,
+    ways: Option<&'a Ways>,
     proofs: Vec<P::Proof>,
     /// The last line's cells.
     cells: Vec<u32>,
@@ -128,10 +145,16 @@ impl<'a, P: Prover> CellGoals<'a, P> {
             wanted,
             portals,
             doubts: BTreeMap::new(),
+            ways: None,
             proofs: Vec::new(),
             cells: Vec::new(),
             exact: Exact::default(),
         }
+    }
+
+    /// Restricts the ways to goals.
+    pub(super) fn along(self, ways: &'a Ways) -> Self {
+        Self { ways: Some(ways), ..self }
     }
 
     /// Cells that are still wanted, as bits.
@@ -176,6 +199,11 @@ impl<P: Prover> Goals for CellGoals<'_, P> {
 
     fn is_cut_off(&self, _net: &Net, _cell: usize, _inside: &Inside<'_>) -> bool {
         false // its portals decide
+    }
+
+    #[inline(always)]
+    fn ways(&self, net: &Net, goal: usize) -> Option<&[u64]> {
+        self.ways?.of(net.target[goal] as usize)
     }
 
     fn would_decide(&self, _net: &Net, cell: usize, _inside: &Inside<'_>) -> bool {

@@ -125,15 +125,26 @@ impl MightSee {
 
     /// As [`MightSee::drop_all_hidden`], for a list of pairs, each one way or both.
     pub fn drop_hidden(&mut self, net: &Net, hidden: &[(usize, usize)]) {
+        let few = hidden.len() * BITS_A_PAIR < self.rows.rows() * self.rows.columns() / 64;
         for &(i, j) in hidden {
             for (cell, other) in [(i, j), (j, i)] {
                 for p in net.out(other) {
                     self.open.clear(cell, p);
                     self.open.clear(cell, net.twin[p] as usize);
+                    if few {
+                        for q in net.out(cell).flat_map(|q| [q, net.twin[q] as usize]) {
+                            for p in [p, net.twin[p] as usize] {
+                                self.clear(p, q);
+                                self.clear(q, p);
+                            }
+                        }
+                    }
                 }
             }
         }
-        self.drop_closed(net);
+        if !few {
+            self.drop_closed(net);
+        }
     }
 
     /// Drops pairs that connect a cell to a portal that is not open to it.
@@ -150,6 +161,8 @@ impl MightSee {
     }
 }
 
+/// Cost of a hidden pair of cells, portal by portal, in words of whole rows.
+const BITS_A_PAIR: usize = 256;
 /// Number of directed portals from which windows are tried. Smaller graphs take seconds for all pairs; windows would take five times as
 /// long in a level of a tenth of that, where much is in sight.
 pub(super) const MANY: usize = 16_384;
@@ -251,7 +264,7 @@ pub(super) fn mask_of(range: &Range<usize>, word: usize) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::CellId;
     use crate::cells::{Cell, CellGraph, Portal, PortalKind, PortalState};
@@ -259,7 +272,7 @@ mod tests {
     use glam::DVec3;
 
     /// Rooms in a row along x; the door into room k + 1 begins at height `low[k]` and is 1 m wide and high.
-    fn row(low: &[f64]) -> Net {
+    pub fn row(low: &[f64]) -> Net {
         let portal = |(k, &z): (usize, &f64)| Portal {
             cells: [CellId(k as u32), CellId(k as u32 + 1)],
             plane: Plane { n: DVec3::X, d: k as f64 },

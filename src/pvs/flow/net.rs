@@ -1,9 +1,11 @@
 //! A cell graph laid out for flow: directed portals in an array, grouped by cell.
 
 use super::bundle::{Bounds, Side};
+use super::might_see::set;
 use super::window::{Slack, Window};
 use crate::cells::{CellGraph, Portal};
 use crate::math::geom::{Aabb, Plane};
+use crate::math::simd::{Vectorize, vectorized};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -36,13 +38,69 @@ impl<'a> From<&'a Portal> for NetPortal<'a> {
     }
 }
 
-/// The plane of a directed portal and a sphere around its window. Unknown values are NaN, so that comparisons are false.
-#[derive(Clone, Copy)]
-struct Outline {
-    plane: Plane,
-    /// A point of the window.
-    middle: DVec3,
-    radius: f64,
+/// Portals in one group of outlines.
+const LANES: usize = 4;
+
+/// Planes of directed portals and spheres around their windows, one after the other for each number: x, y and z of the normal, distance
+/// from the origin, x, y and z of a point of the window, radius. Unknown values are NaN, so that comparisons are false. Padded to whole
+/// groups from any portal on.
+#[derive(Default)]
+struct Outlines([Vec<f64>; 8]);
+
+impl Outlines {
+    fn push(&mut self, plane: Plane, middle: DVec3, radius: f64) {
+        let values = [plane.n.x, plane.n.y, plane.n.z, plane.d, middle.x, middle.y, middle.z, radius];
+        self.0.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
+    }
+
+    /// Those of four portals, from one on.
+    #[inline(always)]
+    fn group(&self, first: usize) -> [[f64; LANES]; 8] {
+        let mut group = [[f64::NAN; LANES]; 8];
+        for (to, from) in group.iter_mut().zip(&self.0) {
+            if let Some(from) = from.get(first..first + LANES) {
+                to.copy_from_slice(from);
+            }
+        }
+        group
+    }
+}
+
+/// The plane test of one portal against those that lead out of a cell.
+struct Follow<'n, 'r> {
+    net: &'n Net,
+    first: usize,
+    cell: usize,
+    row: &'r mut [u64],
+}
+
+impl Vectorize for Follow<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Self { net, first, cell, row } = self;
+        let from = net.outlines.group(first).map(|values| values[0]);
+        let strict = net.slack.strict;
+        let out = net.out(cell);
+        for start in out.clone().step_by(LANES) {
+            let to = net.outlines.group(start);
+            let (mut yes, mut no) = ([false; LANES], [false; LANES]);
+            for k in 0..LANES {
+                let ahead = from[0] * to[4][k] + from[1] * to[5][k] + from[2] * to[6][k] - from[3];
+                let behind = to[3][k] - (to[0][k] * from[4] + to[1][k] * from[5] + to[2][k] * from[6]);
+                let along = from[0] * to[0][k] + from[1] * to[1][k] + from[2] * to[2][k];
+                yes[k] = (ahead > strict) & (behind > strict) & (along >= OPPOSITE);
+                no[k] = (ahead + to[7][k] <= strict) | (behind + from[7] <= strict);
+            }
+            for k in 0..LANES.min(out.end - start) {
+                let p = start + k;
+                if p != first && p != net.twin[first] as usize && (yes[k] || net.follows(first, p, no[k])) {
+                    set(row, p);
+                }
+            }
+        }
+    }
 }
 
 /// Directed portals, numbered in the order of the cells that they lead out of. Coordinates are relative to [`Net::origin`],
@@ -67,7 +125,7 @@ pub struct Net {
     /// Box around each winding.
     bounds: Vec<Bounds>,
     /// The data used most often, contiguous in memory.
-    outlines: Vec<Outline>,
+    outlines: Outlines,
     /// Source cell of each.
     pub source: Vec<u32>,
     /// Target cell of each.
@@ -119,7 +177,7 @@ impl Net {
             planes: Vec::with_capacity(order.len()),
             windows: Vec::with_capacity(order.len()),
             bounds: Vec::with_capacity(order.len()),
-            outlines: Vec::with_capacity(order.len()),
+            outlines: Outlines::default(),
             source: order.iter().map(|&(c, _)| c).collect(),
             target: order.iter().map(|&(_, d)| portals[d as usize / 2].cells[1 - d as usize % 2]).collect(),
             flush: Vec::new(),
@@ -133,6 +191,9 @@ impl Net {
             let portal = &portals[d as usize / 2];
             let plane = Plane { n: portal.plane.n, d: portal.plane.d - portal.plane.n.dot(origin) };
             net.push(portal.winding, plane, d % 2 == 1);
+        }
+        for _ in 0..LANES {
+            net.outlines.push(Plane { n: DVec3::NAN, d: f64::NAN }, DVec3::NAN, f64::NAN);
         }
         net.flush = net.find_flush();
         for p in 0..net.portals() {
@@ -175,7 +236,7 @@ impl Net {
         self.planes.push(flat.then_some(plane));
         let nowhere = Plane { n: DVec3::NAN, d: f64::NAN };
         let (known, middle) = if flat { (plane, middle) } else { (nowhere, DVec3::NAN) };
-        self.outlines.push(Outline { plane: known, middle, radius });
+        self.outlines.push(known, middle, radius);
         self.bounds.push(Bounds::new(corners.iter().copied(), flat, &self.slack));
         self.windows.push(Window::new(&corners, plane.n, flat));
     }
@@ -264,13 +325,23 @@ impl Net {
         if a == b || a == self.twin[b] as usize {
             return false;
         }
-        let (from, to) = (&self.outlines[a], &self.outlines[b]);
-        let (ahead, behind) = (from.plane.distance(to.middle), -to.plane.distance(from.middle));
+        let (from, to) = (self.outlines.group(a).map(|v| v[0]), self.outlines.group(b).map(|v| v[0]));
         let strict = self.slack.strict;
-        if ahead > strict && behind > strict && from.plane.n.dot(to.plane.n) >= OPPOSITE {
-            return true;
-        }
-        if ahead + to.radius <= strict || behind + from.radius <= strict {
+        let ahead = from[0] * to[4] + from[1] * to[5] + from[2] * to[6] - from[3];
+        let behind = to[3] - (to[0] * from[4] + to[1] * from[5] + to[2] * from[6]);
+        let along = from[0] * to[0] + from[1] * to[1] + from[2] * to[2];
+        ahead > strict && behind > strict && along >= OPPOSITE
+            || self.follows(a, b, ahead + to[7] <= strict || behind + from[7] <= strict)
+    }
+
+    /// Sets the portals out of `cell` that [may follow](Self::may_follow) `first`.
+    pub fn all_that_follow(&self, first: usize, cell: usize, row: &mut [u64]) {
+        vectorized(Follow { net: self, first, cell, row });
+    }
+
+    /// As [`Net::may_follow`], for portals whose spheres do not decide, or, if `apart`, are on the wrong side of the other's plane.
+    fn follows(&self, a: usize, b: usize, apart: bool) -> bool {
+        if apart {
             return self.is_flush(a, b);
         }
         let (pa, pb) = (self.planes[a], self.planes[b]);

@@ -41,7 +41,8 @@ pub(super) fn decide(
     let before = tally.steps;
     for (k, round) in rounds.iter().enumerate() {
         let spent = tally.steps - before;
-        let of_stage = Round { stage: "flow: objects", rounds: &rounds, k, spent, max_steps: input.max_steps };
+        let of_stage = Round { stage: "flow: objects", before: 0, rounds: &rounds, k, spent, max_steps: input.max_steps };
+        let scratch = |max_steps| Search::new(net, might_see, max_steps);
         let search = |search: &mut Search<'_>, task: &Task| {
             let cells = cells_upper.row(task.cell);
             let mut undecided = undecided(input.placement, cells, upper.row(task.cell));
@@ -50,7 +51,7 @@ pub(super) fn decide(
             }
             search_from(net, might_see, search, task, &boxes, cells, undecided)
         };
-        let found = run(of_stage, (net, might_see), search, work)?;
+        let found = run(of_stage, scratch, search, work)?;
         for (task, found) in round.iter().zip(&found) {
             upper.row_mut(task.cell).iter_mut().zip(&found.seen).for_each(|(row, seen)| *row |= seen);
             tally.add(&found.tally);

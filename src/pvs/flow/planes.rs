@@ -3,7 +3,7 @@
 //! Based on: Carmack's "base" pass, 1996, of single portals instead of cells. Deviation: words of 64 portals are processed together, and
 //! skipped once all of them are reached.
 
-use super::might_see::{mask_of, set, words_of};
+use super::might_see::{mask_of, words_of};
 use super::net::Net;
 use crate::math::bits;
 
@@ -36,7 +36,7 @@ impl<'n> Planes<'n> {
             if left.is_new(cell) {
                 let out = net.out(cell);
                 looks += LOOKS_A_QUESTION * out.len() as u64;
-                out.filter(|&p| net.may_follow(first, p)).for_each(|p| set(waiting, p));
+                net.all_that_follow(first, cell, waiting);
             }
             let mut next = net.next(last as usize);
             left.retain(cell, |word, mask| {

@@ -6,7 +6,6 @@
 
 use super::might_see::MightSee;
 use super::net::Net;
-use super::search::Search;
 use crate::job::{Job, Stopped};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -16,7 +15,7 @@ use std::collections::BTreeSet;
 const TASK_PORTALS: usize = 16;
 
 /// Number of rounds. Larger: more sharing, more time for it.
-const ROUNDS: usize = 16;
+pub(crate) const ROUNDS: usize = 16;
 
 /// Target for the total steps of a stage: a multiple of the limit of one search, or a number per portal, whichever is more.
 const STAGE_STEPS: u64 = 125;
@@ -26,6 +25,7 @@ const PORTAL_STEPS: u64 = 500;
 const DEAR: u64 = 32;
 
 /// Consecutive searches out of one cell.
+#[derive(Clone)]
 pub(crate) struct Task {
     /// The cell.
     pub cell: usize,
@@ -89,6 +89,8 @@ fn limit(max_steps: u64, rounds: &[Vec<Task>], k: usize, spent: u64) -> u64 {
 pub(crate) struct Round<'r> {
     /// The stage's name, for progress.
     pub stage: &'r str,
+    /// Number of rounds that come before, for progress.
+    pub before: usize,
     /// All rounds, and the index of this one.
     pub rounds: &'r [Vec<Task>],
     pub k: usize,
@@ -98,19 +100,21 @@ pub(crate) struct Round<'r> {
 }
 
 /// Runs the tasks of a round in parallel; results are in the order of the tasks. Reports the fraction of all rounds done.
-pub(crate) fn run<F: Serialize + DeserializeOwned + Send>(
-    Round { stage, rounds, k, spent, max_steps }: Round<'_>,
-    (net, might_see): (&Net, &MightSee),
-    search: impl Fn(&mut Search<'_>, &Task) -> F + Sync,
+///
+/// `scratch`: makes a thread's memory, for searches with a limit of steps.
+pub(crate) fn run<S: Send, F: Serialize + DeserializeOwned + Send>(
+    Round { stage, before, rounds, k, spent, max_steps }: Round<'_>,
+    scratch: impl Fn(u64) -> S + Sync,
+    search: impl Fn(&mut S, &Task) -> F + Sync,
     work: &Job<'_>,
 ) -> Result<Vec<F>, Stopped> {
     let round = &rounds[k];
     let max_steps = limit(max_steps, rounds, k, spent);
-    let scratch = || Search::new(net, might_see, max_steps);
+    let scratch = || scratch(max_steps);
     // The most expensive first, so that threads finish together.
     let tasks: Vec<&Task> = round.iter().rev().collect();
-    let share = |done: usize| (k as f64 + done as f64 / tasks.len() as f64) / rounds.len() as f64;
-    let search = |memory: &mut Search<'_>, task: &&Task| search(memory, task);
+    let share = |done: usize| ((before + k) as f64 + done as f64 / tasks.len() as f64) / (before + rounds.len()) as f64;
+    let search = |memory: &mut S, task: &&Task| search(memory, task);
     let mut found = work.map_with(&tasks, scratch, search, |done| work.tell(stage, share(done)))?;
     found.reverse();
     Ok(found)

@@ -248,7 +248,7 @@ impl<'a> Search<'a> {
         let mut is_goal = false;
         for i in start..end {
             let goal = self.goals[i] as usize;
-            if get(wanted, goal) {
+            if get(wanted, goal) && goals.ways(self.net, goal).is_none_or(|ways| get(ways, target)) {
                 if get(row, goal) {
                     self.goals.push(goal as u32);
                 }
@@ -413,7 +413,8 @@ impl<'a> Search<'a> {
             self.leads.resize(row.len(), 0);
             for &goal in &self.goals[start..] {
                 set(&mut self.leads, goal as usize);
-                for (a, b) in self.leads.iter_mut().zip(self.might_see.before(goal as usize)) {
+                let ways = goals.ways(net, goal as usize).unwrap_or_else(|| self.might_see.before(goal as usize));
+                for (a, b) in self.leads.iter_mut().zip(ways) {
                     *a |= b;
                 }
             }
