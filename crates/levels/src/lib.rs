@@ -53,7 +53,7 @@ pub struct VisOptions {
 
 impl Default for VisOptions {
     fn default() -> Self {
-        Self { seed: 0, steps: 100_000, lines: 4, fast: false }
+        Self { seed: 0, steps: 100_000, lines: 16, fast: false }
     }
 }
 

@@ -225,6 +225,9 @@ impl Prover for Walker<'_> {
     }
 
     fn aim(&self, from: usize, to: usize, k: u64, cells: &mut Vec<u32>) -> Option<Walk> {
+        if [from, to].iter().any(|&p| self.net.plane(p).is_none()) {
+            return None;
+        }
         let mut random = Prng::new(self.seed ^ k, (from as u64) << 32 | to as u64);
         let ends = [self.point(from, &mut random), self.point(to, &mut random)];
         self.prove(&[from as u32, to as u32], ends, cells)

@@ -7,7 +7,7 @@
 //! without testing all pairs.
 
 use super::net::Net;
-use super::planes::{Planes, WordsLeft};
+use super::planes::Planes;
 use super::reach::Reach;
 use crate::BitMatrix;
 use crate::math::bits;
@@ -25,7 +25,7 @@ pub struct MightSee {
 }
 
 impl MightSee {
-    /// Pairs allowed by their planes, along chains of such pairs.
+    /// Pairs allowed by their planes, along chains of such pairs, in both directions.
     pub fn new(net: &Net) -> Self {
         let n = net.portals();
         let rows = by_windows(net)
@@ -33,13 +33,12 @@ impl MightSee {
         Self::of(net, rows)
     }
 
-    /// The pairs of `rows`, a superset of those that lines cross, along chains of such pairs.
+    /// The pairs of `rows`, a superset of those that lines cross, that are also there in the opposite direction.
     pub fn of(net: &Net, rows: BitMatrix) -> Self {
         let n = net.portals();
         let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
         let mut all = Self { rows, before: BitMatrix::default(), open };
         all.mirror(net);
-        all.flood(net);
         all.before = all.rows.transposed();
         all
     }
@@ -59,25 +58,6 @@ impl MightSee {
     /// Number of portals that may come after `portal`.
     pub fn count(&self, portal: usize) -> u64 {
         self.rows.count_row(portal)
-    }
-
-    /// Keeps the portals reachable by chains in which each portal is allowed after the previous one and after the first.
-    fn flood(&mut self, net: &Net) {
-        let old = &self.rows;
-        let fill = |(untaken, queue): &mut (WordsLeft<'_>, Vec<usize>), first: usize, row: &mut [u64]| {
-            untaken.restart();
-            queue.push(first);
-            while let Some(last) = queue.pop() {
-                untaken.retain(net.target[last] as usize, |word, mask| {
-                    let left = old.row(first)[word] & mask & !row[word];
-                    let new = left & old.row(last)[word];
-                    row[word] |= new;
-                    queue.extend(bits::ones(&[new]).map(|bit| word * 64 + bit));
-                    left != new
-                });
-            }
-        };
-        self.rows = from_rows(old.rows(), old.columns(), || (WordsLeft::new(net), Vec::new()), fill);
     }
 
     /// Keeps (p, q) only if (q reversed, p reversed) is also set.

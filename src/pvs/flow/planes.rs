@@ -60,7 +60,7 @@ impl<'n> Planes<'n> {
 
 /// For each cell, the unfinished words of its portals. A cell may have a thousand portals, and be entered as often: so finished words are
 /// dropped.
-pub struct WordsLeft<'n> {
+struct WordsLeft<'n> {
     net: &'n Net,
     /// Words of all cells, ascending within each; those of a cell begin at `begin`.
     words: Vec<u32>,
