@@ -21,9 +21,10 @@ impl Faces {
             if let Some([r, g, b]) = self.infos.colours[texture] {
                 material.colour = [r, g, b, material.colour[3]];
             }
-            if used == Use::SeeThrough {
-                material.colour[3] = GLASS;
-            }
+        }
+        // Holes are in the picture.
+        if used == Use::SeeThrough && material.cutoff.is_none() {
+            material.colour[3] = GLASS;
         }
         let Some(projection) = self.infos.projections.get(texture) else { return builder.look(material, Vec::new()) };
         let size = found.map(|found| found.size.map(f64::from)).unwrap_or(projection.size);
