@@ -5,11 +5,12 @@ use crate::random::Random;
 use enfilade::BitMatrix;
 use glam::DVec3;
 
-/// Lines nearer to a plane than this are on both of its sides, in units. More: narrow gaps are never passed. Less: corners that compilers
-/// move (by up to 0.005) decide.
-const NEAR: f64 = 0.02;
+/// Lines nearer to a plane than this are on both of its sides, in units. Less: corners that compilers move (by up to 0.005) decide.
+pub const NEAR: f64 = 0.02;
 /// Steps of a search for the line that shows a pair.
 const STEPS: usize = 12;
+/// Points that leaves are first looked for with.
+const FIRST_POINTS: usize = 100_000;
 /// Points kept of a leaf.
 const MOST_POINTS: usize = 24;
 
@@ -49,13 +50,15 @@ pub struct PlaneTree {
     pub root: Child,
     pub bounds: [DVec3; 2],
     pub cells: usize,
+    /// As [`NEAR`], or more: then narrow gaps are never passed.
+    pub near: f64,
 }
 
 /// A leaf that a line touches, with places along the line, 0 to 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Passed {
     pub leaf: usize,
-    /// Where it is no farther than [`NEAR`] from the leaf.
+    /// Where it is no farther than [`PlaneTree::near`] from the leaf.
     pub touched: [f64; 2],
     /// The middle of where it is at least as far within.
     pub within: Option<f64>,
@@ -86,6 +89,33 @@ impl PlaneTree {
         }
     }
 
+    /// Leads past nodes with nothing on one side, because a node above has the same plane, or one beyond it: what is there would be
+    /// touched by lines that it does not stop.
+    pub fn cut_empty(&mut self) {
+        self.root = self.whole(self.root, &mut Vec::new());
+    }
+
+    /// The child, or the one below that has all of it; `way`: half-spaces that it lies in.
+    fn whole(&mut self, mut child: Child, way: &mut Vec<(DVec3, f64)>) -> Child {
+        while let Child::Node(n) = child {
+            let node = self.nodes[n].clone();
+            let sides = [(node.normal, node.distance), (-node.normal, -node.distance)];
+            let is_all = |side: &(DVec3, f64)| way.iter().any(|(normal, least)| *normal == side.0 && *least >= side.1);
+            match sides.iter().position(is_all) {
+                Some(side) => child = node.children[side],
+                None => {
+                    for side in 0..2 {
+                        way.push(sides[side]);
+                        self.nodes[n].children[side] = self.whole(node.children[side], way);
+                        way.pop();
+                    }
+                    return child;
+                }
+            }
+        }
+        child
+    }
+
     /// The leaves along a line.
     pub fn pass(&self, line: [DVec3; 2]) -> Vec<Passed> {
         let mut passed = Vec::new();
@@ -100,9 +130,9 @@ impl PlaneTree {
                     let node = &self.nodes[n];
                     let ends = line.map(|p| node.normal.dot(p) - node.distance);
                     for (child, ends) in node.children.into_iter().zip([ends, ends.map(|d| -d)]) {
-                        let touched = cut(touched, ends, -NEAR);
+                        let touched = cut(touched, ends, -self.near);
                         if touched[0] <= touched[1] {
-                            stack.push((child, touched, cut(within, ends, NEAR)));
+                            stack.push((child, touched, cut(within, ends, self.near)));
                         }
                     }
                 }
@@ -171,7 +201,7 @@ impl<'t> Search<'t> {
         let points = vec![Vec::new(); tree.leaves.len()];
         let mut search = Self { tree, rows, random: Random::new(seed), points, known: Vec::new(), shown };
         let size = tree.bounds[1] - tree.bounds[0];
-        for _ in 0..50 * tree.leaves.len() {
+        for _ in 0..FIRST_POINTS.max(50 * tree.leaves.len()) {
             let part = DVec3::from_array([(); 3].map(|()| search.random.real(0.0, 1.0)));
             search.keep(tree.bounds[0] + size * part);
         }

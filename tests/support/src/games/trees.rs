@@ -1,6 +1,6 @@
 //! Trees and rows of Quake 3's and Source's levels, read by hand.
 
-use super::lines::{Child, Leaf, Node, PlaneTree};
+use super::lines::{Child, Leaf, NEAR, Node, PlaneTree};
 use enfilade::BitMatrix;
 use glam::DVec3;
 
@@ -60,8 +60,9 @@ pub fn read(file: &[u8]) -> (PlaneTree, Option<BitMatrix>) {
     let nodes: Vec<Node> = nodes.chunks_exact(sizes.node).map(node).collect();
     let leaves: Vec<Leaf> = leaves.chunks_exact(sizes.leaf).map(leaf).collect();
     let bounds = [0, 12].map(|at| point(models, at));
-    let mut tree = PlaneTree { nodes, leaves, root, bounds, cells: 0 };
+    let mut tree = PlaneTree { nodes, leaves, root, bounds, cells: 0, near: NEAR };
     tree.forget_other_models();
+    tree.cut_empty();
     let rows = (!seen.is_empty()).then(|| if is_quake { plain(seen) } else { packed(seen) });
     (tree, rows)
 }
