@@ -17,10 +17,8 @@ impl Faces {
         let name = &self.infos.names[texture];
         let found = textures.get(name);
         let mut material = material(name, textures);
-        if found.is_none() {
-            if let Some([r, g, b]) = self.infos.colours[texture] {
-                material.colour = [r, g, b, material.colour[3]];
-            }
+        if let (None, Some([r, g, b])) = (found, self.infos.colours[texture]) {
+            material.colour = [r, g, b, material.colour[3]];
         }
         // Holes are in the picture.
         if used == Use::SeeThrough && material.cutoff.is_none() {

@@ -104,11 +104,12 @@ impl PlaneTree {
             match sides.iter().position(is_all) {
                 Some(side) => child = node.children[side],
                 None => {
-                    for side in 0..2 {
+                    self.nodes[n].children = [0, 1].map(|side| {
                         way.push(sides[side]);
-                        self.nodes[n].children[side] = self.whole(node.children[side], way);
+                        let whole = self.whole(node.children[side], way);
                         way.pop();
-                    }
+                        whole
+                    });
                     return child;
                 }
             }
