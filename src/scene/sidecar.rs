@@ -1,6 +1,7 @@
 //! Sidecar files: read only from the model's folder or below it, unless another folder is allowed.
 
 use super::whole_file;
+use std::fs::File;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
@@ -22,12 +23,19 @@ impl Sidecars<'_> {
         whole_file::read(&self.path(name)?).map_err(|e| refusal(name, e))
     }
 
+    /// Opens the file `name`, to read parts of it.
+    ///
+    /// Fails as [`Sidecars::read`].
+    pub fn open(&self, name: &str) -> Result<File, String> {
+        File::open(self.path(name)?).map_err(|e| refusal(name, e))
+    }
+
     /// Whether [`Sidecars::read`] would find content in the file `name`.
     pub fn is_there(&self, name: &str) -> bool {
         self.path(name).is_ok_and(|path| whole_file::holds_something(&path))
     }
 
-    /// Names of the files in the folder `name` that end in `.` and `ending`, in order. [`Sidecars::read`] takes each with the folder before
+    /// Names of the files in the folder `name` (`.` is the model's own) that end in `.` and `ending`, in order. [`Sidecars::read`] takes each with the folder before
     /// it.
     ///
     /// Fails as [`Sidecars::read`], and if it is not a folder.
@@ -56,6 +64,7 @@ impl Sidecars<'_> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let refuse = |e: io::Error| refusal(name, e);
         let spelt = match self.under {
+            None if name == "." => PathBuf::new(),
             None => relative(name)?,
             Some(_) if name.contains("://") => return Err(url(name)),
             Some(_) => PathBuf::from(name.replace('\\', "/")),

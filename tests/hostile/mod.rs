@@ -32,6 +32,24 @@ fn mutants_of(target: &'static Target) -> Report {
     run(target.name, count, &one)
 }
 
+/// Each game's level, and each dialect of portal files, with mutants of its own.
+#[test]
+fn no_kind_of_level_makes_its_reader_panic_or_take_more() {
+    for target in TARGETS.iter().filter(|t| t.name == "bsp" || t.name == "prt") {
+        let seeds = (target.seeds)();
+        let of = |(i, seed): (usize, &Vec<u8>)| {
+            let one = |number: u64| {
+                let bytes = mutants::mutant(std::slice::from_ref(seed), number);
+                Run { accepted: (target.run)(&bytes), promised: target.promised(bytes.len()), length: bytes.len() }
+            };
+            run(&format!("{} {i}", target.name), (wanted() / 50).max(50), &one)
+        };
+        let reports: Vec<Report> = seeds.iter().enumerate().map(of).collect();
+        mutants::table(&reports);
+        mutants::settle(&reports);
+    }
+}
+
 #[test]
 fn no_reader_panics_or_takes_memory_beyond_what_is_promised() {
     // The files' own mutants are in `pvs` and `ground`: blind ones end at their checksums.

@@ -106,7 +106,7 @@ pub struct Run {
 
 /// What became of all of a reader's.
 pub struct Report {
-    pub name: &'static str,
+    pub name: String,
     pub mutants: u64,
     pub accepted: u64,
     /// Most memory taken, bytes, and of a mutant of which length.
@@ -143,10 +143,10 @@ impl Report {
 const HANGS: Duration = Duration::from_secs(120);
 
 /// Runs mutants 0 to `count` on two threads; each on one, with what it asks of others.
-pub fn run(name: &'static str, count: u64, one: &(dyn Fn(u64) -> Run + Sync)) -> Report {
+pub fn run(name: &str, count: u64, one: &(dyn Fn(u64) -> Run + Sync)) -> Report {
     let next = AtomicU64::new(0);
     let total = Mutex::new(Report {
-        name,
+        name: name.to_owned(),
         mutants: count,
         accepted: 0,
         memory: (0, 0),
@@ -201,7 +201,7 @@ pub fn table(reports: &[Report]) {
     for r in reports {
         let memory = format!("{} (of {} bytes)", r.memory.0 >> 10, r.memory.1);
         let ms = r.slowest.as_secs_f64() * 1e3;
-        let (name, mutants, accepted, faults) = (r.name, r.mutants, r.accepted, r.faults.len());
+        let (name, mutants, accepted, faults) = (&r.name, r.mutants, r.accepted, r.faults.len());
         text += &format!("| {name} | {mutants} | {accepted} | {faults} | {memory} | {ms:.1} | {:.1} |\n", r.seconds);
     }
     std::io::stderr().write_all(text.as_bytes()).unwrap();

@@ -1,4 +1,4 @@
-//! Levels of Quake 3 and Source as scenes: polygons, meshes, patches, displacements, and what flags say of them.
+//! Levels of Quake 2, Quake 3 and Source as scenes: polygons, meshes, patches, displacements, and what flags say of them.
 
 use super::scene::{block, the_inside};
 use crate::cli::{done, enfilade, folder, refused};
@@ -13,7 +13,9 @@ use testing::games::Game;
 use testing::games::drawn::{Displacement, Face, Shape, Texture, level_with_faces};
 
 /// All kinds with such faces.
-const GAMES: [Game; 7] = [
+const GAMES: [Game; 9] = [
+    Game::Quake2,
+    Game::Qbism,
     Game::Quake3,
     Game::Source(19),
     Game::Source(20),
@@ -23,7 +25,9 @@ const GAMES: [Game; 7] = [
     Game::Console,
 ];
 
-const WORLD: &str = "{\n\"classname\" \"worldspawn\"\n}\n";
+const IN_QUAKE_UNITS: [Game; 3] = [Game::Quake2, Game::Qbism, Game::Quake3];
+
+pub(super) const WORLD: &str = "{\n\"classname\" \"worldspawn\"\n}\n";
 
 const fn texture(name: &'static str, flags: u32, contents: u32) -> Texture {
     Texture { name, flags, contents }
@@ -36,7 +40,7 @@ fn polygon(corners: Vec<[f32; 3]>, texture: Texture, leaf: usize) -> Face {
 }
 
 /// The inside of the three rooms; the first room's end is sky.
-fn inside() -> Vec<Face> {
+pub(super) fn inside() -> Vec<Face> {
     let of = |face: testing::quake::Face| {
         let sky = texture("base/day", 0x4, 1);
         polygon(face.corners, if face.texture == "Sky1" { sky } else { BRICK }, face.leaf)
@@ -54,7 +58,7 @@ fn scene(game: Game, models: &[Vec<Face>], entities: &str) -> Scene {
     import_bytes(file, "level", &ImportOptions::default()).unwrap_or_else(|e| panic!("{game:?}: {e}"))
 }
 
-fn object<'s>(scene: &'s Scene, node: &str) -> &'s Object {
+pub(super) fn object<'s>(scene: &'s Scene, node: &str) -> &'s Object {
     let names: Vec<&str> = scene.objects.iter().map(|o| o.node.as_str()).collect();
     scene.objects.iter().find(|o| o.node == node).unwrap_or_else(|| panic!("{node} among {names:?}"))
 }
@@ -70,7 +74,7 @@ fn corners(scene: &Scene, object: &Object, unit: f64) -> Vec<DVec3> {
 }
 
 fn unit(game: Game) -> f64 {
-    if game == Game::Quake3 { 1.0 / 32.0 } else { 0.01905 }
+    if IN_QUAKE_UNITS.contains(&game) { 1.0 / 32.0 } else { 0.01905 }
 }
 
 /// Passes `check`, and no view misses a pixel.
@@ -126,6 +130,17 @@ fn flags_tell_what_is_drawn_and_what_is_looked_through() {
         (texture("nodraw", 0x80, 1), None),
         (texture("hint", 0x100, 1), None),
     ];
+    let quake2 = [
+        (texture("opaque", 0, 0), Some(true)),
+        (texture("light", 0x1, 0), Some(true)),
+        (texture("water", 0x8, 0), Some(false)),
+        (texture("trans33", 0x10, 0), Some(false)),
+        (texture("trans66", 0x20, 0), Some(false)),
+        (texture("flowing", 0x40, 0), Some(true)),
+        (texture("nodraw", 0x80, 0), None),
+        (texture("hint", 0x100, 0), None),
+        (texture("skip", 0x200, 0), None),
+    ];
     let source = [
         (texture("opaque", 0, 0), Some(true)),
         (texture("trans", 0x10, 0), Some(false)),
@@ -139,7 +154,11 @@ fn flags_tell_what_is_drawn_and_what_is_looked_through() {
     ];
     for game in GAMES {
         let mut world = inside();
-        let textures = if game == Game::Quake3 { &quake3[..] } else { &source[..] };
+        let textures = match game {
+            Game::Quake2 | Game::Qbism => &quake2[..],
+            Game::Quake3 => &quake3,
+            _ => &source,
+        };
         for &(texture, _) in textures {
             // Across the second room.
             world.push(polygon(vec![[7., -2., -2.], [7., 2., -2.], [7., 2., 2.], [7., -2., 2.]], texture, 3));
@@ -237,7 +256,7 @@ fn a_displacement_has_the_vertices_of_its_grid() {
         ([9., -2., -1.], [-1., 0.], [0., 1.]),
         ([5., -2., -1.], [0., 1.], [1., 0.]),
     ];
-    for game in GAMES.into_iter().filter(|game| *game != Game::Quake3) {
+    for game in GAMES.into_iter().filter(|game| !IN_QUAKE_UNITS.contains(game)) {
         for (start, down, along) in starts {
             let mut world = inside();
             world.push(floor(start, u32::MAX));

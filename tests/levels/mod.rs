@@ -1,11 +1,13 @@
 //! Levels of games.
 
+mod beside;
 pub mod bsp;
 mod drawn;
 pub mod games;
 mod kinds;
 mod lines;
 mod map;
+mod open;
 mod prt;
 mod readers;
 mod real;

@@ -13,15 +13,15 @@ use testing::data::data;
 use testing::quake::{AIR, Layout, bsp, three_rooms};
 
 /// Larger levels take too long.
-const MOST_PORTALS: usize = 3000;
+pub const MOST_PORTALS: usize = 3000;
 
-fn read(bytes: &[u8]) -> BspData {
+pub fn read(bytes: &[u8]) -> BspData {
     BspData::parse(BspParseInput { bsp: bytes, lit: None, settings: BspParseSettings::default() }).unwrap()
 }
 
 /// Rows of clusters, PVS and PHS, as qbsp decodes them. Two of its faults are mended: it counts offsets from behind their table, and
 /// clusters from 1.
-fn rows_of_clusters(theirs: &mut BspData, clusters: usize) -> [BitMatrix; 2] {
+pub fn rows_of_clusters(theirs: &mut BspData, clusters: usize) -> [BitMatrix; 2] {
     let table = 4 + 8 * clusters;
     theirs.visibility.visdata.splice(..0, vec![0; table]);
     let mut rows = [(); 2].map(|()| BitMatrix::new(clusters, clusters));
@@ -39,7 +39,7 @@ fn rows_of_clusters(theirs: &mut BspData, clusters: usize) -> [BitMatrix; 2] {
 }
 
 /// The rows that `vis` finds, and the file with them.
-fn written(file: &Bsp, level: &Level, clusters: &[u32]) -> (BitMatrix, Vec<u8>) {
+pub fn written(file: &Bsp, level: &Level, clusters: &[u32]) -> (BitMatrix, Vec<u8>) {
     let rows = vis(level, &VisOptions::default(), None, &Job::quiet()).unwrap().upper;
     let bytes = file.with_rows(&rows, clusters, None).unwrap().bytes;
     // By leaf or cluster, as the file has them.

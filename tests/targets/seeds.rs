@@ -208,7 +208,8 @@ pub fn asc() -> Vec<Vec<u8>> {
 
 pub fn bsp() -> Vec<Vec<u8>> {
     let of_quake = [false, true].map(|bsp2| level(&three_rooms(AIR), Layout { bsp2, ..Layout::default() }));
-    let drawn = [Game::Quake3, Game::Source(20), Game::Source(25), Game::Console].map(games::drawn::sample);
+    let drawn = [Game::Quake2, Game::Qbism, Game::Quake3, Game::Source(20), Game::Source(25), Game::Console]
+        .map(games::drawn::sample);
     of_quake.into_iter().chain(GAMES.map(games::level)).chain(drawn).collect()
 }
 

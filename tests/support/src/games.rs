@@ -1,6 +1,9 @@
 //! Levels of other games than Quake, written by hand, byte by byte: the three rooms of [`crate::quake::three_rooms`].
 
 pub mod drawn;
+pub mod files;
+pub mod lines;
+pub mod trees;
 
 use crate::quake::{AIR, SOLID, Tree, three_rooms};
 

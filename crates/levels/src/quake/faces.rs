@@ -17,13 +17,12 @@ impl Faces {
         let name = &self.infos.names[texture];
         let found = textures.get(name);
         let mut material = material(name, textures);
-        if found.is_none() {
-            if let Some([r, g, b]) = self.infos.colours[texture] {
-                material.colour = [r, g, b, material.colour[3]];
-            }
-            if used == Use::SeeThrough {
-                material.colour[3] = GLASS;
-            }
+        if let (None, Some([r, g, b])) = (found, self.infos.colours[texture]) {
+            material.colour = [r, g, b, material.colour[3]];
+        }
+        // Holes are in the picture.
+        if used == Use::SeeThrough && material.cutoff.is_none() {
+            material.colour[3] = GLASS;
         }
         let Some(projection) = self.infos.projections.get(texture) else { return builder.look(material, Vec::new()) };
         let size = found.map(|found| found.size.map(f64::from)).unwrap_or(projection.size);

@@ -4,12 +4,15 @@
 //! Air and liquids are see-through (with or without translucent water in the game, nothing is missing). Solids are not, nor is
 //! sky, behind which games draw nothing.
 
+mod archives;
 mod faces;
+mod game_files;
 mod map;
 mod scripts;
 mod texels;
 mod textures;
 mod uses;
+mod wal;
 mod world;
 
 use crate::bsp::fences;

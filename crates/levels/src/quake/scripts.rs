@@ -4,11 +4,9 @@
 //! is looked through if its first stage blends, if any stage has holes, if it has no stage (nothing is drawn), or if it moves its
 //! vertices. `surfaceparm` also says so, but compilers write that into the level.
 
-use enfilade::scene::sidecar::Sidecars;
+use super::game_files::GameFiles;
 use std::collections::BTreeMap;
 
-/// Where scripts are, from the level's folder on.
-const FOLDERS: [&str; 2] = ["scripts", "../scripts"];
 /// Most scripts of a level, and most bytes of all.
 const MOST_SCRIPTS: usize = 1 << 10;
 const MOST_BYTES: usize = 1 << 26;
@@ -19,16 +17,9 @@ pub(super) struct Scripts(BTreeMap<String, bool>);
 
 impl Scripts {
     /// The scripts beside a level.
-    pub fn read(beside: &Sidecars<'_>) -> Self {
-        let (mut scripts, mut bytes) = (Self::default(), 0);
-        let found = FOLDERS.iter().find_map(|folder| beside.list(folder, "shader").ok().map(|names| (folder, names)));
-        let Some((folder, names)) = found else { return scripts };
-        for name in names.iter().take(MOST_SCRIPTS) {
-            let Ok(script) = beside.read(&format!("{folder}/{name}")) else { continue };
-            bytes += script.len();
-            if bytes > MOST_BYTES {
-                break;
-            }
+    pub fn read(files: &mut GameFiles<'_>) -> Self {
+        let mut scripts = Self::default();
+        for script in files.read_all("scripts", "shader", MOST_SCRIPTS, MOST_BYTES) {
             scripts.add(&String::from_utf8_lossy(&script));
         }
         scripts

@@ -1,9 +1,12 @@
-//! Texels of textures, as PNG: those in a level, and those of WADs beside it (WAD2 of Quake, WAD3 of Half-Life).
+//! Texels of textures, as PNG: those in a level, those of WADs beside it (WAD2 of Quake, WAD3 of Half-Life), and those of Quake 2
+//! (`textures/NAME.wal`).
 //!
 //! A WAD is a directory of lumps. A texture is a lump with a name, a width and a height, and its texels in four sizes, as indices
 //! into a palette of 256 colours: Quake's own, or, in WAD3, one behind the texels. In textures whose names begin with `{`, the
 //! last colour is a hole. Invalid data is skipped: appearance never makes an import fail.
 
+use super::game_files::GameFiles;
+use super::wal;
 use crate::bsp::infos::{texture_entry, texture_name, word};
 use enfilade::scene::sidecar::Sidecars;
 use enfilade::scene::{ImportOptions, Picture};
@@ -60,6 +63,22 @@ impl Textures {
         textures
     }
 
+    /// Textures of Quake 2 by their names, which begin with `sky ` for those of skies; `None` if there are some, but not their palette.
+    pub fn read_wals(names: &[String], files: &mut GameFiles<'_>) -> Option<Self> {
+        let mut textures = Self::default();
+        let mut palette = None;
+        for name in names {
+            let file = format!("textures/{}.wal", name.strip_prefix("sky ").unwrap_or(name));
+            let Some(bytes) = files.read(&file).filter(|_| !textures.all.contains_key(name)) else { continue };
+            let Some((size, texels)) = wal::texture(&bytes) else { continue };
+            if palette.is_none() {
+                palette = Some(files.read("pics/colormap.pcx").and_then(|picture| wal::palette(&picture))?);
+            }
+            palette.into_iter().for_each(|palette| textures.put(name.clone(), size, texels, palette));
+        }
+        Some(textures)
+    }
+
     /// A texture by its name.
     pub fn get(&self, name: &str) -> Option<&Texture> {
         self.all.get(name)
@@ -85,7 +104,13 @@ impl Textures {
         if self.all.contains_key(&name) {
             return;
         }
-        let Some((size, texels, palette)) = texture(bytes, has_palette) else { return };
+        if let Some((size, texels, palette)) = texture(bytes, has_palette) {
+            self.put(name, size, texels, palette);
+        }
+    }
+
+    /// Adds a texture, unless all of them would have too many texels.
+    fn put(&mut self, name: String, size: [u32; 2], texels: &[u8], palette: Palette) {
         let Some(sum) = self.texels.checked_add(texels.len() as u64).filter(|sum| *sum <= MOST_TEXELS) else { return };
         if let Some(png) = png(size, texels, palette, name.starts_with('{')) {
             self.texels = sum;
@@ -95,7 +120,7 @@ impl Textures {
 }
 
 /// Red, green and blue of each colour.
-type Palette = [[u8; 3]; COLOURS];
+pub(super) type Palette = [[u8; 3]; COLOURS];
 
 /// Width and height, texels and palette of a texture.
 fn texture(bytes: &[u8], has_palette: bool) -> Option<([u32; 2], &[u8], Palette)> {

@@ -6,6 +6,7 @@
 //! models hide nothing, because they may move. Triggers are not drawn. Curved patches hide nothing, because engines choose their
 //! triangles.
 
+use super::game_files::GameFiles;
 use super::malformed;
 use super::scripts::Scripts;
 use super::texels::Textures;
@@ -20,7 +21,6 @@ use crate::bsp::props::static_props;
 use crate::bsp::tree::{Child, Tree};
 use crate::bsp::{Bsp, BspError};
 use enfilade::math::geom::Plane;
-use enfilade::scene::sidecar::Sidecars;
 use enfilade::scene::{ImportError, ImportOptions, Role, Scene, SceneBuilder, Source};
 use enfilade::types::hints::Leaves;
 use enfilade::types::level::LevelPortal;
@@ -36,13 +36,34 @@ use std::path::Path;
 const MOST_DEEP: usize = 1024;
 const MOST_HALF_SPACES: usize = 1 << 24;
 
-/// The textures of a level and of its WADs.
-fn textures(file: &LevelFile, path: Option<&Path>, options: &ImportOptions) -> Result<Textures, BspError> {
+/// The textures of a level, and of files beside it.
+fn textures(
+    file: &LevelFile,
+    faces: &Faces,
+    path: Option<&Path>,
+    options: &ImportOptions,
+    notes: &mut Vec<Note>,
+) -> Result<Textures, BspError> {
+    if has_wals(file) {
+        let found = Textures::read_wals(&faces.infos.names, &mut GameFiles::beside(path, options));
+        if found.is_none() {
+            let note =
+                "textures have plain colours, because the palette of the .wal files, pics/colormap.pcx, isn't at hand";
+            notes.push(Note::taken(note));
+        }
+        return Ok(found.unwrap_or_default());
+    }
     let world = entities(&file.lump(Lump::Entities)?)?.into_iter().next();
     let named = world.as_ref().and_then(|world| world.get("wad")).unwrap_or_default();
     // Quake 3's lump has no texels.
     let own = if has_shaders(file) { Cow::default() } else { file.lump(Lump::Textures)? };
     Ok(Textures::read(&own, path, named, options))
+}
+
+/// Whether textures are files of their own, `.wal`.
+fn has_wals(file: &LevelFile) -> bool {
+    let is_named = |chain: &layout::Chain| matches!(chain.texture, layout::Texture::Named { .. });
+    matches!(file.layout.faces, layout::Faces::Chains(versions) if versions.iter().any(|(_, chain)| is_named(chain)))
 }
 
 /// Whether textures are shaders, with scripts.
@@ -61,11 +82,11 @@ fn uses_of(
     if !has_shaders(file) {
         return uses(faces, file.layout.flags, &Scripts::default());
     }
-    let scripts = Scripts::read(&Sidecars { folder: path.and_then(Path::parent), under: options.files_under.as_deref() });
+    let scripts = Scripts::read(&mut GameFiles::beside(path, options));
     let uses = uses(faces, file.layout.flags, &scripts);
     if scripts.is_empty() && uses.contains(&Use::Opaque) {
-        let note = "shaders count as opaque unless the level says `trans`, because their scripts are not at hand; put them into scripts/ \
-                    beside the level, or allow the game's folder with --files-under";
+        let note = "shaders count as opaque unless the level says `trans`, because their scripts are not at hand; put scripts/ or the \
+                    game's .pk3 beside the level, or allow the game's folder with --files-under";
         notes.push(Note::taken(note));
     }
     uses
@@ -87,7 +108,10 @@ pub(super) fn scene(
     );
     let faces = Faces::read(file).map_err(malformed)?;
     let uses = uses_of(file, &faces, path, options, &mut builder.source.notes);
-    let textures = if builder.is_traced() { textures(file, path, options).map_err(malformed)? } else { Textures::default() };
+    let textures = match builder.is_traced() {
+        true => textures(file, &faces, path, options, &mut builder.source.notes).map_err(malformed)?,
+        false => Textures::default(),
+    };
     let ranges = ranges(file, faces.faces.len()).map_err(malformed)?;
     let tree = bsp.tree.of_faces(file.layout.detail_is_wall);
     let half_spaces = half_spaces(&tree).map_err(malformed)?;

@@ -1,4 +1,4 @@
-//! Faces for levels of Quake 3 and Source: polygons, meshes, patches and displacements.
+//! Faces for levels of Quake 2, Quake 3 and Source: polygons, meshes, patches and displacements.
 
 use super::{Game, Writer, built, laid_out};
 
@@ -27,7 +27,7 @@ pub struct Displacement {
     pub drawn: u32,
 }
 
-/// A texture: a name, and what the level says of it. Source has no contents there.
+/// A texture: a name, and what the level says of it. Quake 2 and Source have no contents there.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Texture {
     pub name: &'static str,
@@ -56,8 +56,10 @@ pub fn level_with_faces(game: Game, models: &[Vec<Face>], entities: &str) -> Vec
     lumps[0] = [entities.as_bytes(), &[0]].concat();
     if game == Game::Quake3 {
         quake3(&w, &mut lumps, &all, &textures);
-    } else {
+    } else if game.is_source() {
         source(&w, &mut lumps, &all, &textures);
+    } else {
+        quake2(&w, &mut lumps, &all, &textures);
     }
 
     // Faces of models, and of leaves.
@@ -73,6 +75,8 @@ pub fn level_with_faces(game: Game, models: &[Vec<Face>], entities: &str) -> Vec
         first += model.len() as i32;
     }
     let (marks, at, size) = match game {
+        Game::Quake2 => (9, 20, 28),
+        Game::Qbism => (9, 36, 52),
         Game::Quake3 => (5, 32, 48),
         Game::Source(25) => (16, 36, 56),
         Game::Source(19) => (16, 20, 56),
@@ -106,7 +110,7 @@ pub fn sample(game: Game) -> Vec<u8> {
         world.push(of(&points, Shape::Patch([3, 3]), "base/curtain", 0, 0x20));
         world.push(of(&points, Shape::Billboard, "base/flare", 0, 1));
         door.push(of(&corners, Shape::Mesh(vec![[0, 1, 2], [0, 2, 3]]), "base/door", 0, 1));
-    } else {
+    } else if game.is_source() {
         world.push(of(&corners, Shape::Displacement(ground), "base/ground", 0x800, 0));
     }
     let entities = "{\n\"classname\" \"worldspawn\"\n}\n{\n\"classname\" \"func_door\"\n\"model\" \"*1\"\n}\n";
@@ -149,6 +153,38 @@ fn quake3(w: &Writer, lumps: &mut [Vec<u8>], all: &[&Face], textures: &[Texture]
     }
 }
 
+fn quake2(w: &Writer, lumps: &mut [Vec<u8>], all: &[&Face], textures: &[Texture]) {
+    for texture in textures {
+        // An axis of a texel a unit.
+        let axes = w.floats(&[1., 0., 0., 0., 0., 1., 0., 0.]);
+        lumps[5].extend([axes, w.ints(&[texture.flags as i32, 0]), named(texture.name, 32), w.ints(&[-1])].concat());
+    }
+    for face in all {
+        let (first, count) = chain(w, [2, 11, 12], lumps, face, w.game == Game::Qbism);
+        let texture = texture_of(textures, face);
+        let bytes = if w.game == Game::Qbism {
+            [vec![0; 8], w.ints(&[first, count, texture]), vec![0; 8]].concat()
+        } else {
+            [vec![0; 4], w.int(first).to_vec(), w.shorts(&[count, texture]), vec![0; 8]].concat()
+        };
+        lumps[6].extend(bytes);
+    }
+}
+
+/// Adds the corners of a face as edges, to lumps of vertices, edges and surface edges; the first of these, and how many.
+fn chain(w: &Writer, of: [usize; 3], lumps: &mut [Vec<u8>], face: &Face, is_wide: bool) -> (i32, i32) {
+    let [vertices, edges, surface_edges] = of;
+    let (first, count) = ((lumps[surface_edges].len() / 4) as i32, face.corners.len() as i32);
+    // Clockwise in the file.
+    for (k, p) in (0..count).zip(face.corners.iter().rev()) {
+        lumps[vertices].extend(w.floats(p));
+        let ends = [first + k, first + (k + 1) % count];
+        lumps[edges].extend(if is_wide { w.ints(&ends) } else { w.shorts(&ends) });
+        lumps[surface_edges].extend(w.int(first + k));
+    }
+    (first, count)
+}
+
 fn source(w: &Writer, lumps: &mut [Vec<u8>], all: &[&Face], textures: &[Texture]) {
     let is_wide = w.game == Game::Source(25);
     for (i, texture) in (0..).zip(textures) {
@@ -161,14 +197,7 @@ fn source(w: &Writer, lumps: &mut [Vec<u8>], all: &[&Face], textures: &[Texture]
         lumps[43].extend(named(texture.name, texture.name.len() + 1));
     }
     for face in all {
-        let (first, count) = ((lumps[13].len() / 4) as i32, face.corners.len() as i32);
-        // Clockwise in the file.
-        for (k, p) in (0..count).zip(face.corners.iter().rev()) {
-            lumps[3].extend(w.floats(p));
-            let ends = [first + k, first + (k + 1) % count];
-            lumps[12].extend(if is_wide { w.ints(&ends) } else { w.shorts(&ends) });
-            lumps[13].extend(w.int(first + k));
-        }
+        let (first, count) = chain(w, [3, 12, 13], lumps, face, is_wide);
         let own = if let Shape::Displacement(own) = &face.shape { displacement(w, lumps, own) } else { -1 };
         let texture = texture_of(textures, face);
         let bytes = if is_wide {
