@@ -119,19 +119,21 @@ impl<'n> Walker<'n> {
         t
     }
 
-    /// The whole line through two points that crosses `portal`, in both directions; false if it misses the portal.
-    pub fn walk(&self, portal: usize, [a, b]: [DVec3; 2], walk: &mut Walk) -> bool {
-        walk.portals.clear();
+    /// The whole line through two points that crosses `portal`, in both directions; false if it misses the portal, or a goal: the cell that
+    /// it must come to beyond.
+    pub fn walk(&self, portal: usize, [a, b]: [DVec3; 2], goal: Option<u32>, walk: &mut Walk) -> bool {
         let Some(direction) = (b - a).try_normalize() else { return false };
-        let Some(t) = self.meets(portal, a, direction).filter(|t| self.holds(portal, a + direction * t)) else {
-            return false;
-        };
-        // Backwards first; the list is then reversed.
-        let start = -self.follow(self.net.twin[portal] as usize, -t, a, -direction, &mut walk.portals);
-        walk.portals.reverse();
-        walk.portals.iter_mut().for_each(|p| *p = self.net.twin[*p as usize]);
+        let hit = self.meets(portal, a, direction).filter(|t| self.holds(portal, a + direction * t));
+        let Some(t) = hit else { return false };
+        walk.portals.clear();
         walk.portals.push(portal as u32);
         let end = self.follow(portal, t, a, direction, &mut walk.portals);
+        if goal.is_some_and(|goal| !walk.portals.iter().any(|&p| self.net.target[p as usize] == goal)) {
+            return false;
+        }
+        let mut before = Vec::new();
+        let start = -self.follow(self.net.twin[portal] as usize, -t, a, -direction, &mut before);
+        walk.portals.splice(0..0, before.iter().rev().map(|&p| self.net.twin[p as usize]));
         walk.ends = [start, end].map(|t| a + direction * t + self.net.origin);
         true
     }
@@ -213,11 +215,11 @@ impl Prover for Walker<'_> {
     fn prove(&self, chain: &[u32], line: [DVec3; 2], cells: &mut Vec<u32>) -> Option<Walk> {
         let mut walk = Walk { portals: Vec::new(), ends: [DVec3::ZERO; 2] };
         let goal = self.net.target[*chain.last()? as usize];
-        if !self.walk(chain[0] as usize, line, &mut walk) {
+        if !self.walk(chain[0] as usize, line, Some(goal), &mut walk) {
             return None;
         }
         cells.extend(self.cells(&walk));
-        cells.contains(&goal).then_some(walk)
+        Some(walk)
     }
 
     fn tries(&self) -> u64 {
@@ -270,7 +272,7 @@ pub(super) fn random(walker: &Walker<'_>, might_see: &MightSee, count: u64, lowe
                         let d = DVec3::from([0; 3].map(|_| random.range(-1.0, 1.0)));
                         from + if n.dot(d) < 0.0 { -d } else { d }
                     };
-                    if walker.walk(p, [from, to], &mut walk) && shows_more(walker.cells(&walk), known) {
+                    if walker.walk(p, [from, to], None, &mut walk) && shows_more(walker.cells(&walk), known) {
                         found.push(walk.clone());
                     }
                 }
