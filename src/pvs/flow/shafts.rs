@@ -243,13 +243,13 @@ impl<'n> Shafts<'n> {
 #[inline(always)]
 fn hull(a: Aabb, b: Aabb) -> Planes {
     let ends = [[a.min.to_array(), a.max.to_array()], [b.min.to_array(), b.max.to_array()]];
-    let mut planes = [[[0.0; LANES], [0.0; LANES], [0.0; LANES], [f64::INFINITY; LANES]]; 3];
+    let mut planes = [[[0.0; LANES]; 4]; 3];
     for (axis, group) in planes.iter_mut().enumerate() {
         let (i, k) = ((axis + 1) % 3, (axis + 2) % 3);
-        for lane in 0..LANES {
-            let (side_i, side_k) = (lane % 2, lane / 2);
+        group[3] = [f64::INFINITY; LANES];
+        for (lane, [side_i, side_k]) in [[0, 0], [0, 1], [1, 0], [1, 1]].into_iter().enumerate() {
             let signs = [[-1.0, 1.0][side_i], [-1.0, 1.0][side_k]];
-            let (from, to) = ([ends[0][side_i][i], ends[0][side_k][k]], [ends[1][side_i][i], ends[1][side_k][k]]);
+            let [from, to] = [[ends[0][side_i][i], ends[0][side_k][k]], [ends[1][side_i][i], ends[1][side_k][k]]];
             let farther = [(to[0] - from[0]) * signs[0], (to[1] - from[1]) * signs[1]];
             if farther[0] * farther[1] < 0.0 {
                 let scale = 1.0 / (farther[0] * farther[0] + farther[1] * farther[1]).sqrt();
