@@ -90,7 +90,7 @@ pub struct FlowInput<'a> {
     pub objects_lower: &'a BitMatrix,
     /// Most steps of the search from one directed portal in each of the two stages; pairs undecided then count as visible. A step is one
     /// portal tried, 2 to 4 microseconds. If most searches are expensive, they get less: about 125 times this for a whole stage, or
-    /// for each directed portal 500 if that is more. 200,000 ends in two minutes on two cores; 0 gives the answer of might-see.
+    /// for each directed portal 1000 if that is more. 200,000 ends in two minutes on two cores; 0 gives the answer of might-see.
     pub max_steps: u64,
     /// Tolerance of corners from their plane, metres: [`crate::math::tolerance::Tolerance::coplanar`].
     pub coplanar: f64,

@@ -19,7 +19,7 @@ pub(crate) const ROUNDS: usize = 16;
 
 /// Target for the total steps of a stage: a multiple of the limit of one search, or a number per portal, whichever is more.
 const STAGE_STEPS: u64 = 125;
-const PORTAL_STEPS: u64 = 500;
+const PORTAL_STEPS: u64 = 1000;
 
 /// Limit of one search, as a multiple of the mean of the remaining steps: most searches take almost none.
 const DEAR: u64 = 32;
@@ -132,7 +132,7 @@ mod tests {
         let many = [vec![task(6000)], vec![task(6000)]];
         assert_eq!(limit(200_000, &many, 0, 0), 32 * (125 * 200_000 / 12_000));
         assert_eq!(limit(200_000, &many, 1, 25_000_000), 0, "nothing left: what might be seen stays");
-        // Five hundred steps for each of 12,000 portals.
-        assert_eq!((limit(20_000, &many, 0, 0), limit(20_000, &many, 1, 5_625_000)), (32 * 500, 32 * 62));
+        // A thousand steps for each of 12,000 portals.
+        assert_eq!((limit(40_000, &many, 0, 0), limit(40_000, &many, 1, 11_625_000)), (32 * 1000, 32 * 62));
     }
 }
