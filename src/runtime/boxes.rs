@@ -4,7 +4,7 @@
 //! outline on the screen is right of `x = r` exactly if all corners have `x - r w > 0`. That also holds for boxes that extend behind the
 //! eye.
 
-use super::frustum::{Camera, Rect};
+use super::camera::{Camera, Rect};
 use glam::Vec3;
 
 /// Boxes per test: a multiple of a register's lanes, so that loops need no remainder.
@@ -41,6 +41,13 @@ impl HalfSpaces {
     pub fn of(camera: &Camera, open: &Rect) -> Self {
         let Camera { eye, x, y, w } = *camera;
         let mut all = Self { eye: eye.to_array(), planes: [HalfSpace::default(); MOST], count: 0 };
+        if camera.is_orthographic() {
+            for (form, low, high) in [(x, open.min.x, open.max.x), (y, open.min.y, open.max.y)] {
+                all.add(form, -high - SUM_ERROR * high.abs(), form.abs());
+                all.add(-form, low - SUM_ERROR * low.abs(), form.abs());
+            }
+            return all;
+        }
         all.between(x, w, [open.min.x, open.max.x], x.abs() + w.abs());
         all.between(y, w, [open.min.y, open.max.y], y.abs() + w.abs());
         all.add(-w, 0.0, w.abs());
@@ -183,6 +190,17 @@ mod tests {
                 }
                 assert_eq!(meets(open), by > 0.0, "side {side}");
             }
+        }
+    }
+
+    #[test]
+    fn an_orthographic_screen_is_a_column_without_end() {
+        // 4 m across along z, 2 m along y, looking along x.
+        let screen = HalfSpaces::of(&Camera::orthographic(DVec3::ZERO, DVec3::X, 4.0, 2.0), &Rect::FULL);
+        for x in [-1e3, 0.0, 1e3] {
+            let meets = |y: f32, z: f32| meets(&screen, Vec3::new(x, y, z), Vec3::new(x + 1.0, y + 0.5, z + 0.5));
+            assert!(meets(0.9, 1.9) && meets(-1.4, -2.4) && meets(1.0, 2.0), "{x}");
+            assert!(!meets(1.1, 0.0) && !meets(-1.6, 0.0) && !meets(0.0, 2.1) && !meets(0.0, -2.6), "{x}");
         }
     }
 

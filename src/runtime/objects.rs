@@ -1,8 +1,8 @@
 //! Collects the visible objects of the reached cells: those within the rectangles of portals, in blocks of boxes.
 
 use super::boxes::{HalfSpaces, LANES};
+use super::camera::{Camera, Rect};
 use super::culler::{Culler, bit, directed_plane, target};
-use super::frustum::{Camera, Rect};
 use super::scratch::{PortalState, Scratch};
 use crate::CellId;
 use crate::math::bits::ones;

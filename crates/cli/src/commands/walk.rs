@@ -170,7 +170,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 
 /// The file and its model.
 fn read(args: &Args) -> Result<(PvsFile, Scene), CliError> {
-    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let file = PvsFile::load(&args.file)?;
     // Pictures must not overwrite the model's own.
     let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
     let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;

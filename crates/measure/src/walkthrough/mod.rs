@@ -6,7 +6,7 @@ pub mod loading;
 mod lost;
 pub mod missed;
 pub mod mode;
-pub mod overlay;
+mod overlay;
 pub mod path;
 pub mod picture;
 pub mod plan;
