@@ -19,7 +19,7 @@ use enfilade_formats::import;
 use enfilade_measure::walkthrough::stroll::Stroll;
 use std::collections::VecDeque;
 use std::error::Error;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
@@ -39,9 +39,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut view = View::new(&culler);
     let stroll = Stroll::through(&file, 0, SPEED / FRAMES_A_SECOND as f64);
 
-    let stop = AtomicBool::new(false);
+    let (stop, known) = (AtomicBool::new(false), AtomicUsize::new(0));
     let (ask, asked) = channel();
-    let (scene, graph, learner, ends) = (&scene, &cells, &*culler, &stop);
+    let (scene, graph, learner, ends) = (&scene, &cells, (&*culler, &known), &stop);
     std::thread::scope(|threads| {
         threads.spawn(move || work_out_rows(scene, graph, &asked, learner, &Job::new(&|_, _| ()).until(ends)));
         let (mut home, mut triangles) = (None, [0; 2]);
@@ -57,7 +57,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             if (i + 1) % FRAMES_A_SECOND == 0 {
                 let [portals, both] = triangles.map(|sum| sum / FRAMES_A_SECOND as u64);
-                let (second, known, all) = ((i + 1) / FRAMES_A_SECOND, culler.learned_rows(), file.cells.len());
+                let (second, all) = ((i + 1) / FRAMES_A_SECOND, file.cells.len());
+                let known = known.load(Ordering::Relaxed);
                 println!("{second} s: {known} of {all} rows; portals {portals} triangles a frame, with rows {both}");
                 triangles = [0; 2];
             }
@@ -74,7 +75,7 @@ fn work_out_rows(
     scene: &Scene,
     graph: &CellGraph,
     asked: &Receiver<CellId>,
-    culler: &Culler,
+    (culler, known): (&Culler, &AtomicUsize),
     work: &Job<'_>,
 ) -> Result<(), Stopped> {
     let placement = place_objects(scene, graph, 2.0 * scene.tolerance().clearance);
@@ -108,7 +109,7 @@ fn work_out_rows(
             }
             if !std::mem::replace(&mut is_done[cell.index()], true) {
                 let CellRow { cells, objects } = flow.row(cell, work)?;
-                culler.learn_row(cell, &objects, &cells);
+                known.fetch_add(usize::from(culler.learn_row(cell, &objects, &cells)), Ordering::Relaxed);
             }
             let around = graph.portals.iter().filter(|portal| portal.cells.contains(&cell));
             queue.extend(around.flat_map(|portal| portal.cells));

@@ -2,7 +2,6 @@
 //! takes counts, not what the harness takes beside it.
 
 use allocation_counter::measure;
-use enfilade::{CellId, PortalId};
 use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
@@ -10,8 +9,9 @@ use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::{self, Frustum};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, Motion, View};
+use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, Motion, Movers, View};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
+use enfilade::{CellId, PortalId};
 use enfilade_tubes as tubes;
 use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, Tubes};
 use glam::DVec3;
@@ -57,7 +57,8 @@ fn culling_allocates_nothing() {
     }
     // What is seen around an eye and in mirrors, and sets without a camera: memory is taken once.
     let (mut view, mut doors) = (View::new(&culler), Doors::open(&culler));
-    let corners = [(0.5, 0.5), (2.5, 0.5), (2.5, 2.0), (0.5, 2.0)].map(|(x, y)| (boxes::p(x, y, 0.5) - file.origin).as_vec3());
+    let corners =
+        [(0.5, 0.5), (2.5, 0.5), (2.5, 2.0), (0.5, 2.0)].map(|(x, y)| (boxes::p(x, y, 0.5) - file.origin).as_vec3());
     let mirror = [Mirror::new(boxes::A, &corners).unwrap()];
     let (mut reflected, mut shut) = (0, 0);
     let mut beside = |step: u32| {
@@ -67,7 +68,7 @@ fn culling_allocates_nothing() {
         std::hint::black_box(view.around(eye.as_vec3()).objects.len());
         let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.6);
         shut += view.cull(&camera, Mode::PortalsAndPvs).near_doors().len();
-        reflected += view.mirrors(&mirror, 2).len();
+        reflected += view.mirrors(&mirror, 2, None).len();
         std::hint::black_box(view.within_hops(CellId(step % 3), 2).len());
         std::hint::black_box(view.in_volume(&[glam::Vec4::X], &[boxes::A]).len());
     };
@@ -76,6 +77,48 @@ fn culling_allocates_nothing() {
     assert!(reflected > 20 && shut > 4, "{reflected} reflections, {shut} shut doors: a test of nothing");
     // The alarm works.
     assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 100]))).bytes_max, 100);
+}
+
+/// Movers that walk, jump, go and come, and views of them by every mode, in mirrors and in volumes.
+#[test]
+fn movers_allocate_nothing_after_the_first_frame() {
+    let (scene, file) = boxes::flat().0.finish();
+    let culler = Culler::new(&file);
+    let (mut view, mut movers) = (View::new(&culler), Movers::new(&culler));
+    let mut buffer = DepthBuffer::new(&scene, 160, 90);
+    let corners =
+        [(0.5, 0.5), (2.5, 0.5), (2.5, 2.0), (0.5, 2.0)].map(|(x, y)| (boxes::p(x, y, 0.5) - file.origin).as_vec3());
+    let mirror = [Mirror::new(boxes::A, &corners).unwrap()];
+    let at = |k: u32, step: u32| {
+        // Some go everywhere, all at once: into one cell, too.
+        let x = if step % 10 == 0 { 1.5 } else { f64::from((k * 7 + step) % 140) * 0.1 - 2.0 };
+        let middle = boxes::p(x, 1.0, f64::from((k * 3 + step) % 60) * 0.1) - file.origin;
+        [middle - 0.3, middle + 0.3].map(|q| q.as_vec3())
+    };
+    let mut ids: Vec<_> = (0..100).map(|k| movers.insert(at(k, 0)).unwrap()).collect();
+    let mut frame = |step: u32| {
+        for (k, id) in (0..).zip(&mut ids) {
+            movers.set(*id, at(k, step)).unwrap();
+            if (k + step) % 13 == 0 {
+                movers.remove(*id).unwrap();
+                *id = movers.insert(at(k, step + 1)).unwrap();
+            }
+        }
+        let eye = boxes::p(0.5 + f64::from(step % 90) * 0.1, 1.6, 3.9) - file.origin;
+        let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.6);
+        let mut seen = 0;
+        for mode in Mode::ALL {
+            view.cull_with(&camera, mode, 0.05, &mut buffer);
+            seen += view.movers_with(&movers, &mut buffer).len() + view.movers(&movers).len();
+            seen += view.mirrors(&mirror, 2, Some(&movers)).map(|reflection| reflection.movers.len()).sum::<usize>();
+        }
+        seen + view.movers_in_volume(&movers, &[glam::Vec4::X], &[boxes::A]).len()
+    };
+    (0..100).for_each(|step| _ = frame(step));
+    let mut seen = 0;
+    let taken = measure(|| seen = (0..100).map(&mut frame).sum());
+    assert_eq!(taken.count_total, 0);
+    assert!(seen > 10_000, "{seen}: a test of nothing");
 }
 
 /// Loads and evictions from the first frame on, with jumps, and an eye in no cell now and then.

@@ -10,8 +10,8 @@ use bevy_ecs::query::{Changed, Or};
 use bevy_ecs::system::{Local, Query, Res};
 use bevy_math::Mat4;
 use bevy_transform::components::GlobalTransform;
-use enfilade::runtime::{self, Culler, Mode, View};
 use enfilade::glam::Vec3;
+use enfilade::runtime::{self, Culler, Mode, View};
 use std::sync::Arc;
 
 /// What decides.

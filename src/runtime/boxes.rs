@@ -112,21 +112,36 @@ impl Boxes {
     /// From corners; rounded outwards.
     pub fn new(corners: impl Iterator<Item = [Vec3; 2]>) -> Self {
         let mut boxes = Self::default();
-        for [min, max] in corners {
-            let centre = (min + max) * 0.5;
-            // Above the rounding errors of the centre, of this difference and of the product.
-            let half = (max - centre).max(centre - min) + (centre.abs() + min.abs().max(max.abs())) * (2.0 * f32::EPSILON);
+        for [centre, half] in corners.map(rounded) {
             for axis in 0..3 {
                 boxes.centre[axis].push(centre[axis]);
                 boxes.half[axis].push(half[axis]);
             }
         }
-        // A block may start at any box.
-        let padded = boxes.centre[0].len() + LANES;
-        for column in boxes.centre.iter_mut().chain(&mut boxes.half) {
-            column.resize(padded, 0.0);
-        }
+        boxes.resize(boxes.centre[0].len());
         boxes
+    }
+
+    /// Makes room for `count` boxes.
+    pub fn resize(&mut self, count: usize) {
+        // A block may start at any box.
+        for column in self.centre.iter_mut().chain(&mut self.half) {
+            column.resize(count + LANES, 0.0);
+        }
+    }
+
+    /// Replaces a box.
+    pub fn set(&mut self, i: usize, corners: [Vec3; 2]) {
+        self.put(i, rounded(corners));
+    }
+
+    /// Replaces a box by centre and half size.
+    #[inline(always)]
+    pub fn put(&mut self, i: usize, [centre, half]: [Vec3; 2]) {
+        for axis in 0..3 {
+            self.centre[axis][i] = centre[axis];
+            self.half[axis][i] = half[axis];
+        }
     }
 
     /// Centre and half-size.
@@ -135,6 +150,14 @@ impl Boxes {
         let at = |columns: &[Vec<f32>; 3]| Vec3::new(columns[0][i], columns[1][i], columns[2][i]);
         (at(&self.centre), at(&self.half))
     }
+}
+
+/// Centre and half size of a box from its corners, rounded outwards.
+pub(super) fn rounded([min, max]: [Vec3; 2]) -> [Vec3; 2] {
+    let centre = (min + max) * 0.5;
+    // Above the rounding errors of the centre, of this difference and of the product.
+    let half = (max - centre).max(centre - min) + (centre.abs() + min.abs().max(max.abs())) * (2.0 * f32::EPSILON);
+    [centre, half]
 }
 
 #[cfg(test)]

@@ -101,8 +101,7 @@ impl Camera {
         let (x_axis, y_axis) = (x.truncate(), y.truncate());
         let n = x_axis.cross(y_axis);
         let off = (y_axis.cross(n) * x.dot(at) + n.cross(x_axis) * y.dot(at)) / n.length_squared();
-        let camera =
-            Self { eye: (eye.as_dvec3() - off).as_vec3(), x: x_axis.as_vec3(), y: y_axis.as_vec3(), w: Vec3::ZERO };
+        let camera = Self { eye: (eye.as_dvec3() - off).as_vec3(), x: x_axis.as_vec3(), y: y_axis.as_vec3(), w: Vec3::ZERO };
         if camera.eye.is_finite() && camera.x.is_finite() && camera.y.is_finite() { Ok(camera) } else { Err(NotACamera) }
     }
 
@@ -288,7 +287,8 @@ mod tests {
         let left = projection([0.0, 0.1]) * turned;
         assert!(left.w_axis.w == 0.0 && left.z_axis.w == 1.0);
         let mirrored = turned * view_matrix() * turned;
-        let camera = Camera::from_view_proj_in(Axes::MirroredZ, EYE * Vec3::new(1.0, 1.0, -1.0), &(left * mirrored)).unwrap();
+        let camera =
+            Camera::from_view_proj_in(Axes::MirroredZ, EYE * Vec3::new(1.0, 1.0, -1.0), &(left * mirrored)).unwrap();
         assert_same(&camera, &right_handed(), "left-handed projection");
     }
 

@@ -48,7 +48,7 @@ impl<T> Lists<T> {
 }
 
 /// Margin of placement in cells, in tolerances: two clearances are less than 1.5 tolerances.
-const PLACED: f64 = 2.0;
+pub(super) const PLACED: f64 = 2.0;
 
 /// A view cell's index in the file.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -84,6 +84,8 @@ pub struct Culler {
     pub(super) boxes: Boxes,
     /// Boxes of objects' parts, in the order of `cell_objects`.
     pub(super) placed: Boxes,
+    /// The box around each cell, with the margin of placement; `None` if it is unbounded.
+    pub(super) cell_boxes: Vec<Option<[Vec3; 2]>>,
     /// First index of each object, and the end of the last, in an index buffer with the objects' triangles in their order.
     indices: Vec<u32>,
     triangles: Vec<u32>,
@@ -119,6 +121,7 @@ impl Culler {
             }
         }
         let cell_objects = Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32))));
+        let cell_boxes: Vec<_> = file.cells.iter().map(|cell| cell_bounds(cell, extent, tolerance)).collect();
         let keys = file.portal_keys();
         let mut by_key: Vec<PortalId> = (0..keys.len() as u32).map(PortalId).collect();
         by_key.sort_by(|a, b| keys[a.index()].cmp(&keys[b.index()]));
@@ -126,7 +129,8 @@ impl Culler {
             tolerance,
             locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
-            placed: Boxes::new(placed_bounds(file, &cell_objects, extent, tolerance)),
+            placed: Boxes::new(placed_bounds(file, &cell_objects, &cell_boxes)),
+            cell_boxes,
             cell_objects,
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
@@ -176,7 +180,7 @@ impl Culler {
     }
 
     /// Number of cells whose row was learned ([`Culler::learn_row`]).
-    pub fn learned_rows(&self) -> usize {
+    pub(super) fn learned_rows(&self) -> usize {
         self.learned.iter().filter(|learned| learned.get().is_some()).count()
     }
 
@@ -265,11 +269,10 @@ fn indices(file: &PvsFile) -> Vec<u32> {
 fn placed_bounds(
     file: &PvsFile,
     cell_objects: &Lists<ObjectId>,
-    extent: f64,
-    tolerance: f64,
+    cell_boxes: &[Option<[Vec3; 2]>],
 ) -> impl ExactSizeIterator<Item = [Vec3; 2]> {
-    let arounds = file.cells.iter().map(|cell| cell_bounds(cell, extent, tolerance));
-    let cells = arounds.enumerate().flat_map(|(c, around)| std::iter::repeat_n(around, cell_objects.get(c).len()));
+    let arounds = cell_boxes.iter().enumerate();
+    let cells = arounds.flat_map(|(c, &around)| std::iter::repeat_n(around, cell_objects.get(c).len()));
     let mut bounds: Vec<[Vec3; 2]> = Vec::with_capacity(cell_objects.items().len());
     for (i, (around, object)) in cells.zip(cell_objects.items()).enumerate() {
         let whole = file.objects[object.index()].bounds;
@@ -291,7 +294,7 @@ fn cell_bounds(cell: &FileCell, extent: f64, tolerance: f64) -> Option<[Vec3; 2]
 }
 
 /// The intersection of a box with a cell's box; the whole box if that is empty.
-fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
+pub(super) fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
     let [low, high] = around.map_or([min, max], |[low, high]| [min.max(low), max.min(high)]);
     if low.cmple(high).all() { [low, high] } else { [min, max] }
 }

@@ -10,6 +10,8 @@
 use super::camera::{Camera, Rect};
 use super::culler::{Culler, directed_plane, target};
 use super::mode::Mode;
+use super::movers::{Collected, How, MoverId, Movers};
+use super::objects::Opened;
 use super::portals::{self, Eye, is_beyond};
 use super::scratch::Scratch;
 use super::visible::FrameStats;
@@ -74,6 +76,8 @@ pub struct Reflection<'v> {
     pub rect: Rect,
     /// The objects to draw in it, each once.
     pub objects: &'v [ObjectId],
+    /// The movers to draw in it, each once.
+    pub movers: &'v [MoverId],
     /// Counters.
     pub stats: FrameStats,
 }
@@ -87,6 +91,7 @@ struct Turned {
     camera: Camera,
     rect: Rect,
     objects: Range<usize>,
+    movers: Range<usize>,
     stats: FrameStats,
 }
 
@@ -95,10 +100,12 @@ struct Turned {
 pub(super) struct Reflections {
     turned: Vec<Turned>,
     objects: Vec<ObjectId>,
+    movers: Collected,
 }
 
-/// A frame whose mirrors are looked into.
+/// A frame whose mirrors are looked into, and the movers in them.
 pub(super) struct Seen<'f> {
+    pub movers: Option<&'f Movers>,
     pub camera: Camera,
     pub mode: Mode,
     pub scratch: &'f Scratch,
@@ -106,10 +113,17 @@ pub(super) struct Seen<'f> {
 
 impl Reflections {
     /// Computes the reflections of a frame, up to `depth` levels, in the memory of another frame.
-    pub fn find(&mut self, culler: &Culler, frame: Option<Seen<'_>>, (mirrors, depth): (&[Mirror], u32), scratch: &mut Scratch) {
+    pub fn find(
+        &mut self,
+        culler: &Culler,
+        frame: Option<Seen<'_>>,
+        (mirrors, depth): (&[Mirror], u32),
+        scratch: &mut Scratch,
+    ) {
         self.turned.clear();
         self.objects.clear();
-        let Some(Seen { camera, mode, scratch: seen }) = frame.filter(|_| depth > 0) else { return };
+        self.movers.ids.clear();
+        let Some(Seen { movers, camera, mode, scratch: seen }) = frame.filter(|_| depth > 0) else { return };
         let mode = mode.without_queries();
         let by_portals = matches!(mode, Mode::Portals | Mode::PortalsAndPvs);
         let eye = |camera: &Camera, front| Eye::new(camera, culler, front);
@@ -136,6 +150,12 @@ impl Reflections {
             let turned = &mut self.turned[next];
             turned.objects = start..self.objects.len();
             turned.stats += scratch.stats;
+            let start = self.movers.ids.len();
+            if let Some(movers) = movers {
+                let opened = Opened { culler, camera: &camera, front: by_portals.then_some(mirror.plane), open: &open };
+                self.movers.add(movers, culler, How::of(mode), &opened, scratch);
+            }
+            turned.movers = start..self.movers.ids.len();
             if nested < depth {
                 let (through, parent) = (Some(mirror), Some(next));
                 let seeing = Seeing { camera, eye, through, open, parent, depth: nested, by_portals };
@@ -162,17 +182,20 @@ impl Reflections {
                 self.turned[eye.parent.unwrap_or(0)].stats.capped += 1;
                 return;
             }
-            let (objects, stats) = (Range::default(), FrameStats::default());
+            let (none, stats) = (Range::default(), FrameStats::default());
             let (camera, depth) = (mirror.reflect(&eye.camera), eye.depth + 1);
-            self.turned.push(Turned { mirror: i, parent: eye.parent, depth, camera, rect, objects, stats });
+            let (objects, movers, parent) = (none.clone(), none, eye.parent);
+            self.turned.push(Turned { mirror: i, parent, depth, camera, rect, objects, movers, stats });
         }
     }
 
     /// The reflections, first those that the eye sees directly.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Reflection<'_>> {
         self.turned.iter().map(|turned| {
-            let Turned { mirror, parent, depth, camera, rect, ref objects, stats } = *turned;
-            Reflection { mirror, parent, depth, camera, rect, objects: &self.objects[objects.clone()], stats }
+            let Turned { mirror, parent, depth, camera, rect, stats, .. } = *turned;
+            let objects = &self.objects[turned.objects.clone()];
+            let movers = &self.movers.ids[turned.movers.clone()];
+            Reflection { mirror, parent, depth, camera, rect, objects, movers, stats }
         })
     }
 }

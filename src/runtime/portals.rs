@@ -24,7 +24,7 @@
 
 use super::camera::{Camera, Rect};
 use super::culler::{Culler, directed_plane, target};
-use super::objects::{CollectObjects, group};
+use super::objects::{CollectObjects, Opened, group};
 use super::scratch::{Part, PortalState, Scratch};
 use super::visible::CrossedPortal;
 use crate::math::simd::vectorized;
@@ -198,7 +198,8 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[Cel
         }
     }
     group(culler, scratch);
-    vectorized(CollectObjects { culler, camera, front: eye.front, homes, open, scratch: &mut *scratch });
+    let seen = Opened { culler, camera, front: eye.front, open };
+    vectorized(CollectObjects { seen, homes, scratch: &mut *scratch });
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
 }

@@ -1,6 +1,7 @@
 //! Sets independent of a camera: for lights, sounds, and loading.
 
 use super::culler::{Culler, bit, target};
+use super::movers::{Collected, Movers};
 use super::scratch::Scratch;
 use crate::math::bits;
 use crate::{CellId, ObjectId};
@@ -61,6 +62,24 @@ impl Culler {
                 }
             }
         }
+    }
+}
+
+impl Culler {
+    /// Collects the movers in cells of some cells' rows whose box meets a convex volume.
+    pub(super) fn collect_volume(
+        &self,
+        planes: &[Vec4],
+        from: &[CellId],
+        scratch: &mut Scratch,
+        movers: &Movers,
+        out: &mut Collected,
+    ) {
+        assert!(planes.len() <= MOST_PLANES, "{} planes", planes.len());
+        self.join_rows(from, scratch);
+        out.ids.clear();
+        let is_lit = |cell: CellId| self.may_enter(cell, scratch);
+        out.add_in_volume(movers, self, is_lit, |centre, half| planes.iter().any(|p| is_outside(*p, centre, half)));
     }
 }
 

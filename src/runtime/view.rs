@@ -3,11 +3,13 @@
 //! A view holds its culler by `Arc`, so that both fit into one struct of an engine, a view goes to any thread, and no lifetime is named.
 
 use super::around::{Around, Surroundings};
-use super::camera::Camera;
+use super::camera::{Camera, Rect};
 use super::culler::Culler;
 use super::doors::Doors;
 use super::mirrors::{Mirror, Reflection, Reflections, Seen};
 use super::mode::Mode;
+use super::movers::{Collected, How, MoverId, Movers};
+use super::objects::Opened;
 use super::online::OnlineCuller;
 use super::scratch::Scratch;
 use super::small::MinPixels;
@@ -26,13 +28,22 @@ pub struct View {
     culler: Arc<Culler>,
     /// The last frame.
     frame: Scratch,
-    /// Its camera and mode.
-    last: Option<(Camera, Mode)>,
+    last: Option<Last>,
     lists: Lists,
+    movers: Collected,
     /// Created by the first frame with queries.
     online: Option<OnlineCuller>,
     /// Created by the first question that is none about a frame.
     aside: Option<Box<Aside>>,
+}
+
+/// How the last frame was asked for.
+#[derive(Clone, Copy, Debug)]
+struct Last {
+    camera: Camera,
+    mode: Mode,
+    /// Of a frame that an oracle has drawn: metres.
+    near: Option<f64>,
 }
 
 /// Memory of questions beside the frame.
@@ -41,13 +52,14 @@ struct Aside {
     scratch: Scratch,
     reflections: Reflections,
     around: Surroundings,
+    movers: Collected,
 }
 
 impl View {
     /// A view with all doors open and without a limit on small objects.
     pub fn new(culler: &Arc<Culler>) -> Self {
         let (frame, lists) = (Scratch::for_culler(culler), Lists::for_culler(culler));
-        Self { culler: culler.clone(), frame, last: None, lists, online: None, aside: None }
+        Self { culler: culler.clone(), frame, last: None, lists, movers: Collected::default(), online: None, aside: None }
     }
 
     /// Takes the states of the doors, for this frame and later ones.
@@ -71,7 +83,7 @@ impl View {
 
     /// Culls a frame. Modes with queries give the result of portals and rows, for renderers with queries of their own.
     pub fn cull(&mut self, camera: &Camera, mode: Mode) -> VisibleSet<'_> {
-        self.last = Some((*camera, mode));
+        self.last = Some(Last { camera: *camera, mode, near: None });
         self.culler.cull(camera, mode, &mut self.frame);
         self.visible(camera)
     }
@@ -86,9 +98,10 @@ impl View {
         mut oracle: &mut dyn OcclusionOracle,
     ) -> VisibleSet<'_> {
         let mode = self.choose(camera, mode);
-        self.last = Some((*camera, mode));
+        let asks = mode.has_queries() && !camera.is_orthographic();
+        self.last = Some(Last { camera: *camera, mode, near: asks.then_some(near) });
         self.culler.cull(camera, mode, &mut self.frame);
-        if mode.has_queries() && !camera.is_orthographic() {
+        if asks {
             let online = self.online.get_or_insert_with(|| OnlineCuller::new(&self.culler));
             let view = camera.view(near);
             oracle.begin(&view);
@@ -138,19 +151,60 @@ impl View {
         let culler = &*self.culler;
         let aside = self.aside.get_or_insert_with(|| {
             let (scratch, around) = (Scratch::for_culler(culler), Surroundings::for_culler(culler));
-            Box::new(Aside { scratch, reflections: Reflections::default(), around })
+            Box::new(Aside { scratch, reflections: Reflections::default(), around, movers: Collected::default() })
         });
         aside.scratch.doors.assign(&self.frame.doors);
         aside.scratch.min_pixels = self.frame.min_pixels;
         (culler, &self.frame, aside)
     }
 
+    /// The movers that the last frame may show, each once; none before the first. Limits on small objects are not for them.
+    ///
+    /// # Panics
+    ///
+    /// If they are of another culler.
+    pub fn movers(&mut self, movers: &Movers) -> &[MoverId] {
+        self.movers.ids.clear();
+        let Some(Last { camera, mode, .. }) = self.last else { return &[] };
+        let how = match How::of(mode.without_queries()) {
+            How::All => How::All,
+            how if camera.is_orthographic() || self.frame.homes.is_empty() && how != How::Screen => How::Screen,
+            how => how,
+        };
+        let seen = Opened { culler: &self.culler, camera: &camera, front: None, open: &Rect::FULL };
+        self.movers.add(movers, &self.culler, how, &seen, &mut self.frame);
+        &self.movers.ids
+    }
+
+    /// The same without those that the oracle of the last frame ([`View::cull_with`]) sees nothing of, if the frame's mode asked queries. Call
+    /// it before the oracle begins another frame.
+    ///
+    /// # Panics
+    ///
+    /// If they are of another culler.
+    pub fn movers_with(&mut self, movers: &Movers, oracle: &mut dyn OcclusionOracle) -> &[MoverId] {
+        self.movers(movers);
+        if let Some(Last { camera, near: Some(near), .. }) = self.last {
+            self.movers.ask(movers, &camera.view(near), oracle);
+        }
+        &self.movers.ids
+    }
+
     /// The mirrors that the last frame shows, and what to draw in them, up to `depth` reflections (0: none): first those that the eye sees
     /// directly. In modes without portals, all mirrors on the screen count, with the row of their cell. None before the first frame.
-    pub fn mirrors(&mut self, mirrors: &[Mirror], depth: u32) -> impl ExactSizeIterator<Item = Reflection<'_>> {
+    ///
+    /// # Panics
+    ///
+    /// If there are movers, and they are of another culler.
+    pub fn mirrors(
+        &mut self,
+        mirrors: &[Mirror],
+        depth: u32,
+        movers: Option<&Movers>,
+    ) -> impl ExactSizeIterator<Item = Reflection<'_>> {
         let last = self.last;
         let (culler, frame, Aside { scratch, reflections, .. }) = self.aside();
-        let seen = last.map(|(camera, mode)| Seen { camera, mode, scratch: frame });
+        let seen = last.map(|Last { camera, mode, .. }| Seen { movers, camera, mode, scratch: frame });
         reflections.find(culler, seen, (mirrors, depth), scratch);
         reflections.iter()
     }
@@ -181,5 +235,17 @@ impl View {
         let (culler, _, Aside { scratch, .. }) = self.aside();
         culler.take_volume(planes, from, scratch);
         &scratch.objects
+    }
+
+    /// Movers whose box intersects a convex volume, as [`View::in_volume`]: with cells in `from`, only those in cells of their rows, for
+    /// shadows of what moves.
+    ///
+    /// # Panics
+    ///
+    /// With more than [`MOST_PLANES`](super::MOST_PLANES) planes, or with movers of another culler.
+    pub fn movers_in_volume(&mut self, movers: &Movers, planes: &[Vec4], from: &[CellId]) -> &[MoverId] {
+        let (culler, _, Aside { scratch, movers: collected, .. }) = self.aside();
+        culler.collect_volume(planes, from, scratch, movers, collected);
+        &collected.ids
     }
 }

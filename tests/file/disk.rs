@@ -152,7 +152,11 @@ fn a_file_is_saved_whole_or_not_at_all() {
     assert!(matches!(file.save(&folder.join("none/a.pvs")), Err(FileError::Io(_))));
     assert!(matches!(file.save(&folder), Err(FileError::Io(_))));
     assert_eq!(names(&folder), ["a.pvs"]);
-    for (name, content, fault) in [("b.pvs", None, ""), ("c.pvs", Some(&b"text"[..]), "not a .pvs file"), ("d.pvs", Some(&b"\x89PVS\r\n\x1a\n"[..]), "")] {
+    for (name, content, fault) in [
+        ("b.pvs", None, ""),
+        ("c.pvs", Some(&b"text"[..]), "not a .pvs file"),
+        ("d.pvs", Some(&b"\x89PVS\r\n\x1a\n"[..]), ""),
+    ] {
         let path = folder.join(name);
         content.iter().for_each(|content| std::fs::write(&path, content).unwrap());
         let error = PvsFile::load(&path).unwrap_err();

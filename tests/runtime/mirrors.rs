@@ -169,7 +169,7 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
             .collect();
         for mode in Mode::WITHOUT_QUERIES {
             let direct: BTreeSet<ObjectId> = view.cull(&camera, mode).objects.iter().copied().collect();
-            let out: Vec<Reflection<'_>> = view.mirrors(&mirrors, DEPTH).collect();
+            let out: Vec<Reflection<'_>> = view.mirrors(&mirrors, DEPTH, None).collect();
             for (turned, object) in &seen {
                 let shown = if turned.is_empty() { direct.contains(object) } else { shows(&out, turned, *object) };
                 assert!(

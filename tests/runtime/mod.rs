@@ -3,5 +3,6 @@
 mod frames;
 mod locate;
 mod mirrors;
+mod movers;
 mod prefetch;
 mod worlds;

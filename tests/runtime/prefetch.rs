@@ -334,14 +334,15 @@ fn a_walk_by_rows_misses_nothing_and_one_on_demand_does() {
     let walk = |method, budget, bandwidth, latency| -> LoadingSummary {
         let options = LoadingOptions { budget, bandwidth, latency, aspect: 1.6 };
         let (mut frames, mut view) = (0, View::new(&culler));
-        let summary = walk_loading(&file, (&culler, &Doors::open(&culler)), &bytes, &stroll, (method, &options), &mut |frame| {
-            let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count() as u64;
-            assert_eq!(drawn + frame.missing, frame.visible.len() as u64);
-            assert_eq!(view.cull(&frame.camera, Mode::PortalsAndPvs).objects, frame.visible);
-            let held: u64 = (0..bytes.len()).filter(|&o| frame.in_memory[o]).map(|o| bytes[o]).sum();
-            assert!(held <= budget);
-            frames += 1;
-        });
+        let summary =
+            walk_loading(&file, (&culler, &Doors::open(&culler)), &bytes, &stroll, (method, &options), &mut |frame| {
+                let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count() as u64;
+                assert_eq!(drawn + frame.missing, frame.visible.len() as u64);
+                assert_eq!(view.cull(&frame.camera, Mode::PortalsAndPvs).objects, frame.visible);
+                let held: u64 = (0..bytes.len()).filter(|&o| frame.in_memory[o]).map(|o| bytes[o]).sum();
+                assert!(held <= budget);
+                frames += 1;
+            });
         assert!(summary.bytes_most <= budget && summary.frames + summary.after_jumps == frames && frames > 9000);
         summary
     };

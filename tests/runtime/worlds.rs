@@ -218,7 +218,7 @@ fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
             }
             for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
                 view.cull(&camera, mode);
-                let out: Vec<Reflection<'_>> = view.mirrors(&mirrors, DEPTH as u32).collect();
+                let out: Vec<Reflection<'_>> = view.mirrors(&mirrors, DEPTH as u32, None).collect();
                 let capped = out.iter().any(|reflection| reflection.stats.capped > 0);
                 let way = |mut view: usize| {
                     let mut turned = vec![out[view].mirror];
@@ -286,16 +286,16 @@ fn two_facing_mirrors_are_bounded_and_say_so() {
     let eye = p(1.5, 1.3, 2.0) - file.origin;
     let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.0);
     let mut view = View::new(&culler);
-    assert_eq!(view.mirrors(&facing, 5).len(), 0, "there is no frame yet");
+    assert_eq!(view.mirrors(&facing, 5, None).len(), 0, "there is no frame yet");
     view.cull(&camera, Mode::PortalsAndPvs);
     for depth in [0, 1, 5] {
-        let out: Vec<Reflection<'_>> = view.mirrors(&facing, depth).collect();
+        let out: Vec<Reflection<'_>> = view.mirrors(&facing, depth, None).collect();
         // One wall is behind the eye: there is one way to each depth, the mirrors in turn.
         let seen: Vec<(usize, u32)> = out.iter().map(|v| (v.mirror, v.depth)).collect();
         assert_eq!(seen, (1..=depth).map(|d| ((d as usize + 1) % 2, d)).collect::<Vec<_>>());
         assert!(out.iter().all(|view| view.objects.contains(&things.in_a) && !view.objects.contains(&things.in_b)));
     }
-    let out: Vec<Reflection<'_>> = view.mirrors(&facing, 1000).collect();
+    let out: Vec<Reflection<'_>> = view.mirrors(&facing, 1000, None).collect();
     assert!(out.len() <= MOST_REFLECTIONS);
     assert!(out.len() < MOST_REFLECTIONS || out.iter().any(|view| view.stats.capped > 0));
 }

@@ -11,8 +11,8 @@ use super::pass::begin;
 use super::pipelines::{CameraBinding, DEPTH, PipelineDesc, Pipelines, depth_state, shader};
 use super::targets::view_of;
 use super::tubes::{At, List};
-use enfilade::gpu::Gpu;
 use enfilade::ObjectId;
+use enfilade::gpu::Gpu;
 use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, View};
 use glam::Vec3;
 use std::ops::Range;
@@ -128,7 +128,7 @@ impl Mirrors {
         }
         self.eyes.set_doors(doors);
         self.eyes.cull(camera, Mode::PortalsAndPvs);
-        for reflection in self.eyes.mirrors(&self.mirrors, 1) {
+        for reflection in self.eyes.mirrors(&self.mirrors, 1, None) {
             let start = self.objects.len();
             self.objects.extend_from_slice(reflection.objects);
             self.reflections.push((reflection.mirror, reflection.camera, start..self.objects.len()));

@@ -1,5 +1,6 @@
 //! Walks a camera through a model with each culling mode, measures the frames, and draws them.
 
+pub mod crowd;
 mod exact_culler;
 pub mod expected;
 pub mod loading;

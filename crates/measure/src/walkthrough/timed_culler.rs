@@ -4,7 +4,7 @@ use super::raster::View;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
 use enfilade::occlusion::oracle::OcclusionOracle;
-use enfilade::runtime::{self, CrossedPortal, Culler, Doors, FrameStats, MinPixels, Mode, VisibleSet};
+use enfilade::runtime::{self, CrossedPortal, Culler, Doors, FrameStats, MinPixels, Mode, MoverId, Movers, VisibleSet};
 use enfilade::{CellId, ObjectId};
 use std::sync::Arc;
 use std::time::Instant;
@@ -44,13 +44,7 @@ pub(super) struct TimedCuller {
 
 impl TimedCuller {
     /// `tree`: the hierarchy of the culler's objects, for modes with queries.
-    pub fn new(
-        mode: Mode,
-        culler: &Arc<Culler>,
-        doors: &Doors,
-        limit: MinPixels,
-        tree: impl FnOnce() -> Hierarchy,
-    ) -> Self {
+    pub fn new(mode: Mode, culler: &Arc<Culler>, doors: &Doors, limit: MinPixels, tree: impl FnOnce() -> Hierarchy) -> Self {
         let mut view = runtime::View::new(culler);
         view.set_doors(doors);
         view.set_min_pixels(limit);
@@ -79,6 +73,16 @@ impl TimedCuller {
         }
         let took = us();
         (visible, mode, Times { cull, frame: with_oracle.then_some(took) })
+    }
+}
+
+impl TimedCuller {
+    /// The movers of the frame that was just culled, with the oracle that drew it, if one did.
+    pub fn movers(&mut self, movers: &Movers, oracle: Option<&mut DepthBuffer<'_>>) -> &[MoverId] {
+        match oracle {
+            Some(oracle) => self.view.movers_with(movers, oracle),
+            None => self.view.movers(movers),
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod lines;
 
+use super::crowd::Crowd;
 use super::exact_culler::{ExactCuller, Judged};
 use super::lost::Witnesses;
 use super::missed::{Missed, missed_pixels, objects_shown, with_holes};
@@ -43,6 +44,8 @@ pub struct WalkOptions {
     pub doors_as_found: bool,
     /// Objects with fewer pixels, by their boxes, are left out; 0 leaves none out. Each mode is walked with each limit.
     pub min_pixels: Vec<u32>,
+    /// Number of movers that walk about; modes but the exact one see them, too.
+    pub movers: usize,
 }
 
 /// A mode and a limit.
@@ -107,7 +110,8 @@ pub fn walk(
     let walkers: Vec<Walker> = runs.iter().map(&walker).collect();
     let judges = options.modes.contains(&WalkMode::Exact);
     let witnesses = judges.then(|| Witnesses::new(ready(), RayScene::new(scene), file.clearance()));
-    Comparison { scene, file, options, walkers, witnesses, oracle }.all(&runs, &views, &times, line)
+    let crowd = (options.movers > 0).then(|| Crowd::new(file, &culler, options.movers, 0));
+    Comparison { scene, file, options, walkers, witnesses, oracle, crowd }.all(&runs, &views, &times, line)
 }
 
 /// Compares frames with what is visible.
@@ -120,6 +124,7 @@ struct Comparison<'c> {
     /// What is exactly visible, if a mode of the walk asks for it.
     witnesses: Option<Witnesses<'c>>,
     oracle: Option<DepthBuffer<'c>>,
+    crowd: Option<Crowd>,
 }
 
 impl Comparison<'_> {
@@ -131,12 +136,13 @@ impl Comparison<'_> {
         times: &[Vec<Times>],
         line: &mut dyn FnMut(&FrameLine),
     ) -> io::Result<Vec<Summary>> {
-        let compare = self.options.verify_pixels || self.options.pictures.is_some();
+        let compare = self.options.verify_pixels || self.options.pictures.is_some() || self.crowd.is_some();
         let rays = compare.then(|| with_holes(self.scene, self.file));
         let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); runs.len()];
         let (mut exact_triangles, mut capped) = (0u64, vec![0u64; runs.len()]);
         for (i, (frame, view)) in views.iter().enumerate() {
             let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
+            self.crowd.iter_mut().for_each(Crowd::go_on);
             self.witnesses.iter_mut().for_each(|witnesses| witnesses.look(view));
             exact_triangles += truth.as_ref().map_or(0, |truth| truth.triangles(self.file));
             for (m, run) in runs.iter().enumerate() {
@@ -159,7 +165,7 @@ impl Comparison<'_> {
         times: Times,
         truth: Option<&Truth<'_>>,
     ) -> io::Result<(FrameLine, bool)> {
-        let Self { scene, file, options, walkers, witnesses, oracle } = self;
+        let Self { scene, file, options, walkers, witnesses, oracle, crowd } = self;
         oracle.iter_mut().for_each(|oracle| oracle.set_min_pixels(run.min_pixels));
         let CulledFrame { visible, method, judged, .. } =
             walkers[m].cull(view, oracle.as_mut().filter(|_| run.mode.has_queries()));
@@ -167,14 +173,17 @@ impl Comparison<'_> {
         let missed = truth.map(|truth| truth.missed(visible.objects));
         let mut line = frame_line(frame, run, &visible.stats, times, missed.as_ref());
         line.method = (run.mode == Mode::Auto.into()).then(|| method.name());
-        line.lost_objects =
-            witnesses.as_ref().filter(|_| run.keeps_all()).map(|witnesses| witnesses.lost(visible.objects));
+        line.lost_objects = witnesses.as_ref().filter(|_| run.keeps_all()).map(|witnesses| witnesses.lost(visible.objects));
         line.visible_triangles = judged.map(|judged| judged.visible);
         line.undecided_triangles = judged.map(|judged| judged.undecided);
         if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
             let text = caption(&line, file.objects.iter().map(|o| u64::from(o.triangles)).sum());
             let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
             overlay.picture().save(&picture_path(folder, frame, run.mode))?;
+        }
+        if let (Some(crowd), Some(truth), Walker::Culled(walker)) = (crowd, truth, &mut walkers[m]) {
+            let set = walker.movers(&crowd.movers, oracle.as_mut().filter(|_| run.mode.has_queries()));
+            line.movers = Some(crowd.compare(truth.rays, &truth.view, &truth.full, set));
         }
         Ok((line, is_capped))
     }

@@ -26,7 +26,7 @@ pub struct Flags {
         long,
         value_name = "SIZE|PERCENT%",
         value_parser = budget,
-        conflicts_with_all = ["modes", "frames", "size", "verify_pixels", "min_pixels", "every"]
+        conflicts_with_all = ["modes", "frames", "size", "verify_pixels", "min_pixels", "movers", "every"]
     )]
     budget: Option<Budget>,
     /// The disk: bytes per second, and extra seconds per load
