@@ -5,4 +5,5 @@ mod locate;
 mod mirrors;
 mod movers;
 mod prefetch;
+mod view;
 mod worlds;

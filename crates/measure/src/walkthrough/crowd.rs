@@ -156,15 +156,18 @@ impl Sight<'_> {
     /// The pixels around a box: left, top, and right and bottom beyond them.
     fn around(&self, bounds: &[DVec3; 2]) -> [usize; 4] {
         let (camera, view) = (&self.view.camera, self.view);
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (mut low, mut high, mut behind) = (DVec2::INFINITY, DVec2::NEG_INFINITY, 0);
         for corner in 0..8 {
             let p = DVec3::from_array([0, 1, 2].map(|axis| bounds[corner >> axis & 1][axis]));
             let w = camera.w.as_dvec3().dot(p);
-            if w <= view.near {
-                return [0, 0, view.width, view.height];
-            }
+            behind += usize::from(w <= view.near);
             let at = view.pixel(DVec2::new(camera.x.as_dvec3().dot(p), camera.y.as_dvec3().dot(p)) / w);
             (low, high) = (low.min(at), high.max(at));
+        }
+        match behind {
+            0 => {}
+            8 => return [0; 4],
+            _ => return [0, 0, view.width, view.height],
         }
         let size = DVec2::new(view.width as f64, view.height as f64);
         let (low, high) = (low.floor().clamp(DVec2::ZERO, size), high.ceil().clamp(DVec2::ZERO, size));
