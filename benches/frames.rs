@@ -9,12 +9,13 @@
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{Camera, Culler, Mode, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, View};
 use enfilade::scene::Scene;
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::path::CameraPath;
 use glam::DVec3;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 use testing::bakes::{baked, office, with_rays};
 use testing::cube_times::face;
@@ -33,7 +34,7 @@ fn main() {
     let files = names();
     for named in files.chunks(3) {
         let [pvs, model, path] = named else { panic!("give files in threes: FILE.pvs MODEL PATH.json") };
-        let file = PvsFile::load(pvs.as_ref()).unwrap_or_else(|e| panic!("{pvs}: {e}"));
+        let file = PvsFile::load(pvs.as_ref()).unwrap_or_else(|e| panic!("{e}"));
         let scene = import(Path::new(model), &file.import.options()).unwrap_or_else(|e| panic!("{model}: {e}"));
         let path = CameraPath::load(path.as_ref()).unwrap_or_else(|e| panic!("{path}: {e}"));
         measure(pvs.rsplit('/').next().unwrap_or(pvs), &scene, &file, &path);
@@ -53,12 +54,12 @@ fn measure(name: &str, scene: &Scene, file: &PvsFile, path: &CameraPath) {
     let modes = [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs];
     let excess = check(scene, &culler, &cameras, &modes);
     for (mode, excess) in modes.into_iter().zip(excess) {
-        let mut scratch = Scratch::for_culler(&culler);
+        let mut view = View::new(&culler);
         let (mut best, mut triangles) = (vec![f64::INFINITY; cameras.len()], 0);
         for _ in 0..TIMES {
             for (best, camera) in best.iter_mut().zip(&cameras) {
                 let begin = Instant::now();
-                let visible = std::hint::black_box(culler.cull(camera, mode, &mut scratch));
+                let visible = std::hint::black_box(view.cull(camera, mode));
                 *best = best.min(begin.elapsed().as_secs_f64() * 1e6);
                 triangles += visible.stats.triangles;
             }
@@ -78,11 +79,11 @@ fn measure(name: &str, scene: &Scene, file: &PvsFile, path: &CameraPath) {
 }
 
 /// Triangles in each mode's sets for each triangle of an object that shows, over the faces of cubes around some of the eyes.
-fn check(scene: &Scene, culler: &Culler, cameras: &[Camera], modes: &[Mode]) -> Vec<f64> {
+fn check(scene: &Scene, culler: &Arc<Culler>, cameras: &[Camera], modes: &[Mode]) -> Vec<f64> {
     // As it is drawn: glass and leaves hide what is behind them.
     let mut opaque = scene.clone();
     opaque.objects.iter_mut().for_each(|o| o.opaque = true);
-    let (ready, mut cube, mut scratch) = (CubeScene::new(&opaque), Cube::default(), Scratch::for_culler(culler));
+    let (ready, mut cube, mut view_of) = (CubeScene::new(&opaque), Cube::default(), View::new(culler));
     let (mut shown, mut taken) = (0, vec![0; modes.len()]);
     let triangles = |objects: &[ObjectId]| objects.iter().map(|&o| u64::from(culler.triangles(o))).sum::<u64>();
     for i in 0..EYES.min(cameras.len()) {
@@ -95,7 +96,7 @@ fn check(scene: &Scene, culler: &Culler, cameras: &[Camera], modes: &[Mode]) -> 
             let camera = Camera { eye, x, y, w };
             shown += triangles(&seen);
             for (taken, &mode) in taken.iter_mut().zip(modes) {
-                let mut set = culler.cull(&camera, mode, &mut scratch).objects.to_vec();
+                let mut set = view_of.cull(&camera, mode).objects.to_vec();
                 set.sort_unstable();
                 assert!(seen.iter().all(|o| set.binary_search(o).is_ok()), "{mode}: an object that shows isn't in the set");
                 *taken += triangles(&set);

@@ -27,7 +27,7 @@ fn main() {
         return;
     };
     let ground = Ground::open(Path::new(ground), u64::MAX).unwrap_or_else(|e| panic!("{ground}: {e}"));
-    let file = PvsFile::load(Path::new(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    let file = PvsFile::load(Path::new(file)).unwrap_or_else(|e| panic!("{e}"));
     let metres = |text: &String| text.parse::<f64>().expect("metres");
     let step = metres(step);
     for ring in rings.iter().map(metres) {

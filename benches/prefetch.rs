@@ -6,11 +6,12 @@
 //! the budget, and what a frame draws is its set less what is missing.
 
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, Scratch};
+use enfilade::runtime::{Culler, Doors};
 use enfilade_measure::walkthrough::loading::{
     LoadingFrame, LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading,
 };
 use enfilade_measure::walkthrough::stroll::Stroll;
+use std::sync::Arc;
 use testing::bakes::{baked, office, with_rays};
 use testing::times::{is_told, names};
 
@@ -32,7 +33,7 @@ const FIRST: usize = 20_000;
 fn main() {
     let small = is_told("--test");
     let file = match &names()[..] {
-        [pvs] => PvsFile::load(pvs.as_ref()).unwrap_or_else(|e| panic!("{pvs}: {e}")),
+        [pvs] => PvsFile::load(pvs.as_ref()).unwrap_or_else(|e| panic!("{e}")),
         _ => baked(&office(if small { 30 } else { OFFICES }, true).1, with_rays(1_000_000)),
     };
     let culler = Culler::new(&file);
@@ -92,7 +93,7 @@ fn main() {
 #[derive(Clone, Copy)]
 struct Walk<'w> {
     file: &'w PvsFile,
-    culler: &'w Culler,
+    culler: &'w Arc<Culler>,
     bytes: &'w [u64],
     stroll: &'w Stroll,
 }
@@ -101,7 +102,7 @@ impl Walk<'_> {
     /// Walks, and checks each frame. Also counts frames in open cells, such as the outside, and of them those with something missing.
     fn with(&self, method: Method, budget: u64, bandwidth: f64, latency: f64) -> (LoadingSummary, [u64; 2]) {
         let options = LoadingOptions { budget, bandwidth, latency, aspect: 16.0 / 9.0 };
-        let (mut frames, mut open, mut scratch) = (0, [0; 2], Scratch::for_culler(self.culler));
+        let (mut frames, mut open, doors) = (0, [0; 2], Doors::open(self.culler));
         let mut told = |frame: &LoadingFrame<'_>| {
             let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count();
             assert_eq!(drawn as u64 + frame.missing, frame.visible.len() as u64);
@@ -112,13 +113,13 @@ impl Walk<'_> {
                 assert!(held <= budget, "{held} bytes of {budget}");
             }
             frames += 1;
-            let home = self.culler.cell_of(frame.camera.eye, &mut scratch);
+            let home = self.culler.cell_of(frame.camera.eye);
             if frame.counts && home.is_none_or(|cell| self.file.cells[cell.index()].open) {
                 open[0] += 1;
                 open[1] += u64::from(frame.missing > 0);
             }
         };
-        let summary = walk_loading(self.file, self.culler, self.bytes, self.stroll, (method, &options), &mut told);
+        let summary = walk_loading(self.file, (self.culler, &doors), self.bytes, self.stroll, (method, &options), &mut told);
         assert!(summary.bytes_most <= budget, "{summary:?}");
         assert_eq!(summary.frames + summary.after_jumps, self.stroll.frames() as u64);
         (summary, open)

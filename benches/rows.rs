@@ -25,7 +25,7 @@ fn main() {
     println!("| file | rows of | rows | columns | density | bits a pair | entropy | ratio | read, ms |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for path in &files {
-        let file = PvsFile::load(path.as_ref()).unwrap_or_else(|e| panic!("{path}: {e}"));
+        let file = PvsFile::load(path.as_ref()).unwrap_or_else(|e| panic!("{e}"));
         measure(path.rsplit('/').next().unwrap_or(path), &file);
     }
     let sides = if is_told("--test") { &SIDES[..1] } else { &SIDES[..] };

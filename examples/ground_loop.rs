@@ -18,7 +18,7 @@ mod renderer;
 use canvas::{ASPECT, SIZE};
 use enfilade::CellId;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, Mode, Motion, Rect, VisibleSet};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, Mode, Motion, Rect, View, VisibleSet};
 use enfilade_measure::walkthrough::tour::tour;
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Limit, Placement};
 use glam::{DVec3, Vec3};
@@ -36,9 +36,8 @@ const AHEAD: f64 = 0.5;
 /// Walks, and says what was drawn of which tiles; an error is one line.
 pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, String> {
     let mut ground = Ground::open(ground, CACHE).map_err(|e| format!("{}: {e}", ground.display()))?;
-    let file = PvsFile::load(pvs).map_err(|e| format!("{}: {e}", pvs.display()))?;
-    let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler);
+    let file = PvsFile::load(pvs).map_err(|e| e.to_string())?;
+    let mut indoors = View::new(&Culler::new(&file));
     let mut renderer = Renderer::new(&ground)?;
     let place = Placement { at: DVec3::Y * f64::from(ground.tiles()[0].high), degrees: 0.0 };
     let (path, mut windows, mut motion) = (tour(&file, 0), Vec::new(), Motion::default());
@@ -47,7 +46,7 @@ pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, 
     for frame in 0..path.frames.len() {
         // 1. Where on the screen ground can show.
         let camera = path.camera(frame, file.origin, ASPECT);
-        look_out(&file, &frames.cull(&culler, &camera, path.near, Mode::PortalsAndPvs, None), &mut windows);
+        look_out(&file, &indoors.cull(&camera, Mode::PortalsAndPvs), &mut windows);
         // 2. Which of the tiles in memory are drawn there.
         let camera = in_ground(&camera, &place, file.origin);
         let view = GroundView { camera, size: SIZE, windows: &windows };
@@ -79,7 +78,7 @@ pub fn run(ground: &Path, pvs: &Path, picture: Option<&Path>) -> Result<String, 
 fn look_out(file: &PvsFile, visible: &VisibleSet<'_>, windows: &mut Vec<Rect>) {
     let is_open = |cell: CellId| file.cells[cell.index()].open;
     windows.clear();
-    if visible.home.is_none_or(is_open) {
+    if visible.homes.first().is_none_or(|&home| is_open(home)) {
         return windows.push(Rect::FULL);
     }
     let leads_out = |crossed: &&CrossedPortal| {

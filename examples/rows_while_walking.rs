@@ -12,15 +12,15 @@ use enfilade::math::geom::Aabb;
 use enfilade::pvs::PvsOptions;
 use enfilade::pvs::flow::FlowInput;
 use enfilade::pvs::flow::by_cell::{CellRow, FlowByCell};
-use enfilade::runtime::{Culler, Mode, Scratch};
+use enfilade::runtime::{Culler, Mode, View};
 use enfilade::scene::{ImportOptions, Scene};
-use enfilade::{BitMatrix, CellId, ObjectId};
+use enfilade::{BitMatrix, CellId};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::stroll::Stroll;
 use std::collections::VecDeque;
 use std::error::Error;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
 const FRAMES_A_SECOND: usize = 60;
@@ -35,35 +35,30 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Cells and portals, and rows that hold whatever isn't behind a portal's plane: no search, no rays.
     let pvs = PvsOptions { ray_budget: 0, flow_steps: 0, ..PvsOptions::default() };
     let file = bake(&scene, BakeOptions { given: Some(cells.clone()), pvs, ..BakeOptions::default() }, &Job::quiet())?.file;
-    let mut culler = Culler::new(&file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let culler = Culler::new(&file);
+    let mut view = View::new(&culler);
     let stroll = Stroll::through(&file, 0, SPEED / FRAMES_A_SECOND as f64);
 
-    let stop = AtomicBool::new(false);
+    let (stop, known) = (AtomicBool::new(false), AtomicUsize::new(0));
     let (ask, asked) = channel();
-    let (tell, told) = channel();
-    let (scene, graph, ends) = (&scene, &cells, &stop);
+    let (scene, graph, learner, ends) = (&scene, &cells, (&*culler, &known), &stop);
     std::thread::scope(|threads| {
-        threads.spawn(move || work_out_rows(scene, graph, &asked, &tell, &Job::new(&|_, _| ()).until(ends)));
-        let (mut known, mut home, mut triangles) = (0, None, [0; 2]);
+        threads.spawn(move || work_out_rows(scene, graph, &asked, learner, &Job::new(&|_, _| ()).until(ends)));
+        let (mut home, mut triangles) = (None, [0; 2]);
         for (i, frame) in stroll.legs.iter().flatten().take(SECONDS * FRAMES_A_SECOND).enumerate() {
-            for (cell, CellRow { cells, objects }) in told.try_iter() {
-                culler.learn_row(cell, &objects, &cells);
-                known += 1;
-            }
             let camera = stroll.camera(frame, file.origin, 16.0 / 9.0);
-            let now = culler.cell_of(camera.eye, &mut scratch);
+            let now = culler.cell_of(camera.eye);
             if now != home {
                 home = now;
                 now.into_iter().for_each(|cell| ask.send(cell).expect("the thread waits for cells"));
             }
             for (sum, mode) in triangles.iter_mut().zip([Mode::Portals, Mode::PortalsAndPvs]) {
-                let objects = culler.cull(&camera, mode, &mut scratch).objects;
-                *sum += objects.iter().map(|&o: &ObjectId| u64::from(culler.triangles(o))).sum::<u64>();
+                *sum += view.cull(&camera, mode).stats.triangles;
             }
             if (i + 1) % FRAMES_A_SECOND == 0 {
                 let [portals, both] = triangles.map(|sum| sum / FRAMES_A_SECOND as u64);
                 let (second, all) = ((i + 1) / FRAMES_A_SECOND, file.cells.len());
+                let known = known.load(Ordering::Relaxed);
                 println!("{second} s: {known} of {all} rows; portals {portals} triangles a frame, with rows {both}");
                 triangles = [0; 2];
             }
@@ -80,7 +75,7 @@ fn work_out_rows(
     scene: &Scene,
     graph: &CellGraph,
     asked: &Receiver<CellId>,
-    tell: &Sender<(CellId, CellRow)>,
+    (culler, known): (&Culler, &AtomicUsize),
     work: &Job<'_>,
 ) -> Result<(), Stopped> {
     let placement = place_objects(scene, graph, 2.0 * scene.tolerance().clearance);
@@ -113,10 +108,8 @@ fn work_out_rows(
                 continue;
             }
             if !std::mem::replace(&mut is_done[cell.index()], true) {
-                let row = flow.row(cell, work)?;
-                if tell.send((cell, row)).is_err() {
-                    return Ok(());
-                }
+                let CellRow { cells, objects } = flow.row(cell, work)?;
+                known.fetch_add(usize::from(culler.learn_row(cell, &objects, &cells)), Ordering::Relaxed);
             }
             let around = graph.portals.iter().filter(|portal| portal.cells.contains(&cell));
             queue.extend(around.flat_map(|portal| portal.cells));

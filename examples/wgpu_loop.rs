@@ -17,7 +17,7 @@ mod renderer;
 
 use canvas::ASPECT;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, FrameCuller, Mode};
+use enfilade::runtime::{Culler, Mode, View};
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::tour::tour;
 use renderer::Renderer;
@@ -25,30 +25,23 @@ use std::path::Path;
 
 /// Walks, and says how much was drawn of all; an error is one line.
 pub fn run(pvs: &Path, model: &Path, picture: Option<&Path>) -> Result<String, String> {
-    let file = PvsFile::load(pvs).map_err(|e| format!("{}: {e}", pvs.display()))?;
+    let file = PvsFile::load(pvs).map_err(|e| e.to_string())?;
     let scene = import(model, &file.import.options()).map_err(|e| format!("{}: {e}", model.display()))?;
     if scene.hash() != file.model_hash {
         return Err(format!("{}: not the model of {}", model.display(), pvs.display()));
     }
-    let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler);
+    let mut view = View::new(&Culler::new(&file));
     let mut renderer = Renderer::new(&scene)?;
-    let (path, all, mut ids) = (tour(&file, 0), scene.triangles.len() as u32, Vec::new());
+    let (path, all) = (tour(&file, 0), scene.triangles.len() as u32);
     let (mut drawn, mut most) = (0, 0);
     for frame in 0..path.frames.len() {
         // Positions are relative to the file's origin. An engine with a matrix: `Camera::from_view_proj`.
         let camera = path.camera(frame, file.origin, ASPECT);
-        ids.clear();
-        ids.extend_from_slice(frames.cull(&culler, &camera, path.near, Mode::PortalsAndPvs, None).objects);
+        let mut visible = view.cull(&camera, Mode::PortalsAndPvs);
+        let count = visible.stats.triangles;
         // Objects lie in the index buffer in the order of their ids, so neighbours are one draw.
-        ids.sort_unstable();
-        let mut count = 0;
         let culled = renderer.frame(&camera, |pass| {
-            for run in ids.chunk_by(|a, b| a.0 + 1 == b.0) {
-                let [first, last] = [run[0], run[run.len() - 1]].map(|id| &scene.objects[id.index()].triangles);
-                pass.draw_indexed(3 * first.start..3 * last.end, 0, 0..1);
-                count += u64::from(last.end - first.start);
-            }
+            visible.runs().iter().for_each(|run| pass.draw_indexed(run.clone(), 0, 0..1));
         })?;
         if culled != renderer.frame(&camera, |pass| pass.draw_indexed(0..3 * all, 0, 0..1))? {
             return Err(format!("frame {frame}: the picture differs from one of everything"));

@@ -1,4 +1,5 @@
-//! Ids are `u32` newtypes, so that a cell is not mistaken for an object; absence is `Option`, never a sentinel.
+//! Ids are `u32` newtypes, so that a cell is not mistaken for an object; absence is `Option`, never a sentinel. In memory they are their
+//! number, and with the feature `bytemuck` a list of them is cast to bytes.
 
 use std::fmt;
 
@@ -6,6 +7,8 @@ macro_rules! id {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
         #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug, Default)]
+        #[repr(transparent)]
+        #[cfg_attr(feature = "bytemuck", derive(bytemuck::Pod, bytemuck::Zeroable))]
         #[cfg_attr(feature = "bake", derive(serde::Serialize, serde::Deserialize))]
         #[cfg_attr(feature = "bake", serde(transparent))]
         pub struct $name(pub u32);

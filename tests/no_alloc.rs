@@ -2,16 +2,16 @@
 //! takes counts, not what the harness takes beside it.
 
 use allocation_counter::measure;
-use enfilade::PortalId;
 use enfilade::occlusion::chc::Chc;
 use enfilade::occlusion::chc_plus::{ChcPlus, ChcPlusOptions};
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::occlusion::view::{Frustum, View};
+use enfilade::occlusion::view::{self, Frustum};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{Camera, Culler, FrameCuller, Mode, Motion, Place, Scratch};
+use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, Motion, Movers, View};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
+use enfilade::{CellId, PortalId};
 use enfilade_tubes as tubes;
 use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, Tubes};
 use glam::DVec3;
@@ -42,29 +42,83 @@ fn culling_allocates_nothing() {
     let (_, file) = boxes::flat().0.finish();
     let culler = Culler::new(&file);
     for mode in Mode::WITHOUT_QUERIES {
-        let mut scratch = Scratch::for_culler(&culler);
-        // The first frame too: the scratch has its final size from the start. Memory that is taken and given back counts.
+        let mut view = View::new(&culler);
+        // The first frame too: a view has its final size from the start. Memory that is taken and given back counts.
         let taken = measure(|| {
             for turn in 0..200 {
                 let (sin, cos) = (f64::from(turn) * 0.1).sin_cos();
                 let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 1.5) - file.origin;
                 let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
-                std::hint::black_box(culler.cull(&camera, mode, &mut scratch).objects.len());
+                let mut frame = view.cull(&camera, mode);
+                std::hint::black_box((frame.runs().len(), frame.near_doors().len()));
             }
         });
         assert_eq!(taken.count_total, 0, "{mode}");
     }
-    // What is seen around an eye: the place takes memory once.
-    let (mut culler, mut scratch, mut place) = (culler, Scratch::for_culler(&Culler::new(&file)), Place::default());
-    culler.set_open(PortalId(0), false);
-    let mut around = |x: f64| {
-        culler.find_place((boxes::p(x, 1.6, 4.0) - file.origin).as_vec3(), &mut scratch, &mut place);
-        std::hint::black_box(culler.seen_around(&place, &mut scratch));
+    // What is seen around an eye and in mirrors, and sets without a camera: memory is taken once.
+    let (mut view, mut doors) = (View::new(&culler), Doors::open(&culler));
+    let corners =
+        [(0.5, 0.5), (2.5, 0.5), (2.5, 2.0), (0.5, 2.0)].map(|(x, y)| (boxes::p(x, y, 0.5) - file.origin).as_vec3());
+    let mirror = [Mirror::new(boxes::A, &corners).unwrap()];
+    let (mut reflected, mut shut) = (0, 0);
+    let mut beside = |step: u32| {
+        doors.set_open(PortalId(0), step % 7 != 0);
+        view.set_doors(&doors);
+        let eye = boxes::p(0.5 + f64::from(step % 90) * 0.1, 1.6, 3.9) - file.origin;
+        std::hint::black_box(view.around(eye.as_vec3()).objects.len());
+        let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.6);
+        shut += view.cull(&camera, Mode::PortalsAndPvs).near_doors().len();
+        reflected += view.mirrors(&mirror, 2, None).len();
+        std::hint::black_box(view.within_hops(CellId(step % 3), 2).len());
+        std::hint::black_box(view.in_volume(&[glam::Vec4::X], &[boxes::A]).len());
     };
-    around(1.5);
-    assert_eq!(measure(|| (0..100).for_each(|i| around(f64::from(i) * 0.1))).count_total, 0);
+    (0..100).for_each(&mut beside);
+    assert_eq!(measure(|| (0..100).for_each(&mut beside)).count_total, 0);
+    assert!(reflected > 20 && shut > 4, "{reflected} reflections, {shut} shut doors: a test of nothing");
     // The alarm works.
     assert_eq!(measure(|| drop(std::hint::black_box(vec![0u8; 100]))).bytes_max, 100);
+}
+
+/// Movers that walk, jump, go and come, and views of them by every mode, in mirrors and in volumes.
+#[test]
+fn movers_allocate_nothing_after_the_first_frame() {
+    let (scene, file) = boxes::flat().0.finish();
+    let culler = Culler::new(&file);
+    let (mut view, mut movers) = (View::new(&culler), Movers::new(&culler));
+    let mut buffer = DepthBuffer::new(&scene, 160, 90);
+    let corners =
+        [(0.5, 0.5), (2.5, 0.5), (2.5, 2.0), (0.5, 2.0)].map(|(x, y)| (boxes::p(x, y, 0.5) - file.origin).as_vec3());
+    let mirror = [Mirror::new(boxes::A, &corners).unwrap()];
+    let at = |k: u32, step: u32| {
+        // Some go everywhere, all at once: into one cell, too.
+        let x = if step % 10 == 0 { 1.5 } else { f64::from((k * 7 + step) % 140) * 0.1 - 2.0 };
+        let middle = boxes::p(x, 1.0, f64::from((k * 3 + step) % 60) * 0.1) - file.origin;
+        [middle - 0.3, middle + 0.3].map(|q| q.as_vec3())
+    };
+    let mut ids: Vec<_> = (0..100).map(|k| movers.insert(at(k, 0)).unwrap()).collect();
+    let mut frame = |step: u32| {
+        for (k, id) in (0..).zip(&mut ids) {
+            movers.set(*id, at(k, step)).unwrap();
+            if (k + step) % 13 == 0 {
+                movers.remove(*id).unwrap();
+                *id = movers.insert(at(k, step + 1)).unwrap();
+            }
+        }
+        let eye = boxes::p(0.5 + f64::from(step % 90) * 0.1, 1.6, 3.9) - file.origin;
+        let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.6);
+        let mut seen = 0;
+        for mode in Mode::ALL {
+            view.cull_with(&camera, mode, 0.05, &mut buffer);
+            seen += view.movers_with(&movers, &mut buffer).len() + view.movers(&movers).len();
+            seen += view.mirrors(&mirror, 2, Some(&movers)).map(|reflection| reflection.movers.len()).sum::<usize>();
+        }
+        seen + view.movers_in_volume(&movers, &[glam::Vec4::X], &[boxes::A]).len()
+    };
+    (0..100).for_each(|step| _ = frame(step));
+    let mut seen = 0;
+    let taken = measure(|| seen = (0..100).map(&mut frame).sum());
+    assert_eq!(taken.count_total, 0);
+    assert!(seen > 10_000, "{seen}: a test of nothing");
 }
 
 /// Loads and evictions from the first frame on, with jumps, and an eye in no cell now and then.
@@ -73,7 +127,7 @@ fn prefetching_allocates_nothing() {
     use enfilade::runtime::prefetch::{Prefetcher, Step};
     let (_, file) = boxes::flat().0.finish();
     let culler = Culler::new(&file);
-    let (mut scratch, mut motion) = (Scratch::for_culler(&culler), Motion::default());
+    let (mut view, mut motion) = (View::new(&culler), Motion::default());
     let bytes = vec![10; culler.object_count()];
     let mut prefetcher = Prefetcher::new(&file, &culler, &bytes, 60);
     let mut loads = 0;
@@ -83,8 +137,8 @@ fn prefetching_allocates_nothing() {
             let eye = boxes::p(1.5 + f64::from(turn % 90) * 0.1, 1.6, 3.0 + sin * 4.0) - file.origin;
             let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
             motion.see(&camera, f64::from(turn));
-            let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).objects;
-            prefetcher.frame(&culler, camera.eye, &motion, visible);
+            let visible = view.cull(&camera, Mode::PortalsAndPvs).objects;
+            prefetcher.frame(camera.eye, &motion, visible);
             while let Some(step) = prefetcher.next_step() {
                 if let Step::Load { object, .. } = step {
                     prefetcher.loaded(object);
@@ -108,7 +162,7 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
         // Back and forth, in and out of the building: what is asked about differs from frame to frame.
         let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
         let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
-        let view = View::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6, 0.05);
+        let view = view::View::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6, 0.05);
         let frustum = Frustum::new(&view);
         let mut drawn = frustum_culler.cull(&tree, &frustum).len();
         buffer.begin(&view);
@@ -127,14 +181,13 @@ fn online_culling_allocates_nothing_after_its_first_frame() {
 #[test]
 fn culling_with_an_oracle_allocates_nothing_after_the_first_frame_of_each_method() {
     let (scene, file) = boxes::flat().0.finish();
-    let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler);
+    let mut view = View::new(&Culler::new(&file));
     let mut buffer = DepthBuffer::new(&scene, 160, 90);
     let mut frame = |turn: u32, mode: Mode| {
         let (sin, cos) = (f64::from(turn) * 0.7).sin_cos();
         let eye = boxes::p(1.5 + f64::from(turn % 9), 1.6, 4.0 + sin * 9.0) - file.origin;
         let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
-        frames.cull(&culler, &camera, 0.05, mode, Some(&mut buffer)).objects.len()
+        view.cull_with(&camera, mode, 0.05, &mut buffer).objects.len()
     };
     for mode in Mode::ALL {
         frame(0, mode);

@@ -3,10 +3,11 @@
 use crate::EnfiladeObject;
 use bevy_ecs::resource::Resource;
 use enfilade::file::PvsFile;
-use enfilade::runtime::Culler;
+use enfilade::runtime::{Culler, Doors};
 use enfilade::{DirectedPortal, ObjectId, PortalId};
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::Arc;
 
 /// What can be seen from where, and which doors are open. Its model stands in the world where its own coordinates put it: metres, +Y up,
 /// as in Bevy. Bevy's positions are `f32`: beyond some kilometres from the world's origin they are coarser than [`Culler::tolerance`], and an
@@ -15,7 +16,8 @@ use std::fmt;
 /// Inserting another one replaces it. Without one, everything is visible.
 #[derive(Resource)]
 pub struct Building {
-    culler: Culler,
+    culler: Arc<Culler>,
+    doors: Doors,
     /// Of the file's coordinates in the model's own, metres.
     pub(crate) origin: [f64; 3],
     /// The first and the last object by node.
@@ -50,7 +52,8 @@ impl Building {
         for (id, object) in (0u32..).map(ObjectId).zip(&file.objects) {
             nodes.entry(object.node.clone()).or_insert([id; 2])[1] = id;
         }
-        Self { culler: Culler::new(file), origin: file.origin.to_array(), nodes }
+        let culler = Culler::new(file);
+        Self { doors: Doors::open(&culler), culler, origin: file.origin.to_array(), nodes }
     }
 
     /// The component for the mesh, or the meshes, of a node of the model, by its name; for IFC, its GlobalId. `None` where there is no such
@@ -60,8 +63,13 @@ impl Building {
     }
 
     /// What answers the questions of the plugin, for questions of one's own.
-    pub fn culler(&self) -> &Culler {
+    pub fn culler(&self) -> &Arc<Culler> {
         &self.culler
+    }
+
+    /// The states of its doors.
+    pub fn doors(&self) -> &Doors {
+        &self.doors
     }
 
     /// Opens or shuts a portal, both ways.
@@ -71,7 +79,7 @@ impl Building {
     /// Where there is no such portal; nothing is changed then.
     pub fn set_open(&mut self, portal: PortalId, open: bool) -> Result<(), NoSuchPortal> {
         self.check(portal)?;
-        self.culler.set_open(portal, open);
+        self.doors.set_open(portal, open);
         Ok(())
     }
 
@@ -82,13 +90,14 @@ impl Building {
     /// Where there is no such portal; nothing is changed then.
     pub fn set_see_through(&mut self, portal: DirectedPortal, see_through: bool) -> Result<(), NoSuchPortal> {
         self.check(portal.portal())?;
-        self.culler.set_see_through(portal, see_through);
+        self.doors.set_see_through(portal, see_through);
         Ok(())
     }
 
     /// Shuts the portals in which the model has a solid leaf that is shut, and opens all others. Returns how many it shut.
     pub fn shut_as_found(&mut self) -> usize {
-        self.culler.shut_as_found()
+        self.doors = Doors::as_found(&self.culler);
+        self.doors.shut().count()
     }
 
     fn check(&self, portal: PortalId) -> Result<(), NoSuchPortal> {

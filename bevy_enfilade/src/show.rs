@@ -10,7 +10,9 @@ use bevy_ecs::query::{Changed, Or};
 use bevy_ecs::system::{Local, Query, Res};
 use bevy_math::Mat4;
 use bevy_transform::components::GlobalTransform;
-use enfilade::runtime::{self, FrameCuller, Mode, Place, Scratch};
+use enfilade::glam::Vec3;
+use enfilade::runtime::{self, Culler, Mode, View};
+use std::sync::Arc;
 
 /// What decides.
 type Cameras<'w, 's> =
@@ -19,9 +21,6 @@ type Cameras<'w, 's> =
 type Moved = Or<(Changed<EnfiladeObject>, Changed<ChildOf>)>;
 /// What is written to.
 type Entities<'w, 's> = Query<'w, 's, (Entity, &'static EnfiladeObject, &'static mut Visibility)>;
-
-/// Near plane of occlusion queries, metres; no oracle is asked here.
-const NEAR: f64 = 0.1;
 
 /// The plugin's system.
 pub(crate) fn show(
@@ -42,14 +41,28 @@ pub(crate) fn show(
 }
 
 /// What a camera asks.
-#[derive(PartialEq)]
+#[derive(Clone, Copy)]
 enum Question {
     /// Nothing that can be answered.
     Everything,
     /// What is there to be seen around here?
-    Around(Place),
+    Around(Vec3),
     /// What does this view see?
     View(runtime::Camera, Mode),
+}
+
+impl Question {
+    /// Whether a camera with this view that asked `before` now gets another answer.
+    fn is_new(self, before: Self, view: &mut View) -> bool {
+        match (self, before) {
+            (Self::Around(eye), Self::Around(_)) => view.around(eye).is_new,
+            (Self::View(camera, mode), Self::View(camera_before, mode_before)) => {
+                (camera, mode) != (camera_before, mode_before)
+            }
+            (Self::Everything, Self::Everything) => false,
+            _ => true,
+        }
+    }
 }
 
 /// What is known from the updates before.
@@ -62,45 +75,62 @@ pub(crate) struct Known {
 }
 
 struct Answers {
-    questions: Vec<Question>,
+    culler: Arc<Culler>,
+    /// One a camera, with its view.
+    asked: Vec<(Question, View)>,
     /// How many objects the building has.
     objects: usize,
     /// A bit for each of them that is seen.
     seen: Vec<u64>,
-    scratch: Scratch,
-    frames: FrameCuller,
 }
 
 impl Known {
     /// Asks what the cameras see; says whether the answer is a new one. The same questions, as long as no door moves, have the same answer.
     fn ask(&mut self, building: &Building, is_changed: bool, cameras: &Cameras<'_, '_>) -> bool {
         let culler = building.culler();
-        let answers = self.answers.get_or_insert_with(|| Answers {
-            questions: Vec::new(),
-            objects: 0,
-            seen: Vec::new(),
-            scratch: Scratch::for_culler(culler),
-            frames: FrameCuller::new(culler),
-        });
-        let questions = questions(building, cameras, &mut answers.scratch);
-        if !is_changed && questions == answers.questions {
+        let is_other = self.answers.as_ref().is_none_or(|answers| !Arc::ptr_eq(&answers.culler, culler));
+        if is_other {
+            let (objects, seen) = (culler.object_count(), Vec::new());
+            self.answers = Some(Answers { culler: culler.clone(), asked: Vec::new(), objects, seen });
+        }
+        let Some(answers) = &mut self.answers else { return false };
+        let questions = questions(building, cameras);
+        let mut is_new = is_changed || is_other || questions.len() != answers.asked.len();
+        answers.asked.truncate(questions.len());
+        for (i, &question) in questions.iter().enumerate() {
+            match answers.asked.get_mut(i) {
+                Some((before, view)) => {
+                    if is_changed {
+                        view.set_doors(building.doors());
+                    }
+                    is_new |= question.is_new(*before, view);
+                    *before = question;
+                }
+                None => {
+                    let mut view = View::new(culler);
+                    view.set_doors(building.doors());
+                    answers.asked.push((question, view));
+                }
+            }
+        }
+        if !is_new {
             return false;
         }
-        let mut seen = vec![0; culler.object_count().div_ceil(64)];
-        for question in &questions {
+        let mut seen = vec![0; answers.objects.div_ceil(64)];
+        for (question, view) in &mut answers.asked {
             let objects = match question {
                 Question::Everything => {
                     seen.fill(u64::MAX);
                     break;
                 }
-                Question::Around(place) => culler.seen_around(place, &mut answers.scratch),
-                Question::View(camera, mode) => answers.frames.cull(culler, camera, NEAR, *mode, None).objects,
+                Question::Around(eye) => view.around(*eye).objects,
+                Question::View(camera, mode) => view.cull(camera, *mode).objects,
             };
             objects.iter().for_each(|object| seen[object.index() / 64] |= 1 << (object.index() % 64));
         }
-        let is_new = is_changed || seen != answers.seen;
-        (answers.questions, answers.seen, answers.objects) = (questions, seen, culler.object_count());
-        is_new
+        let is_other = is_changed || seen != answers.seen;
+        answers.seen = seen;
+        is_other
     }
 
     /// Whether an entity's object is seen; `None` where the building has no such object.
@@ -147,17 +177,13 @@ impl Known {
 }
 
 /// What the active cameras ask; never empty.
-fn questions(building: &Building, cameras: &Cameras<'_, '_>, scratch: &mut Scratch) -> Vec<Question> {
+fn questions(building: &Building, cameras: &Cameras<'_, '_>) -> Vec<Question> {
     let mut questions = Vec::new();
     for (rule, _, projection, transform) in cameras.iter().filter(|(_, camera, ..)| camera.is_active) {
         questions.push(match (rule, view(building, projection, transform)) {
             (_, None) => Question::Everything,
             (PortalCamera::PerFrame(mode), Some(camera)) => Question::View(camera, *mode),
-            (PortalCamera::PerCell, Some(camera)) => {
-                let mut place = Place::default();
-                building.culler().find_place(camera.eye, scratch, &mut place);
-                Question::Around(place)
-            }
+            (PortalCamera::PerCell, Some(camera)) => Question::Around(camera.eye),
         });
     }
     if questions.is_empty() {

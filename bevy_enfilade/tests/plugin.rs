@@ -10,7 +10,7 @@ use bevy_transform::TransformPlugin;
 use bevy_transform::components::Transform;
 use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, Mode, Scratch};
+use enfilade::runtime::{Culler, Mode, View};
 use enfilade::{ObjectId, PortalId};
 use glam::DVec3;
 use testing::boxes;
@@ -209,8 +209,7 @@ fn where_nothing_can_be_said_everything_is_visible() {
 #[test]
 fn a_camera_that_is_asked_in_each_frame_shows_what_the_culler_says() {
     let (_, file) = flat().0.finish();
-    let culler = Culler::new(&file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let mut view = View::new(&Culler::new(&file));
     for mode in Mode::WITHOUT_QUERIES {
         let (mut app, things) = app(&file, 0..file.objects.len() as u32);
         let lens = PerspectiveProjection { fov: 1.1, aspect_ratio: 1.6, ..Default::default() };
@@ -223,7 +222,7 @@ fn a_camera_that_is_asked_in_each_frame_shows_what_the_culler_says() {
             *app.world_mut().get_mut(eye).unwrap() = Transform::from_translation(bevy(from)).looking_at(bevy(to), Vec3::Y);
             update(&mut app);
             let camera = enfilade::runtime::Camera::look_at(from - file.origin, to - file.origin, 1.1, 1.6);
-            let seen = culler.cull(&camera, mode, &mut scratch).objects;
+            let seen = view.cull(&camera, mode).objects;
             for (id, &thing) in (0u32..).zip(&things) {
                 let is_seen = *app.world().get::<Visibility>(thing).unwrap() == Inherited;
                 assert_eq!(is_seen, seen.contains(&ObjectId(id)), "{mode}, turn {turn}, object {id}");

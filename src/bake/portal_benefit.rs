@@ -6,7 +6,7 @@ use crate::file::PvsFile;
 use crate::job::{Job, Stopped};
 use crate::math::random::SplitMix;
 use crate::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
-use crate::runtime::{Camera, Culler, Mode, Scratch};
+use crate::runtime::{Camera, Culler, Mode, View};
 use crate::scene::floors::Floors;
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Scene};
@@ -69,13 +69,12 @@ pub(super) fn drawn<const N: usize>(
     work: &Job<'_>,
 ) -> Result<[[f64; 2]; N], Stopped> {
     let file = without_rows(scene, graph);
-    let culler = Culler::new(&file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let mut view = View::new(&Culler::new(&file));
     let mut drawn = [[0.0; 2]; N];
     for camera in cameras {
         work.go_on()?;
         for (sum, mode) in drawn.iter_mut().zip(modes) {
-            let culled = culler.cull(camera, mode, &mut scratch);
+            let culled = view.cull(camera, mode);
             sum[0] += culled.stats.triangles as f64;
             sum[1] += culled.objects.len() as f64;
         }

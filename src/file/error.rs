@@ -1,12 +1,20 @@
 //! Errors of `.pvs` files: the section, the byte in it, the fault, and the remedy.
 
 use super::format::{SectionId, VERSION};
+use std::path::PathBuf;
 use std::{fmt, io};
 
-/// An error of a file. Each prints as one line; the command line puts the path before it.
+/// An error of a file. Each prints as one line.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FileError {
+    /// A file on disk, and what is wrong with it.
+    At {
+        /// The file's path.
+        path: PathBuf,
+        /// The fault.
+        fault: Box<FileError>,
+    },
     /// The file can't be opened, read or written.
     Io(io::Error),
     /// It does not begin like a `.pvs` file.
@@ -79,6 +87,7 @@ pub enum FileError {
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::At { path, fault } => write!(f, "{}: {fault}", path.display()),
             Self::Io(error) => write!(f, "{error}"),
             Self::NotPvs => write!(f, "not a .pvs file; give a file from `enfilade bake`"),
             Self::Version { found } => write!(
@@ -115,6 +124,7 @@ impl fmt::Display for FileError {
 impl std::error::Error for FileError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
+            Self::At { fault, .. } => Some(fault),
             Self::Io(error) => error.source(),
             _ => None,
         }

@@ -10,6 +10,7 @@ mod format;
 mod frame;
 #[cfg(feature = "bake")]
 mod graph;
+mod keys;
 mod load;
 mod read;
 mod rows;
@@ -203,7 +204,7 @@ pub struct FilePortal {
     pub kind: PortalKind,
     /// Its state in the model.
     pub state: PortalState,
-    /// The author's id.
+    /// The author's id; not always there, and several portals may have the same. [`PvsFile::portal_keys`] are.
     pub source: Option<String>,
 }
 

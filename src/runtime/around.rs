@@ -6,79 +6,111 @@
 //! visible.
 
 use super::culler::{Culler, directed_plane, target};
-use super::portals;
+use super::doors::Doors;
 use super::scratch::Scratch;
-use crate::math::bits::ones;
+use super::visible::near_doors;
 use crate::{CellId, ObjectId, PortalId};
 use glam::Vec3;
 
-/// The place of an eye, with respect to visibility: two equal places see the same, until a door moves.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Place {
+/// What is seen around an eye.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Around<'v> {
+    /// The potentially visible objects in all directions, each once.
+    pub objects: &'v [ObjectId],
+    /// False if they are those of the view's last call: the eye is in the same cells, and no door and no row is another one.
+    pub is_new: bool,
+}
+
+/// What determines the objects around an eye.
+#[derive(Clone, PartialEq, Debug)]
+struct Place {
     /// Ascending; empty if the eye is in no cell.
     cells: Vec<CellId>,
     /// Portals that are shut in some direction, with the eye in their doorway, ascending.
     doorways: Vec<PortalId>,
+    doors: Doors,
+    /// Number of learned rows.
+    learned: usize,
+}
+
+/// The objects around the last eye, and its place.
+#[derive(Clone, Debug)]
+pub(super) struct Surroundings {
+    place: Place,
+    known: Option<Place>,
+    objects: Vec<ObjectId>,
+}
+
+impl Surroundings {
+    pub fn for_culler(culler: &Culler) -> Self {
+        let place = Place { cells: Vec::new(), doorways: Vec::new(), doors: Doors::open(culler), learned: 0 };
+        Self { place, known: None, objects: Vec::with_capacity(culler.object_count()) }
+    }
+
+    /// Finds the objects around an eye, with the doors of `scratch`. Linear in the number of shut portals if the place is the last one.
+    pub fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) -> Around<'_> {
+        self.place.find(culler, eye, scratch);
+        let is_new = self.known.as_ref() != Some(&self.place);
+        if is_new {
+            self.place.see(culler, scratch);
+            self.objects.clear();
+            self.objects.extend_from_slice(&scratch.objects);
+            // Both keep their memory.
+            match &mut self.known {
+                Some(known) => std::mem::swap(known, &mut self.place),
+                known => *known = Some(self.place.clone()),
+            }
+        }
+        Around { objects: &self.objects, is_new }
+    }
 }
 
 impl Place {
-    /// The eye's cells, ascending: several if it is within their tolerance. Empty: everything is visible.
-    pub fn cells(&self) -> &[CellId] {
-        &self.cells
+    /// The place of an eye, metres relative to the file's origin.
+    fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) {
+        self.cells.clear();
+        self.doorways.clear();
+        self.doors.assign(&scratch.doors);
+        self.learned = culler.learned_rows();
+        let homes = culler.locate(eye, &mut scratch.last_piece);
+        if !homes.overflow {
+            self.cells.extend_from_slice(homes.as_slice());
+            self.cells.sort_unstable();
+            near_doors(culler, &self.doors, eye, &mut self.doorways);
+        }
+    }
+
+    /// Fills a scratch with the potentially visible objects: those of the rows that are in cells reachable through open portals, or in the
+    /// doorways of shut ones. All objects, if the place is in no cell.
+    fn see(&self, culler: &Culler, scratch: &mut Scratch) {
+        scratch.begin();
+        culler.join_rows(&self.cells, scratch);
+        if self.cells.is_empty() {
+            return scratch.objects.extend((0..culler.object_count() as u32).map(ObjectId));
+        }
+        self.cells.iter().for_each(|&cell| scratch.reach(cell));
+        let mut next = 0;
+        while let Some(&cell) = scratch.cells.get(next) {
+            next += 1;
+            culler.take_in_cell(cell, |_| true, scratch);
+            for &portal in culler.cell_portals.get(cell.index()) {
+                let target = target(culler, portal);
+                if !culler.may_enter(target, scratch) {
+                    continue;
+                }
+                if self.doors.is_open(portal) || self.doorways.binary_search(&portal.portal()).is_ok() {
+                    scratch.reach(target);
+                } else {
+                    let (n, d) = directed_plane(culler, portal);
+                    let doorway = (n, d, culler.doorway(portal));
+                    culler.take_in_cell(target, |object| culler.is_in(doorway, object), scratch);
+                }
+            }
+        }
     }
 }
 
 impl Culler {
-    /// Finds the place of an eye, metres relative to the file's origin. Linear in the number of shut portals.
-    pub fn find_place(&self, eye: Vec3, scratch: &mut Scratch, place: &mut Place) {
-        scratch.begin(self);
-        place.cells.clear();
-        place.doorways.clear();
-        let homes = self.locate(eye, scratch);
-        if homes.overflow {
-            return;
-        }
-        place.cells.extend_from_slice(homes.as_slice());
-        place.cells.sort_unstable();
-        for directed in ones(&self.shut) {
-            let portal = PortalId(directed as u32 / 2);
-            if place.doorways.last() != Some(&portal) && portals::is_in_doorway(self, eye.as_dvec3(), portal) {
-                place.doorways.push(portal);
-            }
-        }
-    }
-
-    /// The potentially visible objects from a place in all directions, with the current doors, each once: objects of the rows that are in
-    /// cells reachable through open portals, or in the doorways of shut ones. All objects, if the place is in no cell.
-    pub fn seen_around<'s>(&self, place: &Place, scratch: &'s mut Scratch) -> &'s [ObjectId] {
-        scratch.begin(self);
-        self.join_rows(&place.cells, scratch);
-        if place.cells.is_empty() {
-            scratch.objects.extend((0..self.object_count() as u32).map(ObjectId));
-            return &scratch.objects;
-        }
-        place.cells.iter().for_each(|&cell| scratch.reach(cell));
-        let mut next = 0;
-        while let Some(&cell) = scratch.cells.get(next) {
-            next += 1;
-            self.take_in_cell(cell, |_| true, scratch);
-            for &portal in self.cell_portals.get(cell.index()) {
-                let target = target(self, portal);
-                if !self.may_enter(target, scratch) {
-                    continue;
-                }
-                if self.is_open(portal) || place.doorways.binary_search(&portal.portal()).is_ok() {
-                    scratch.reach(target);
-                } else {
-                    let (n, d) = directed_plane(self, portal);
-                    let doorway = (n, d, self.doorway(portal));
-                    self.take_in_cell(target, |object| self.is_in(doorway, object), scratch);
-                }
-            }
-        }
-        &scratch.objects
-    }
-
     /// Adds the objects of a cell that are in the joined rows and satisfy `is_seen`.
     fn take_in_cell(&self, cell: CellId, is_seen: impl Fn(ObjectId) -> bool, scratch: &mut Scratch) {
         for &object in self.cell_objects.get(cell.index()) {
@@ -89,6 +121,7 @@ impl Culler {
             }
         }
     }
+
     /// True if a part of an object's box is beyond a plane, at most `depth` metres, to within twice a frame's tolerance.
     fn is_in(&self, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
         let behind = d - 6.0 * self.tolerance as f32;

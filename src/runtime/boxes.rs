@@ -4,7 +4,7 @@
 //! outline on the screen is right of `x = r` exactly if all corners have `x - r w > 0`. That also holds for boxes that extend behind the
 //! eye.
 
-use super::frustum::{Camera, Rect};
+use super::camera::{Camera, Rect};
 use glam::Vec3;
 
 /// Boxes per test: a multiple of a register's lanes, so that loops need no remainder.
@@ -41,6 +41,13 @@ impl HalfSpaces {
     pub fn of(camera: &Camera, open: &Rect) -> Self {
         let Camera { eye, x, y, w } = *camera;
         let mut all = Self { eye: eye.to_array(), planes: [HalfSpace::default(); MOST], count: 0 };
+        if camera.is_orthographic() {
+            for (form, low, high) in [(x, open.min.x, open.max.x), (y, open.min.y, open.max.y)] {
+                all.add(form, -high - SUM_ERROR * high.abs(), form.abs());
+                all.add(-form, low - SUM_ERROR * low.abs(), form.abs());
+            }
+            return all;
+        }
         all.between(x, w, [open.min.x, open.max.x], x.abs() + w.abs());
         all.between(y, w, [open.min.y, open.max.y], y.abs() + w.abs());
         all.add(-w, 0.0, w.abs());
@@ -105,21 +112,36 @@ impl Boxes {
     /// From corners; rounded outwards.
     pub fn new(corners: impl Iterator<Item = [Vec3; 2]>) -> Self {
         let mut boxes = Self::default();
-        for [min, max] in corners {
-            let centre = (min + max) * 0.5;
-            // Above the rounding errors of the centre, of this difference and of the product.
-            let half = (max - centre).max(centre - min) + (centre.abs() + min.abs().max(max.abs())) * (2.0 * f32::EPSILON);
+        for [centre, half] in corners.map(rounded) {
             for axis in 0..3 {
                 boxes.centre[axis].push(centre[axis]);
                 boxes.half[axis].push(half[axis]);
             }
         }
-        // A block may start at any box.
-        let padded = boxes.centre[0].len() + LANES;
-        for column in boxes.centre.iter_mut().chain(&mut boxes.half) {
-            column.resize(padded, 0.0);
-        }
+        boxes.resize(boxes.centre[0].len());
         boxes
+    }
+
+    /// Makes room for `count` boxes.
+    pub fn resize(&mut self, count: usize) {
+        // A block may start at any box.
+        for column in self.centre.iter_mut().chain(&mut self.half) {
+            column.resize(count + LANES, 0.0);
+        }
+    }
+
+    /// Replaces a box.
+    pub fn set(&mut self, i: usize, corners: [Vec3; 2]) {
+        self.put(i, rounded(corners));
+    }
+
+    /// Replaces a box by centre and half size.
+    #[inline(always)]
+    pub fn put(&mut self, i: usize, [centre, half]: [Vec3; 2]) {
+        for axis in 0..3 {
+            self.centre[axis][i] = centre[axis];
+            self.half[axis][i] = half[axis];
+        }
     }
 
     /// Centre and half-size.
@@ -128,6 +150,14 @@ impl Boxes {
         let at = |columns: &[Vec<f32>; 3]| Vec3::new(columns[0][i], columns[1][i], columns[2][i]);
         (at(&self.centre), at(&self.half))
     }
+}
+
+/// Centre and half size of a box from its corners, rounded outwards.
+pub(super) fn rounded([min, max]: [Vec3; 2]) -> [Vec3; 2] {
+    let centre = (min + max) * 0.5;
+    // Above the rounding errors of the centre, of this difference and of the product.
+    let half = (max - centre).max(centre - min) + (centre.abs() + min.abs().max(max.abs())) * (2.0 * f32::EPSILON);
+    [centre, half]
 }
 
 #[cfg(test)]
@@ -183,6 +213,17 @@ mod tests {
                 }
                 assert_eq!(meets(open), by > 0.0, "side {side}");
             }
+        }
+    }
+
+    #[test]
+    fn an_orthographic_screen_is_a_column_without_end() {
+        // 4 m across along z, 2 m along y, looking along x.
+        let screen = HalfSpaces::of(&Camera::orthographic(DVec3::ZERO, DVec3::X, 4.0, 2.0), &Rect::FULL);
+        for x in [-1e3, 0.0, 1e3] {
+            let meets = |y: f32, z: f32| meets(&screen, Vec3::new(x, y, z), Vec3::new(x + 1.0, y + 0.5, z + 0.5));
+            assert!(meets(0.9, 1.9) && meets(-1.4, -2.4) && meets(1.0, 2.0), "{x}");
+            assert!(!meets(1.1, 0.0) && !meets(-1.6, 0.0) && !meets(0.0, 2.1) && !meets(0.0, -2.6), "{x}");
         }
     }
 

@@ -1,27 +1,27 @@
 //! A frame without queries: no culling, frustum, portals, rows, or portals and rows.
 
 use super::boxes::{Boxes, HalfSpaces, LANES};
+use super::camera::{Camera, Rect};
 use super::culler::{Culler, ViewCells, all_ones, bit};
-use super::frustum::{Camera, Rect};
 use super::locate::Homes;
 use super::mode::Mode;
 use super::portals::{self, Eye};
-use super::scratch::{Scratch, VisibleSet};
-use crate::math::bits::{BitMatrix, ones};
+use super::scratch::Scratch;
+use crate::math::bits::ones;
 use crate::math::simd::{Vectorize, vectorized};
 use crate::{CellId, ObjectId};
 use glam::Vec3;
 
 impl Culler {
-    /// The objects to draw from this camera. Modes with queries return the result of portals and rows. Allocates nothing if `scratch` was
-    /// made for this culler.
-    pub fn cull<'s>(&self, camera: &Camera, mode: Mode, scratch: &'s mut Scratch) -> VisibleSet<'s> {
-        scratch.begin(self);
+    /// A frame of this camera, in `scratch`. Modes with queries give the result of portals and rows. Allocates nothing.
+    pub(super) fn cull(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
+        scratch.begin();
+        let mode = mode.without_queries();
         // Without a common eye, nothing is known about lines of sight.
-        let mode = if camera.w == Vec3::ZERO { Mode::None } else { mode.without_queries() };
+        let mode = if camera.is_orthographic() && mode != Mode::None { Mode::Frustum } else { mode };
         let homes = match mode {
             Mode::None | Mode::Frustum => Homes::none(),
-            _ => self.locate(camera.eye, scratch),
+            _ => self.locate(camera.eye, &mut scratch.last_piece),
         };
         scratch.stats.capped += u64::from(homes.overflow);
         let lost = homes.overflow || homes.as_slice().is_empty();
@@ -47,13 +47,7 @@ impl Culler {
         }
         self.leave_out_small(camera, mode, scratch);
         scratch.homes.extend_from_slice(if lost { &[] } else { homes.as_slice() });
-        let home = scratch.homes.first().copied();
-        scratch.finish(self, home)
-    }
-
-    /// The cells that an eye is in.
-    pub(super) fn locate(&self, eye: Vec3, scratch: &mut Scratch) -> Homes {
-        self.locator.locate(eye, self.tolerance, &mut scratch.last_piece)
+        scratch.finish(self);
     }
 
     fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {
@@ -79,19 +73,9 @@ impl Culler {
 
     /// Joins the rows of some cells; everything if there are no rows or no cells.
     pub(super) fn join_rows(&self, cells: &[CellId], scratch: &mut Scratch) {
-        let join = |rows: Option<&BitMatrix>, columns: usize, out: &mut [u64]| match rows {
-            Some(rows) if !cells.is_empty() => {
-                out.fill(0);
-                for cell in cells {
-                    for (out, word) in out.iter_mut().zip(rows.row(cell.index())) {
-                        *out |= word;
-                    }
-                }
-            }
-            _ => (0..out.len()).for_each(|word| out[word] = all_ones(columns, word)),
-        };
-        join(self.object_rows.as_ref(), self.object_count(), &mut scratch.object_row);
-        join(self.cell_rows.as_ref(), self.cell_count(), &mut scratch.cell_row);
+        let Scratch { object_row, cell_row, .. } = scratch;
+        join(cells, |cell| self.object_row(cell), self.object_count(), object_row);
+        join(cells, |cell| self.cell_row(cell), self.cell_count(), cell_row);
     }
 
     /// Removes objects from the joined row that the eye's view cells do not see. An eye on the boundary of a view cell is not in it.
@@ -108,6 +92,17 @@ impl Culler {
     #[inline]
     pub(super) fn may_enter(&self, cell: CellId, scratch: &Scratch) -> bool {
         !self.cell_rows_prune || bit(&scratch.cell_row, cell.index())
+    }
+}
+
+/// Joins rows of `columns`; all, if there are no cells, or one without a row.
+fn join<'r>(cells: &[CellId], row: impl Fn(CellId) -> Option<&'r [u64]>, columns: usize, out: &mut [u64]) {
+    if cells.is_empty() || cells.iter().any(|&cell| row(cell).is_none()) {
+        return (0..out.len()).for_each(|word| out[word] = all_ones(columns, word));
+    }
+    out.fill(0);
+    for row in cells.iter().filter_map(|&cell| row(cell)) {
+        out.iter_mut().zip(row).for_each(|(out, word)| *out |= word);
     }
 }
 

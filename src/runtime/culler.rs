@@ -1,8 +1,7 @@
 //! The culler: a `.pvs` file laid out for queries by cameras.
 
 use super::boxes::Boxes;
-use super::locate::{Locator, piece_bounds};
-use super::small::MinPixels;
+use super::locate::{Homes, Locator, piece_bounds};
 use crate::file::{FileCell, PvsFile};
 use crate::math::bits::BitMatrix;
 use crate::math::geom::Aabb;
@@ -11,6 +10,7 @@ use crate::types::guarantee::Guarantee;
 use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 /// Lists of different lengths, concatenated in one array.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ impl<T> Lists<T> {
 }
 
 /// Margin of placement in cells, in tolerances: two clearances are less than 1.5 tolerances.
-const PLACED: f64 = 2.0;
+pub(super) const PLACED: f64 = 2.0;
 
 /// A view cell's index in the file.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -62,11 +62,14 @@ pub(super) struct ViewCells {
     pub rows: BitMatrix,
 }
 
-/// A `.pvs` file laid out for queries by cameras: flat arrays, `f32`, nothing borrowed.
-#[derive(Clone, Debug)]
+/// The rows of a cell that was learned: objects and cells.
+type Learned = [Box<[u64]>; 2];
+
+/// A `.pvs` file laid out for queries by cameras: flat arrays, `f32`, nothing borrowed. It is shared and does not change; what a camera
+/// changes is in its [`View`](super::View), the states of doors in [`Doors`](super::Doors).
+#[derive(Debug)]
 pub struct Culler {
     pub(super) tolerance: f64,
-    pub(super) min_pixels: MinPixels,
     pub(super) locator: Locator,
     /// Directed portals that lead out of each cell.
     pub(super) cell_portals: Lists<DirectedPortal>,
@@ -76,18 +79,25 @@ pub struct Culler {
     pub(super) portal_planes: Vec<Vec4>,
     pub(super) portal_cells: Vec<[CellId; 2]>,
     pub(super) portal_corners: Lists<Vec3>,
-    /// Directed portals that are shut now, as bits.
-    pub(super) shut: Vec<u64>,
     /// Portals shut by a solid leaf in the model.
     pub(super) found_shut: Vec<PortalId>,
     pub(super) boxes: Boxes,
     /// Boxes of objects' parts, in the order of `cell_objects`.
     pub(super) placed: Boxes,
+    /// The box around each cell, with the margin of placement; `None` if it is unbounded.
+    pub(super) cell_boxes: Vec<Option<[Vec3; 2]>>,
+    /// First index of each object, and the end of the last, in an index buffer with the objects' triangles in their order.
+    indices: Vec<u32>,
     triangles: Vec<u32>,
+    /// Keys of portals, and the portals in their order.
+    keys: Vec<String>,
+    by_key: Vec<PortalId>,
     /// Whether each cell is open: outdoors, or without a roof.
     open_cells: Vec<bool>,
-    pub(super) object_rows: Option<BitMatrix>,
-    pub(super) cell_rows: Option<BitMatrix>,
+    object_rows: Option<BitMatrix>,
+    cell_rows: Option<BitMatrix>,
+    /// By cell: rows that were learned.
+    learned: Vec<OnceLock<Learned>>,
     /// `None` if no view cell has a row.
     pub(super) views: Option<ViewCells>,
     /// Whether cells outside the row are certainly hidden.
@@ -95,9 +105,9 @@ pub struct Culler {
 }
 
 impl Culler {
-    /// Lays out a file. The file must be consistent (ids in range, matrices of the right shape), as [`PvsFile::load`] ensures; otherwise
-    /// panics.
-    pub fn new(file: &PvsFile) -> Self {
+    /// Lays out a file, for any number of views on any number of threads. The file must be consistent (ids in range, matrices of the right
+    /// shape), as [`PvsFile::load`] ensures; otherwise panics.
+    pub fn new(file: &PvsFile) -> Arc<Self> {
         let objects = file.objects.iter().fold(Aabb::EMPTY, |b, o| o.bounds.iter().fold(b, |b, p| b.with(p.as_dvec3())));
         let corners = file.portals.iter().flat_map(|p| &p.winding).map(|p| p.as_dvec3());
         let bounds = objects.union(Aabb::of(corners));
@@ -111,34 +121,41 @@ impl Culler {
             }
         }
         let cell_objects = Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32))));
-        Self {
+        let cell_boxes: Vec<_> = file.cells.iter().map(|cell| cell_bounds(cell, extent, tolerance)).collect();
+        let keys = file.portal_keys();
+        let mut by_key: Vec<PortalId> = (0..keys.len() as u32).map(PortalId).collect();
+        by_key.sort_by(|a, b| keys[a.index()].cmp(&keys[b.index()]));
+        Arc::new(Self {
             tolerance,
-            min_pixels: MinPixels::default(),
             locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
-            placed: Boxes::new(placed_bounds(file, &cell_objects, extent, tolerance)),
+            placed: Boxes::new(placed_bounds(file, &cell_objects, &cell_boxes)),
+            cell_boxes,
             cell_objects,
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
             portal_corners: Lists::new(file.portals.iter().map(|p| p.winding.iter().copied())),
-            shut: vec![0; (2 * file.portals.len()).div_ceil(64)],
             found_shut: (0u32..)
                 .zip(&file.portals)
                 .filter(|(_, p)| p.state.shut && !p.state.see_through && !p.state.ajar)
                 .map(|(i, _)| PortalId(i))
                 .collect(),
             boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),
+            indices: indices(file),
             triangles: file.objects.iter().map(|o| o.triangles).collect(),
+            keys,
+            by_key,
             open_cells: file.cells.iter().map(|c| c.open).collect(),
             object_rows: file.object_rows.clone(),
             cell_rows: file.cell_rows.clone(),
+            learned: vec![OnceLock::new(); file.cells.len()],
             views: file.views.rows.clone().map(|rows| {
                 let ids = (0..).map(ViewCellId);
                 let views = ids.zip(file.views.cells.iter().map(|c| &c.pieces[..]));
                 ViewCells { locator: Locator::new(views, extent, tolerance), rows }
             }),
             cell_rows_prune: file.guarantee == Guarantee::Conservative,
-        }
+        })
     }
 
     /// Whether a cell is open: outdoors, or without a roof.
@@ -146,29 +163,64 @@ impl Culler {
         self.open_cells[cell.index()]
     }
 
-    /// Sets the limit below which objects are not drawn, in all modes except [`Mode::None`](super::Mode::None), and in mirrors, too; by
-    /// default there is none.
-    pub fn set_min_pixels(&mut self, limit: MinPixels) {
-        self.min_pixels = limit;
-    }
-
-    /// Sets the row of a cell that was computed at run time: objects and cells that may be visible from it, as bits, the first in the
-    /// lowest. A cell without a row sees everything, so rows may arrive at any time.
+    /// Learns the row of a cell that was computed at run time: objects and cells that may be visible from it, as bits, the first in the
+    /// lowest. A cell without a row sees everything, so rows may arrive at any time and from any thread; the first of a cell stays, and the
+    /// result is whether this was it. A learned row goes before the file's.
     ///
     /// # Panics
     ///
     /// If there is no such cell, or a row has the wrong length.
-    pub fn learn_row(&mut self, cell: CellId, objects: &[u64], cells: &[u64]) {
-        let (of_objects, of_cells) = (self.object_count(), self.cell_count());
-        for (rows, columns, row) in [(&mut self.object_rows, of_objects, objects), (&mut self.cell_rows, of_cells, cells)] {
-            let rows = rows.get_or_insert_with(|| {
-                let mut all = BitMatrix::new(of_cells, columns);
-                (0..of_cells)
-                    .for_each(|r| all.row_mut(r).iter_mut().enumerate().for_each(|(w, out)| *out = all_ones(columns, w)));
-                all
-            });
-            rows.assign_row(cell.index(), row);
-        }
+    pub fn learn_row(&self, cell: CellId, objects: &[u64], cells: &[u64]) -> bool {
+        let row = |columns: usize, row: &[u64]| -> Box<[u64]> {
+            assert_eq!(row.len(), columns.div_ceil(64), "words of a row of {columns}");
+            row.iter().enumerate().map(|(word, bits)| bits & all_ones(columns, word)).collect()
+        };
+        let rows = [row(self.object_count(), objects), row(self.cell_count(), cells)];
+        self.learned[cell.index()].set(rows).is_ok()
+    }
+
+    /// Number of cells whose row was learned ([`Culler::learn_row`]).
+    pub(super) fn learned_rows(&self) -> usize {
+        self.learned.iter().filter(|learned| learned.get().is_some()).count()
+    }
+
+    /// The row of a cell: objects; `None`: all.
+    #[inline]
+    pub(super) fn object_row(&self, cell: CellId) -> Option<&[u64]> {
+        let learned = self.learned[cell.index()].get().map(|[objects, _]| &**objects);
+        learned.or_else(|| self.object_rows.as_ref().map(|rows| rows.row(cell.index())))
+    }
+
+    /// The row of a cell: cells; `None`: all.
+    #[inline]
+    pub(super) fn cell_row(&self, cell: CellId) -> Option<&[u64]> {
+        let learned = self.learned[cell.index()].get().map(|[_, cells]| &**cells);
+        learned.or_else(|| self.cell_rows.as_ref().map(|rows| rows.row(cell.index())))
+    }
+
+    /// The cell of a point (metres, relative to the file's origin); on a border, the one with the point deepest inside.
+    pub fn cell_of(&self, p: Vec3) -> Option<CellId> {
+        self.locate(p, &mut u32::MAX.clone()).as_slice().first().copied()
+    }
+
+    /// The cells that a point is in; `last_piece`: where it was before.
+    pub(super) fn locate(&self, p: Vec3, last_piece: &mut u32) -> Homes {
+        self.locator.locate(p, self.tolerance, last_piece)
+    }
+
+    /// The portal with a key ([`PvsFile::portal_keys`]), in any bake of the model.
+    pub fn portal(&self, key: &str) -> Option<PortalId> {
+        let found = self.by_key.binary_search_by(|portal| self.keys[portal.index()].as_str().cmp(key));
+        found.ok().map(|at| self.by_key[at])
+    }
+
+    /// The key of a portal.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such portal.
+    pub fn portal_key(&self, portal: PortalId) -> &str {
+        &self.keys[portal.index()]
     }
 
     /// Number of objects.
@@ -191,6 +243,11 @@ impl Culler {
         self.triangles[object.index()]
     }
 
+    /// The range of an object in an index buffer that holds the objects' triangles in the order of their ids.
+    pub fn indices(&self, object: ObjectId) -> Range<u32> {
+        self.indices[object.index()]..self.indices[object.index() + 1]
+    }
+
     /// Largest distance of a stored portal's edge or plane from the real opening's, metres: windings grow by this, and an eye this near to
     /// a cell is in it.
     pub fn tolerance(&self) -> f64 {
@@ -198,15 +255,24 @@ impl Culler {
     }
 }
 
+/// First index of each object, and the end of the last. Beyond what an index can count, ranges are empty.
+fn indices(file: &PvsFile) -> Vec<u32> {
+    let mut end = 0u32;
+    let mut next = |triangles: u32| {
+        end = end.saturating_add(triangles.saturating_mul(3));
+        end
+    };
+    std::iter::once(0).chain(file.objects.iter().map(|object| next(object.triangles))).collect()
+}
+
 /// Boxes of each object's part in each of its cells, in the order of `cell_objects`.
 fn placed_bounds(
     file: &PvsFile,
     cell_objects: &Lists<ObjectId>,
-    extent: f64,
-    tolerance: f64,
+    cell_boxes: &[Option<[Vec3; 2]>],
 ) -> impl ExactSizeIterator<Item = [Vec3; 2]> {
-    let arounds = file.cells.iter().map(|cell| cell_bounds(cell, extent, tolerance));
-    let cells = arounds.enumerate().flat_map(|(c, around)| std::iter::repeat_n(around, cell_objects.get(c).len()));
+    let arounds = cell_boxes.iter().enumerate();
+    let cells = arounds.flat_map(|(c, &around)| std::iter::repeat_n(around, cell_objects.get(c).len()));
     let mut bounds: Vec<[Vec3; 2]> = Vec::with_capacity(cell_objects.items().len());
     for (i, (around, object)) in cells.zip(cell_objects.items()).enumerate() {
         let whole = file.objects[object.index()].bounds;
@@ -228,7 +294,7 @@ fn cell_bounds(cell: &FileCell, extent: f64, tolerance: f64) -> Option<[Vec3; 2]
 }
 
 /// The intersection of a box with a cell's box; the whole box if that is empty.
-fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
+pub(super) fn part([min, max]: [Vec3; 2], around: Option<[Vec3; 2]>) -> [Vec3; 2] {
     let [low, high] = around.map_or([min, max], |[low, high]| [min.max(low), max.min(high)]);
     if low.cmple(high).all() { [low, high] } else { [min, max] }
 }

@@ -11,12 +11,36 @@
 //! lacks the view through the slot.
 
 use super::Culler;
+use crate::math::bits::ones;
 use crate::math::geom::Aabb;
 use crate::math::tolerance::DOORWAY;
 use crate::{DirectedPortal, PortalId};
 
-impl Culler {
-    /// Opens or shuts a portal in both directions. Everything is open at first.
+/// Which portals of a culler are shut. A value of its own: each view has one, and a world keeps as many as it has states. A copy takes a bit
+/// a direction of a portal.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Doors {
+    portals: usize,
+    /// Directed portals that are shut, as bits.
+    pub(super) shut: Vec<u64>,
+}
+
+impl Doors {
+    /// All portals open.
+    pub fn open(culler: &Culler) -> Self {
+        let portals = culler.portal_count();
+        Self { portals, shut: vec![0; (2 * portals).div_ceil(64)] }
+    }
+
+    /// Portals with a shut solid leaf in the model are shut, all others open. Portals with a gap beside the leaf are open
+    /// ([`crate::file::PortalState::ajar`]).
+    pub fn as_found(culler: &Culler) -> Self {
+        let mut doors = Self::open(culler);
+        culler.found_shut.iter().for_each(|&portal| doors.set_open(portal, false));
+        doors
+    }
+
+    /// Opens or shuts a portal in both directions.
     ///
     /// # Panics
     ///
@@ -31,30 +55,42 @@ impl Culler {
     ///
     /// If there is no such portal.
     pub fn set_see_through(&mut self, portal: DirectedPortal, see_through: bool) {
-        assert!(portal.portal().index() < self.portal_count(), "portal {portal:?} of {}", self.portal_count());
+        assert!(portal.portal().index() < self.portals, "portal {portal:?} of {}", self.portals);
         let (word, bit) = (&mut self.shut[portal.0 as usize / 64], 1 << (portal.0 % 64));
         *word = if see_through { *word & !bit } else { *word | bit };
     }
 
-    /// Shuts the portals with a shut solid leaf in the model, and opens all others. Returns the number of shut ones. Portals with a gap
-    /// beside the leaf stay open ([`crate::cells::PortalState::ajar`]).
-    pub fn shut_as_found(&mut self) -> usize {
-        self.shut.fill(0);
-        for i in 0..self.found_shut.len() {
-            self.set_open(self.found_shut[i], false);
-        }
-        self.found_shut.len()
+    /// Whether a portal is open in a direction.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such portal.
+    #[inline]
+    pub fn is_open(&self, portal: DirectedPortal) -> bool {
+        self.shut[portal.0 as usize / 64] >> (portal.0 % 64) & 1 == 0
     }
 
+    /// The portals that are shut in some direction, ascending.
+    pub fn shut(&self) -> impl Iterator<Item = PortalId> + '_ {
+        let mut last = None;
+        ones(&self.shut).map(|directed| PortalId(directed as u32 / 2)).filter(move |&p| last.replace(p) != Some(p))
+    }
+
+    /// Takes the states of others of the same culler; allocates nothing.
+    ///
+    /// # Panics
+    ///
+    /// If the number of portals differs.
+    pub(super) fn assign(&mut self, other: &Self) {
+        assert_eq!(self.portals, other.portals, "doors of another culler");
+        self.shut.copy_from_slice(&other.shut);
+    }
+}
+
+impl Culler {
     /// Depth of a portal's doorway: largest distance of a leaf from its plane, metres.
     pub fn doorway(&self, portal: DirectedPortal) -> f32 {
         let corners = self.portal_corners.get(portal.portal().index());
         (DOORWAY * Aabb::of(corners.iter().map(|p| p.as_dvec3())).diagonal()) as f32
-    }
-
-    /// Whether a portal is open in a direction.
-    #[inline]
-    pub fn is_open(&self, portal: DirectedPortal) -> bool {
-        self.shut[portal.0 as usize / 64] >> (portal.0 % 64) & 1 == 0
     }
 }

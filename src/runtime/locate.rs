@@ -40,6 +40,27 @@ impl<Id: Copy + Default + PartialEq> Homes<Id> {
     }
 }
 
+/// A box, for tests against planes.
+pub(super) struct Span {
+    bounds: Aabb,
+    centre: DVec3,
+    half: DVec3,
+}
+
+impl Span {
+    pub fn new(bounds: [Vec3; 2]) -> Self {
+        let [min, max] = bounds.map(|p| p.as_dvec3());
+        Self { bounds: Aabb { min, max }, centre: (min + max) * 0.5, half: (max - min) * 0.5 }
+    }
+
+    /// The least and the greatest distance of the box outside a plane, metres; NaN for an infinite box.
+    fn ends(&self, plane: &Vec4) -> [f64; 2] {
+        let n = plane.truncate().as_dvec3();
+        let (middle, reach) = (n.dot(self.centre) - f64::from(plane.w), n.abs().dot(self.half));
+        [middle - reach, middle + reach]
+    }
+}
+
 /// Every piece of every cell, or of every view cell.
 #[derive(Clone, Debug)]
 pub(super) struct Locator<Id = CellId> {
@@ -74,11 +95,32 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
 
     /// The largest distance of `p` outside the piece's planes, metres; negative inside.
     fn outside(&self, piece: u32, p: DVec3) -> f64 {
-        let range = self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize;
-        self.planes[range]
+        self.planes_of(piece)
             .iter()
             .map(|plane| plane.truncate().as_dvec3().dot(p) - f64::from(plane.w))
             .fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// The cell of a piece that holds a box by more than `margin` metres.
+    pub fn cell_around(&self, piece: u32, span: &Span, margin: f64) -> Option<Id> {
+        let cell = *self.cells.get(piece as usize)?;
+        self.planes_of(piece).iter().all(|plane| span.ends(plane)[1] < -margin).then_some(cell)
+    }
+
+    /// Visits the pieces that a box may meet, to within `margin` metres, with their cells.
+    pub fn met_by(&self, span: &Span, margin: f64, visit: &mut impl FnMut(u32, Id)) {
+        let mut test = |piece: u32| {
+            // NaN counts as met.
+            if !self.planes_of(piece).iter().any(|plane| span.ends(plane)[0] > margin) {
+                visit(piece, self.cells[piece as usize]);
+            }
+        };
+        self.tree.in_box(&span.bounds.inflated(margin), &mut test);
+        self.unbounded.iter().copied().for_each(test);
+    }
+
+    fn planes_of(&self, piece: u32) -> &[Vec4] {
+        &self.planes[self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize]
     }
 
     /// The cells within `tolerance` metres of `p`. The search starts at `last_piece`, which is then set to a piece that contains `p`.

@@ -7,19 +7,21 @@
 //!
 //! Rows: a reflected line starts in the mirror's cell, so that cell's row applies, not the eye's.
 
-use super::Mode;
-use super::culler::Culler;
-use super::culler::{directed_plane, target};
-use super::frustum::{Camera, Rect};
+use super::camera::{Camera, Rect};
+use super::culler::{Culler, directed_plane, target};
+use super::mode::Mode;
+use super::movers::{Collected, How, MoverId, Movers};
+use super::objects::Opened;
 use super::portals::{self, Eye, is_beyond};
-use super::scratch::{FrameStats, Scratch};
+use super::scratch::Scratch;
+use super::visible::FrameStats;
 use crate::math::geom::newell;
 use crate::{CellId, ObjectId};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// Most reflections of a frame. Two opposite mirrors add two per level of depth, a hall of mirrors exponentially many; further ones are
-/// dropped and counted.
+/// dropped, and the reflection that would show them counts one in [`FrameStats::capped`].
 pub const MOST_REFLECTIONS: usize = 256;
 
 /// A flat mirror.
@@ -60,11 +62,11 @@ impl Mirror {
 }
 
 /// The view in one mirror.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Reflection {
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Reflection<'v> {
     /// Index of the mirror.
     pub mirror: usize,
-    /// The reflection that shows the mirror; `None` if the eye sees it directly.
+    /// The number of the reflection that shows the mirror; `None` if the eye sees it directly.
     pub parent: Option<usize>,
     /// Number of reflections along a line; 1 or more.
     pub depth: u32,
@@ -72,42 +74,99 @@ pub struct Reflection {
     pub camera: Camera,
     /// Its rectangle on the screen.
     pub rect: Rect,
-    objects: Range<usize>,
+    /// The objects to draw in it, each once.
+    pub objects: &'v [ObjectId],
+    /// The movers to draw in it, each once.
+    pub movers: &'v [MoverId],
+    /// Counters.
+    pub stats: FrameStats,
 }
 
-/// The reflections of a frame, in memory that grows to the maximum over frames.
+/// A reflection, with its range in the list of objects.
 #[derive(Clone, Debug)]
-pub struct Reflections {
-    scratch: Scratch,
-    views: Vec<Reflection>,
-    objects: Vec<ObjectId>,
+struct Turned {
+    mirror: usize,
+    parent: Option<usize>,
+    depth: u32,
+    camera: Camera,
+    rect: Rect,
+    objects: Range<usize>,
+    movers: Range<usize>,
     stats: FrameStats,
 }
 
+/// The reflections of a frame, in memory that grows to the maximum over frames.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Reflections {
+    turned: Vec<Turned>,
+    objects: Vec<ObjectId>,
+    movers: Collected,
+}
+
+/// A frame whose mirrors are looked into, and the movers in them.
+pub(super) struct Seen<'f> {
+    pub movers: Option<&'f Movers>,
+    pub camera: Camera,
+    pub mode: Mode,
+    pub scratch: &'f Scratch,
+}
+
 impl Reflections {
-    /// Without reflections.
-    pub fn for_culler(culler: &Culler) -> Self {
-        Self { scratch: Scratch::for_culler(culler), views: Vec::new(), objects: Vec::new(), stats: FrameStats::default() }
-    }
-
-    /// The reflections, first those that the eye sees directly.
-    pub fn views(&self) -> &[Reflection] {
-        &self.views
-    }
-
-    /// The objects to draw in one of them, each once.
-    pub fn objects(&self, view: usize) -> &[ObjectId] {
-        &self.objects[self.views[view].objects.clone()]
-    }
-
-    /// Sums over all; `capped` counts reflections beyond [`MOST_REFLECTIONS`].
-    pub fn stats(&self) -> FrameStats {
-        self.stats
+    /// Computes the reflections of a frame, up to `depth` levels, in the memory of another frame.
+    pub fn find(
+        &mut self,
+        culler: &Culler,
+        frame: Option<Seen<'_>>,
+        (mirrors, depth): (&[Mirror], u32),
+        scratch: &mut Scratch,
+    ) {
+        self.turned.clear();
+        self.objects.clear();
+        self.movers.ids.clear();
+        let Some(Seen { movers, camera, mode, scratch: seen }) = frame.filter(|_| depth > 0) else { return };
+        let mode = mode.without_queries();
+        let by_portals = matches!(mode, Mode::Portals | Mode::PortalsAndPvs);
+        let eye = |camera: &Camera, front| Eye::new(camera, culler, front);
+        let (open, parent) = (Rect::FULL, None);
+        let root = Seeing { camera, eye: eye(&camera, None), through: None, open, parent, depth: 0, by_portals };
+        self.add(culler, mirrors, &root, seen);
+        let mut next = 0;
+        while let Some(view) = self.turned.get(next) {
+            let (mirror, camera, open, nested) = (&mirrors[view.mirror], view.camera, view.rect, view.depth);
+            let eye = eye(&camera, Some(mirror.plane));
+            scratch.begin();
+            let with_rows = matches!(mode, Mode::Pvs | Mode::PortalsAndPvs);
+            culler.join_rows(if with_rows { std::slice::from_ref(&mirror.cell) } else { &[] }, scratch);
+            if by_portals {
+                scratch.homes.push(mirror.cell);
+                portals::traverse(culler, &camera, &eye, &[mirror.cell], &open, scratch);
+            } else {
+                culler.take_all(&camera, mode, scratch);
+            }
+            culler.leave_out_small(&camera, mode, scratch);
+            scratch.finish(culler);
+            let start = self.objects.len();
+            self.objects.extend_from_slice(&scratch.objects);
+            let turned = &mut self.turned[next];
+            turned.objects = start..self.objects.len();
+            turned.stats += scratch.stats;
+            let start = self.movers.ids.len();
+            if let Some(movers) = movers {
+                let opened = Opened { culler, camera: &camera, front: by_portals.then_some(mirror.plane), open: &open };
+                self.movers.add(movers, culler, How::of(mode), &opened, scratch);
+            }
+            turned.movers = start..self.movers.ids.len();
+            if nested < depth {
+                let (through, parent) = (Some(mirror), Some(next));
+                let seeing = Seeing { camera, eye, through, open, parent, depth: nested, by_portals };
+                self.add(culler, mirrors, &seeing, scratch);
+            }
+            next += 1;
+        }
     }
 
     /// Adds the mirrors visible in a frame, seen in reflection `parent` or by the eye.
-    fn add(&mut self, culler: &Culler, mirrors: &[Mirror], eye: &Seeing<'_>, frame: Option<&Scratch>) {
-        let frame = frame.unwrap_or(&self.scratch);
+    fn add(&mut self, culler: &Culler, mirrors: &[Mirror], eye: &Seeing<'_>, frame: &Scratch) {
         for (i, mirror) in mirrors.iter().enumerate() {
             let behind = eye.through.is_some_and(|through: &Mirror| {
                 std::ptr::eq(through, mirror) || !is_beyond(culler, through.plane, &mirror.corners)
@@ -119,13 +178,25 @@ impl Reflections {
             if rect.is_empty() {
                 continue;
             }
-            if self.views.len() == MOST_REFLECTIONS {
-                self.stats.capped += 1;
+            if self.turned.len() == MOST_REFLECTIONS {
+                self.turned[eye.parent.unwrap_or(0)].stats.capped += 1;
                 return;
             }
-            let (camera, none) = (mirror.reflect(&eye.camera), Range::default());
-            self.views.push(Reflection { mirror: i, parent: eye.parent, depth: eye.depth + 1, camera, rect, objects: none });
+            let (none, stats) = (Range::default(), FrameStats::default());
+            let (camera, depth) = (mirror.reflect(&eye.camera), eye.depth + 1);
+            let (objects, movers, parent) = (none.clone(), none, eye.parent);
+            self.turned.push(Turned { mirror: i, parent, depth, camera, rect, objects, movers, stats });
         }
+    }
+
+    /// The reflections, first those that the eye sees directly.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Reflection<'_>> {
+        self.turned.iter().map(|turned| {
+            let Turned { mirror, parent, depth, camera, rect, stats, .. } = *turned;
+            let objects = &self.objects[turned.objects.clone()];
+            let movers = &self.movers.ids[turned.movers.clone()];
+            Reflection { mirror, parent, depth, camera, rect, objects, movers, stats }
+        })
     }
 }
 
@@ -147,7 +218,8 @@ impl Seeing<'_> {
     /// The rectangle of a mirror on the screen, in a frame.
     fn seen_on(&self, culler: &Culler, mirror: &Mirror, frame: &Scratch) -> Rect {
         let side = self.eye.distance_from(mirror.plane);
-        if side < -culler.tolerance {
+        // Lines of sight of an orthographic camera start anywhere.
+        if side < -culler.tolerance && !self.camera.is_orthographic() {
             return Rect::EMPTY;
         }
         let own = self.eye.outline(&mirror.corners, side);
@@ -162,57 +234,5 @@ impl Seeing<'_> {
             }
         }
         seen
-    }
-}
-
-impl Culler {
-    /// Computes reflections, up to `depth` levels (0: none), for the frame in `scratch`: that of [`Culler::cull`] with this camera and
-    /// mode, just before. In modes without portals, all mirrors on the screen count, with the row of their cell.
-    pub fn reflect(
-        &self,
-        camera: &Camera,
-        mode: Mode,
-        mirrors: &[Mirror],
-        depth: u32,
-        scratch: &Scratch,
-        out: &mut Reflections,
-    ) {
-        out.views.clear();
-        out.objects.clear();
-        out.stats = FrameStats::default();
-        if depth == 0 {
-            return;
-        }
-        let mode = mode.without_queries();
-        let by_portals = matches!(mode, Mode::Portals | Mode::PortalsAndPvs);
-        let eye = |camera: &Camera, front| Eye::new(camera, self, front);
-        let (open, parent) = (Rect::FULL, None);
-        let root = Seeing { camera: *camera, eye: eye(camera, None), through: None, open, parent, depth: 0, by_portals };
-        out.add(self, mirrors, &root, Some(scratch));
-        let mut next = 0;
-        while let Some(view) = out.views.get(next) {
-            let (mirror, camera, open, nested) = (&mirrors[view.mirror], view.camera, view.rect, view.depth);
-            let eye = eye(&camera, Some(mirror.plane));
-            out.scratch.begin(self);
-            let with_rows = matches!(mode, Mode::Pvs | Mode::PortalsAndPvs);
-            self.join_rows(if with_rows { std::slice::from_ref(&mirror.cell) } else { &[] }, &mut out.scratch);
-            if by_portals {
-                out.scratch.homes.push(mirror.cell);
-                portals::traverse(self, &camera, &eye, &[mirror.cell], &open, &mut out.scratch);
-            } else {
-                self.take_all(&camera, mode, &mut out.scratch);
-            }
-            self.leave_out_small(&camera, mode, &mut out.scratch);
-            let start = out.objects.len();
-            out.objects.extend_from_slice(&out.scratch.objects);
-            out.views[next].objects = start..out.objects.len();
-            out.stats += out.scratch.finish(self, None).stats;
-            if nested < depth {
-                let (through, parent) = (Some(mirror), Some(next));
-                let seeing = Seeing { camera, eye, through, open, parent, depth: nested, by_portals };
-                out.add(self, mirrors, &seeing, None);
-            }
-            next += 1;
-        }
     }
 }

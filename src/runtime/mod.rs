@@ -2,16 +2,15 @@
 //!
 //! ```no_run
 //! # fn demo(file: &enfilade::file::PvsFile) {
-//! use enfilade::runtime::{Camera, Culler, Mode, Scratch};
+//! use enfilade::runtime::{Camera, Culler, Mode, View};
 //! use glam::DVec3;
 //!
 //! let culler = Culler::new(file);
-//! let mut scratch = Scratch::for_culler(&culler);
+//! let mut view = View::new(&culler);
 //! let eye = DVec3::new(2.0, 1.6, 3.0) - file.origin;
 //! let camera = Camera::look_at(eye, eye + DVec3::X, 60f64.to_radians(), 16.0 / 9.0);
-//! let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
-//! for object in visible.objects {
-//!     println!("draw object {object}");
+//! for indices in view.cull(&camera, Mode::PortalsAndPvs).runs() {
+//!     println!("draw indices {indices:?}");
 //! }
 //! # }
 //! ```
@@ -21,21 +20,21 @@
 //! * An object with a pixel on the screen is in the set, if cells, portals and rows are sound: every tolerance here errs towards *visible*
 //!   (by [`Culler::tolerance`]), and so does every limit on work, which [`FrameStats::capped`] counts.
 //! * If the eye is in no cell, the set is everything in the frustum, never nothing.
-//! * Small objects are left out if the client sets a limit ([`Culler::set_min_pixels`]), and [`FrameStats::small`] counts them.
+//! * Small objects are left out if the client sets a limit ([`View::set_min_pixels`]), and [`FrameStats::small`] counts them.
 //! * The set depends on the camera and the mode, not on earlier frames.
-//! * After [`Scratch::for_culler`], [`Culler::cull`] allocates nothing.
+//! * [`View::cull`] allocates nothing.
 
 mod around;
 mod boxes;
+mod camera;
 mod cull;
 mod culler;
 mod doors;
-mod frame_culler;
-mod frustum;
 mod locate;
 mod mirrors;
 mod mode;
 mod motion;
+mod movers;
 mod objects;
 mod online;
 mod portals;
@@ -43,14 +42,18 @@ pub mod prefetch;
 mod scratch;
 mod sets;
 mod small;
+mod view;
+mod visible;
 
-pub use around::Place;
+pub use around::Around;
+pub use camera::{Axes, Camera, NotACamera, Rect};
 pub use culler::Culler;
-pub use frame_culler::FrameCuller;
-pub use frustum::{Camera, NotPerspective, Rect};
-pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection, Reflections};
+pub use doors::Doors;
+pub use mirrors::{MOST_REFLECTIONS, Mirror, Reflection};
 pub use mode::Mode;
 pub use motion::Motion;
-pub use scratch::{CrossedPortal, FrameStats, Scratch, VisibleSet};
+pub use movers::{MoverError, MoverId, Movers};
 pub use sets::MOST_PLANES;
 pub use small::MinPixels;
+pub use view::View;
+pub use visible::{CrossedPortal, FrameStats, VisibleSet};

@@ -1,23 +1,30 @@
 //! Collects the visible objects of the reached cells: those within the rectangles of portals, in blocks of boxes.
 
 use super::boxes::{HalfSpaces, LANES};
+use super::camera::{Camera, Rect};
 use super::culler::{Culler, bit, directed_plane, target};
-use super::frustum::{Camera, Rect};
 use super::scratch::{PortalState, Scratch};
 use crate::CellId;
 use crate::math::bits::ones;
 use crate::math::simd::Vectorize;
 use glam::Vec3;
 
-/// Adds objects to the scratch: first those of the eye's own cells, then those of other cells through portals.
-pub(super) struct CollectObjects<'a> {
+/// What an eye sees, or a mirror's reflected one.
+#[derive(Clone, Copy)]
+pub(super) struct Opened<'a> {
     pub culler: &'a Culler,
     pub camera: &'a Camera,
-    /// If set, only objects beyond this plane are visible.
+    /// If set, only what is beyond this plane is visible.
     pub front: Option<(Vec3, f32)>,
-    /// The eye's cells, which it sees on `open`.
-    pub homes: &'a [CellId],
+    /// The part of the screen on which the eye sees its own cells.
     pub open: &'a Rect,
+}
+
+/// Adds objects to the scratch: first those of the eye's own cells, then those of other cells through portals.
+pub(super) struct CollectObjects<'a> {
+    pub seen: Opened<'a>,
+    /// The eye's cells.
+    pub homes: &'a [CellId],
     pub scratch: &'a mut Scratch,
 }
 
@@ -26,10 +33,7 @@ impl Vectorize for CollectObjects<'_> {
 
     #[inline(always)]
     fn work(mut self) {
-        let mut around = HalfSpaces::of(self.camera, self.open);
-        if let Some((n, d)) = self.front {
-            around = around.beyond(n, self.behind(d));
-        }
+        let around = self.seen.around();
         for &home in self.homes {
             self.scratch.spaces.clear();
             self.scratch.spaces.push(around);
@@ -38,32 +42,38 @@ impl Vectorize for CollectObjects<'_> {
         for i in 0..self.scratch.reached.len() {
             let cell = self.scratch.reached[i];
             // The eye's own cell is complete on the screen.
-            if self.front.is_some() || !self.homes.contains(&cell) {
-                let around = self.open(cell);
+            if self.seen.front.is_some() || !self.homes.contains(&cell) {
+                let around = self.seen.open(cell, self.scratch);
                 self.take(cell, around);
             }
         }
     }
 }
 
-impl CollectObjects<'_> {
+impl Opened<'_> {
+    /// The half-spaces of the rectangle.
+    pub fn around(&self) -> HalfSpaces {
+        let around = HalfSpaces::of(self.camera, self.open);
+        self.front.map_or(around, |(n, d)| around.beyond(n, self.behind(d)))
+    }
+
     /// Sets `spaces` to the half-spaces of each portal into a cell. Returns half-spaces around all of them.
-    fn open(&mut self, cell: CellId) -> HalfSpaces {
+    pub fn open(&self, cell: CellId, scratch: &mut Scratch) -> HalfSpaces {
         let Self { culler, camera, .. } = *self;
-        self.scratch.spaces.clear();
-        let (mut all, mut next) = (Rect::EMPTY, self.scratch.ways_in[cell.index()].first);
-        while let Some(crossed) = self.scratch.crossed.get(next as usize) {
-            let PortalState { open, shut, .. } = self.scratch.portal_states[crossed.portal.0 as usize];
+        scratch.spaces.clear();
+        let (mut all, mut next) = (Rect::EMPTY, scratch.ways_in[cell.index()].first);
+        while let Some(crossed) = scratch.crossed.get(next as usize) {
+            let PortalState { open, shut, .. } = scratch.portal_states[crossed.portal.0 as usize];
             let (n, d) = directed_plane(culler, crossed.portal);
             let mut space = HalfSpaces::of(camera, &open).beyond(n, self.behind(d));
             if shut {
                 space = space.beyond(-n, -(d + culler.doorway(crossed.portal)));
             }
             all = all.union(open);
-            self.scratch.spaces.push(space);
-            next = self.scratch.next_in[next as usize];
+            scratch.spaces.push(space);
+            next = scratch.next_in[next as usize];
         }
-        if let [one] = self.scratch.spaces[..] { one } else { HalfSpaces::of(camera, &all) }
+        if let [one] = scratch.spaces[..] { one } else { HalfSpaces::of(camera, &all) }
     }
 
     /// A plane's distance from the origin, moved by the tolerance: twice as everywhere, and once more for rounding, whose terms are within
@@ -71,11 +81,13 @@ impl CollectObjects<'_> {
     fn behind(&self, d: f32) -> f32 {
         d - 3.0 * self.culler.tolerance as f32
     }
+}
 
+impl CollectObjects<'_> {
     /// Adds the objects of a cell that are in the row and in one of `spaces`; `around` contains all of these.
     #[inline(always)]
     fn take(&mut self, cell: CellId, around: HalfSpaces) {
-        let Self { culler, scratch, .. } = self;
+        let Self { seen: Opened { culler, .. }, scratch, .. } = self;
         let range = culler.cell_objects.range(cell.index());
         for start in range.clone().step_by(LANES) {
             let mut wanted = around.meet(&culler.placed, start);

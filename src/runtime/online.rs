@@ -5,7 +5,9 @@
 //! portals do, and few nodes need a query. An object is in the walk only if it is within a portal's rectangle, so queries never go beyond
 //! the portals' frusta.
 
-use super::{Camera, Culler, FrameStats, Mode, Scratch, VisibleSet};
+use super::culler::Culler;
+use super::mode::Mode;
+use super::scratch::Scratch;
 use crate::ObjectId;
 use crate::math::geom::Aabb;
 use crate::occlusion::chc::Chc;
@@ -22,7 +24,6 @@ pub(super) struct OnlineCuller {
     mask: Mask,
     chc: Chc,
     plus: ChcPlus,
-    scratch: Scratch,
 }
 
 impl OnlineCuller {
@@ -42,13 +43,7 @@ impl OnlineCuller {
     /// Uses a given tree of all objects.
     pub fn with_tree(culler: &Culler, tree: Hierarchy) -> Self {
         assert_eq!(tree.object_count(), culler.object_count(), "a tree of the culler's objects");
-        Self {
-            mask: Mask::new(&tree),
-            tree,
-            chc: Chc::default(),
-            plus: ChcPlus::new(ChcPlusOptions::default()),
-            scratch: Scratch::for_culler(culler),
-        }
+        Self { mask: Mask::new(&tree), tree, chc: Chc::default(), plus: ChcPlus::new(ChcPlusOptions::default()) }
     }
 
     /// Its tree.
@@ -56,18 +51,18 @@ impl OnlineCuller {
         self.tree
     }
 
-    /// Draws a frame by [`Mode::Chc`] or [`Mode::ChcPlus`], with an oracle that has just begun it with `view`, the camera's. Returns the
-    /// drawn objects: all objects of [`Culler::cull`] that have a pixel at the oracle's size beyond the near plane. `culler` is that of
-    /// [`Self::new`]; its doors may have moved. Allocates nothing after the first frame of each mode.
+    /// Draws the frame in `scratch` by [`Mode::Chc`] or [`Mode::ChcPlus`], with an oracle that has just begun it with `view`, and leaves its
+    /// objects that are drawn there: all that have a pixel at the oracle's size beyond the near plane. Allocates nothing after the first
+    /// frame of each mode.
     pub fn cull(
         &mut self,
         culler: &Culler,
-        (camera, view): (&Camera, &View),
+        view: &View,
         mode: Mode,
         oracle: &mut impl OcclusionOracle,
-    ) -> VisibleSet<'_> {
-        let visible = culler.cull(camera, Mode::PortalsAndPvs, &mut self.scratch);
-        self.mask.set(&self.tree, visible.objects);
+        scratch: &mut Scratch,
+    ) {
+        self.mask.set(&self.tree, &scratch.objects);
         let scope = Scope { tree: &self.tree, frustum: &Frustum::new(view), mask: Some(&self.mask) };
         let (objects, asked) = if mode == Mode::ChcPlus {
             self.plus.cull_of(&scope, oracle);
@@ -76,8 +71,9 @@ impl OnlineCuller {
             self.chc.cull_of(&scope, oracle);
             (self.chc.objects(), self.chc.stats())
         };
-        let triangles = objects.iter().map(|&o| u64::from(culler.triangles(o))).sum();
-        let stats = FrameStats { objects: objects.len() as u64, triangles, queries: asked.queries, ..visible.stats };
-        VisibleSet { objects, stats, ..visible }
+        scratch.objects.clear();
+        scratch.objects.extend_from_slice(objects);
+        scratch.stats.queries = asked.queries;
+        scratch.finish(culler);
     }
 }

@@ -22,10 +22,11 @@
 //!   the screen only within [`Eye::touch`] of the eye; if a winding is that near, the portal opens everything ("the eye is in the portal").
 //!   An eye within about `2 rho` of a portal's plane may be on either side: both directions are tried.
 
+use super::camera::{Camera, Rect};
 use super::culler::{Culler, directed_plane, target};
-use super::frustum::{Camera, Rect};
-use super::objects::{CollectObjects, group};
-use super::scratch::{CrossedPortal, Part, PortalState, Scratch};
+use super::objects::{CollectObjects, Opened, group};
+use super::scratch::{Part, PortalState, Scratch};
+use super::visible::CrossedPortal;
 use crate::math::simd::vectorized;
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::{DVec2, DVec3, Vec3};
@@ -197,7 +198,8 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[Cel
         }
     }
     group(culler, scratch);
-    vectorized(CollectObjects { culler, camera, front: eye.front, homes, open, scratch: &mut *scratch });
+    let seen = Opened { culler, camera, front: eye.front, open };
+    vectorized(CollectObjects { seen, homes, scratch: &mut *scratch });
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
 }
@@ -250,7 +252,7 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
         if culler.may_enter(target(culler, portal), scratch) {
             let own = eye.own_outline(culler, portal);
             if !own.is_empty() {
-                let shut = !culler.is_open(portal) && !is_in_doorway(culler, eye.at, portal.portal());
+                let shut = !scratch.doors.is_open(portal) && !is_in_doorway(culler, eye.at, portal.portal());
                 scratch.portal_states[portal.0 as usize] = PortalState { own, shut, ..PortalState::UNSEEN };
                 scratch.ways.push(portal);
             }

@@ -1,76 +1,13 @@
 //! The memory of one camera: marks, queues and results, all allocated at their final size.
 
 use super::boxes::HalfSpaces;
+use super::camera::Rect;
 use super::culler::Culler;
-use super::frustum::Rect;
+use super::doors::Doors;
 use super::locate::MOST_HOMES;
+use super::small::MinPixels;
+use super::visible::{CrossedPortal, FrameStats};
 use crate::{CellId, DirectedPortal, ObjectId};
-use std::ops::{Add, AddAssign};
-
-/// Counters of a frame.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct FrameStats {
-    /// Cells reached (portals, both) or in the row (pvs); 0 in other modes.
-    pub cells: u64,
-    /// Directed portals crossed.
-    pub portals: u64,
-    /// Objects in the set.
-    pub objects: u64,
-    /// Their triangles.
-    pub triangles: u64,
-    /// Small objects left out ([`Culler::set_min_pixels`]).
-    pub small: u64,
-    /// Occlusion queries.
-    pub queries: u64,
-    /// Times that a limit on work was reached, so that more was kept.
-    pub capped: u64,
-}
-
-impl Add for FrameStats {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            cells: self.cells + other.cells,
-            portals: self.portals + other.portals,
-            objects: self.objects + other.objects,
-            triangles: self.triangles + other.triangles,
-            small: self.small + other.small,
-            queries: self.queries + other.queries,
-            capped: self.capped + other.capped,
-        }
-    }
-}
-
-impl AddAssign for FrameStats {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-/// A portal crossed in the frame.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct CrossedPortal {
-    /// The directed portal.
-    pub portal: DirectedPortal,
-    /// Its rectangle on the screen: covers every pixel that shows something beyond it.
-    pub rect: Rect,
-}
-
-/// The result of a frame, kept in the [`Scratch`] until the next one.
-#[derive(Clone, Copy, Debug)]
-pub struct VisibleSet<'s> {
-    /// The objects to draw, each once; in modes with portals, those of the eye's cell come first.
-    pub objects: &'s [ObjectId],
-    /// The cells reached (portals, both), the eye's own first.
-    pub cells: &'s [CellId],
-    /// The crossed portals, nearest (in portals) first.
-    pub portals: &'s [CrossedPortal],
-    /// The eye's cell; `None` if it is in none, or if the mode does not use cells.
-    pub home: Option<CellId>,
-    /// Counters.
-    pub stats: FrameStats,
-}
 
 /// A cell's part of a list that is filled cell by cell during a frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -135,40 +72,42 @@ impl Queue {
     }
 }
 
-/// All state of frames; one per camera.
+/// All state of frames.
 #[derive(Clone, Debug)]
-pub struct Scratch {
+pub(super) struct Scratch {
+    pub doors: Doors,
+    pub min_pixels: MinPixels,
     /// Frame counter; a mark is set if it equals this.
-    pub(super) frame: u32,
+    pub frame: u32,
     /// By object: the last frame that took it.
-    pub(super) taken: Vec<u32>,
-    pub(super) cell_marks: Vec<u32>,
+    pub taken: Vec<u32>,
+    pub cell_marks: Vec<u32>,
     /// By cell: its part of `ways`.
-    pub(super) cell_ways: Vec<Part>,
+    pub cell_ways: Vec<Part>,
     /// Portals that the eye might see through.
-    pub(super) ways: Vec<DirectedPortal>,
+    pub ways: Vec<DirectedPortal>,
     /// Target cells of crossed portals, and the portals by cell.
-    pub(super) reached: Vec<CellId>,
-    pub(super) ways_in: Vec<WaysIn>,
+    pub reached: Vec<CellId>,
+    pub ways_in: Vec<WaysIn>,
     /// By crossed portal: the next one into the same cell; invalid at the last.
-    pub(super) next_in: Vec<u32>,
+    pub next_in: Vec<u32>,
     /// The half-spaces of each portal into one cell.
-    pub(super) spaces: Vec<HalfSpaces>,
-    pub(super) portal_states: Vec<PortalState>,
-    pub(super) queue: Queue,
+    pub spaces: Vec<HalfSpaces>,
+    pub portal_states: Vec<PortalState>,
+    pub queue: Queue,
     /// The rows of the eye's cells, joined.
-    pub(super) object_row: Vec<u64>,
-    pub(super) cell_row: Vec<u64>,
+    pub object_row: Vec<u64>,
+    pub cell_row: Vec<u64>,
     /// The eye's piece in the last frame.
-    pub(super) last_piece: u32,
-    pub(super) objects: Vec<ObjectId>,
-    pub(super) cells: Vec<CellId>,
+    pub last_piece: u32,
+    pub objects: Vec<ObjectId>,
+    pub cells: Vec<CellId>,
     /// The eye's cells; empty if there are none, or if the mode does not use cells.
-    pub(super) homes: Vec<CellId>,
+    pub homes: Vec<CellId>,
     /// Cells and the number of portals to them.
-    pub(super) hops: Vec<(CellId, u32)>,
-    pub(super) crossed: Vec<CrossedPortal>,
-    pub(super) stats: FrameStats,
+    pub hops: Vec<(CellId, u32)>,
+    pub crossed: Vec<CrossedPortal>,
+    pub stats: FrameStats,
 }
 
 impl Scratch {
@@ -176,6 +115,8 @@ impl Scratch {
     pub fn for_culler(culler: &Culler) -> Self {
         let (objects, cells, portals) = (culler.object_count(), culler.cell_count(), culler.portal_count() * 2);
         Self {
+            doors: Doors::open(culler),
+            min_pixels: MinPixels::default(),
             frame: 0,
             taken: vec![0; objects],
             cell_marks: vec![0; cells],
@@ -199,14 +140,8 @@ impl Scratch {
         }
     }
 
-    /// Starts a frame. A scratch of another culler is reallocated.
-    pub(super) fn begin(&mut self, culler: &Culler) {
-        let fits = self.taken.len() == culler.object_count()
-            && self.cell_marks.len() == culler.cell_count()
-            && self.portal_states.len() == culler.portal_count() * 2;
-        if !fits {
-            *self = Self::for_culler(culler);
-        }
+    /// Starts a frame.
+    pub fn begin(&mut self) {
         if self.frame == u32::MAX {
             self.frame = 0;
             self.taken.fill(0);
@@ -224,7 +159,7 @@ impl Scratch {
     }
 
     /// Marks a cell as reached, once per frame.
-    pub(super) fn reach(&mut self, cell: CellId) {
+    pub fn reach(&mut self, cell: CellId) {
         let mark = &mut self.cell_marks[cell.index()];
         if *mark != self.frame {
             *mark = self.frame;
@@ -233,9 +168,8 @@ impl Scratch {
     }
 
     /// Ends a frame.
-    pub(super) fn finish(&mut self, culler: &Culler, home: Option<CellId>) -> VisibleSet<'_> {
+    pub fn finish(&mut self, culler: &Culler) {
         self.stats.objects = self.objects.len() as u64;
         self.stats.triangles = self.objects.iter().map(|&o| u64::from(culler.triangles(o))).sum();
-        VisibleSet { objects: &self.objects, cells: &self.cells, portals: &self.crossed, home, stats: self.stats }
     }
 }

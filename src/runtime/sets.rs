@@ -1,6 +1,7 @@
 //! Sets independent of a camera: for lights, sounds, and loading.
 
-use super::Culler;
+use super::culler::{Culler, bit, target};
+use super::movers::{Collected, Movers};
 use super::scratch::Scratch;
 use crate::math::bits;
 use crate::{CellId, ObjectId};
@@ -10,29 +11,23 @@ use glam::{Vec3, Vec4};
 pub const MOST_PLANES: usize = 64;
 
 impl Culler {
-    /// The cell of a point (metres, relative to the file's origin); on a border, the one with the point deepest inside.
-    pub fn cell_of(&self, p: Vec3, scratch: &mut Scratch) -> Option<CellId> {
-        self.locate(p, scratch).as_slice().first().copied()
-    }
-
     /// The cells that may be visible from a cell, including itself, ascending: its row. All cells, if the file has no rows or only sampled
     /// ones. Doors count as open.
     pub fn visible_from(&self, cell: CellId) -> impl Iterator<Item = CellId> + '_ {
-        let row = self.cell_rows.as_ref().filter(|_| self.cell_rows_prune).map(|rows| rows.row(cell.index()));
-        (0..self.cell_count()).filter(move |&c| row.is_none_or(|row| super::culler::bit(row, c))).map(|c| CellId(c as u32))
+        let row = self.cell_row(cell).filter(|_| self.cell_rows_prune);
+        (0..self.cell_count()).filter(move |&c| row.is_none_or(|row| bit(row, c))).map(|c| CellId(c as u32))
     }
 
     /// The objects of a cell's row, ascending; all objects if the file has no rows.
     pub fn objects_from(&self, cell: CellId) -> impl Iterator<Item = ObjectId> + '_ {
-        let row = self.object_rows.as_ref().map(|rows| rows.row(cell.index()));
+        let row = self.object_row(cell);
         let all = row.is_none().then(|| 0..self.object_count()).into_iter().flatten();
         row.into_iter().flat_map(bits::ones).chain(all).map(|o| ObjectId(o as u32))
     }
 
-    /// The cells reachable from `from` through at most `hops` open portals, independent of visibility: for sounds and for loading. Ordered
-    /// by the number of portals, which is part of the result; `from` itself is first.
-    pub fn within_hops<'s>(&self, from: CellId, hops: u32, scratch: &'s mut Scratch) -> &'s [(CellId, u32)] {
-        scratch.begin(self);
+    /// Fills [`Scratch::hops`] with the cells reachable from `from` through at most `hops` open portals.
+    pub(super) fn hop(&self, from: CellId, hops: u32, scratch: &mut Scratch) {
+        scratch.begin();
         scratch.hops.clear();
         scratch.cell_marks[from.index()] = scratch.frame;
         scratch.hops.push((from, 0));
@@ -43,28 +38,21 @@ impl Culler {
                 break;
             }
             for &portal in self.cell_portals.get(cell.index()) {
-                let target = super::culler::target(self, portal);
+                let target = target(self, portal);
                 let mark = &mut scratch.cell_marks[target.index()];
-                if self.is_open(portal) && *mark != scratch.frame {
+                if scratch.doors.is_open(portal) && *mark != scratch.frame {
                     *mark = scratch.frame;
                     scratch.hops.push((target, count + 1));
                 }
             }
         }
-        &scratch.hops
     }
 
-    /// Objects whose box intersects a convex volume: `planes` are `(n, d)` with `n . p <= d` inside, metres relative to the file's origin,
-    /// with normals of any length except zero. With `from`, only objects of those cells' rows: a light's frustum extended to the camera's
-    /// view contains all shadow casters, and objects hidden from the lit cells cast no visible shadow. Ascending.
-    ///
-    /// # Panics
-    ///
-    /// With more than [`MOST_PLANES`] planes.
-    pub fn in_volume<'s>(&self, planes: &[Vec4], from: Option<&[CellId]>, scratch: &'s mut Scratch) -> &'s [ObjectId] {
+    /// Fills a scratch with the objects of some cells' rows whose box meets a convex volume.
+    pub(super) fn take_volume(&self, planes: &[Vec4], from: &[CellId], scratch: &mut Scratch) {
         assert!(planes.len() <= MOST_PLANES, "{} planes", planes.len());
-        scratch.begin(self);
-        self.join_rows(from.unwrap_or(&[]), scratch);
+        scratch.begin();
+        self.join_rows(from, scratch);
         for word in 0..scratch.object_row.len() {
             for bit in bits::ones(&[scratch.object_row[word]]) {
                 let object = word * 64 + bit;
@@ -74,7 +62,24 @@ impl Culler {
                 }
             }
         }
-        &scratch.objects
+    }
+}
+
+impl Culler {
+    /// Collects the movers in cells of some cells' rows whose box meets a convex volume.
+    pub(super) fn collect_volume(
+        &self,
+        planes: &[Vec4],
+        from: &[CellId],
+        scratch: &mut Scratch,
+        movers: &Movers,
+        out: &mut Collected,
+    ) {
+        assert!(planes.len() <= MOST_PLANES, "{} planes", planes.len());
+        self.join_rows(from, scratch);
+        out.ids.clear();
+        let is_lit = |cell: CellId| self.may_enter(cell, scratch);
+        out.add_in_volume(movers, self, is_lit, |centre, half| planes.iter().any(|p| is_outside(*p, centre, half)));
     }
 }
 

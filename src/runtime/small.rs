@@ -4,8 +4,8 @@
 //! number is certainly below the limit, so no object with at least that many pixels is left out. With a limit of 1, no pixel changes.
 
 use super::boxes::{Boxes, LANES, SUM_ERROR};
+use super::camera::Camera;
 use super::culler::Culler;
-use super::frustum::Camera;
 use super::mode::Mode;
 use super::scratch::Scratch;
 use crate::ObjectId;
@@ -28,9 +28,10 @@ pub struct MinPixels {
 impl Culler {
     /// Removes small objects from a frame, if the mode culls at all.
     pub(super) fn leave_out_small(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
-        if self.min_pixels.pixels > 0 && mode != Mode::None {
+        let limit = scratch.min_pixels;
+        if limit.pixels > 0 && mode != Mode::None {
             let before = scratch.objects.len();
-            vectorized(LeaveOut { boxes: &self.boxes, camera, limit: self.min_pixels, objects: &mut scratch.objects });
+            vectorized(LeaveOut { boxes: &self.boxes, camera, limit, objects: &mut scratch.objects });
             scratch.stats.small = (before - scratch.objects.len()) as u64;
         }
     }
@@ -102,6 +103,8 @@ struct Screen {
     eye: [f32; 3],
     axes: [Form; 2],
     w: Form,
+    /// Added to `w`: 1 for an orthographic camera.
+    constant: f32,
     size: [f32; 2],
     least: f32,
 }
@@ -110,7 +113,8 @@ impl Screen {
     fn new(camera: &Camera, limit: MinPixels) -> Self {
         let (axes, w) = ([Form::new(camera.x), Form::new(camera.y)], Form::new(camera.w));
         let size = limit.picture.map(|side| side as f32);
-        Self { eye: camera.eye.to_array(), axes, w, size, least: limit.pixels as f32 }
+        let constant = f32::from(u8::from(camera.is_orthographic()));
+        Self { eye: camera.eye.to_array(), axes, w, constant, size, least: limit.pixels as f32 }
     }
 
     /// A bit for each box that certainly has fewer pixels than the limit. Never set for a box that extends behind the eye or has NaN.
@@ -124,7 +128,7 @@ impl Screen {
                 half[axis][i] = size[axis];
             }
         }
-        let [nearest, farthest] = self.w.range(&at, &half);
+        let [nearest, farthest] = self.w.range(&at, &half).map(|ends| ends.map(|w| w + self.constant));
         let mut pixels = [1.0; LANES];
         for (form, size) in self.axes.iter().zip(self.size) {
             let [low, high] = form.range(&at, &half);
@@ -182,6 +186,17 @@ mod tests {
         assert_eq!(count([f32::NAN, f32::NAN], [0.0, 0.01], wall), None);
         assert_eq!(count([f32::NEG_INFINITY, f32::INFINITY], [0.0, 0.01], wall), None);
         assert!(!left_out(&camera, &[[Vec3::splat(5.0), Vec3::splat(6.0)]], 0, [100, 100])[0], "0 is no limit");
+    }
+
+    /// A screen of 100 by 50 pixels, each of 2 cm.
+    #[test]
+    fn pixels_of_an_orthographic_camera_are_the_same_at_any_depth() {
+        let camera = Camera::orthographic(DVec3::ZERO, DVec3::NEG_Z, 2.0, 1.0);
+        for z in [-100.0, 0.0, 100.0] {
+            let wall = [Vec3::new(0.005, 0.005, z), Vec3::new(0.035, 0.055, z)];
+            let counts: Vec<u32> = (0..20).filter(|n| left_out(&camera, &[wall], n + 1, [100, 50])[0]).take(1).collect();
+            assert_eq!(counts, [2 * 3], "{z}");
+        }
     }
 
     /// Pixels whose centres show a box, by rays.

@@ -43,7 +43,7 @@ fn every_key_of_every_command_is_in_the_page() {
         &["check", &out, "--model", model, "--rays", "1k", "--exact", "2"],
         &["walk", file, "--model", model, "--mode", "all", "--every", "50", "--verify-pixels", "--size", "64x64"],
         &["walk", file, "--model", model, "--mode", "exact", "--path", "random:3", "--size", "64x64"],
-        &["walk", file, "--model", model, "--path", "random:3", "--min-pixels", "2"],
+        &["walk", file, "--model", model, "--path", "random:3", "--min-pixels", "2", "--movers", "3"],
         &["why", &out, "--model", model, "0", "1"],
         &["vis", level, "--against", rows],
         &["report", model, "-o", path, "--rays", "20k"],

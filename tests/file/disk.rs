@@ -152,7 +152,18 @@ fn a_file_is_saved_whole_or_not_at_all() {
     assert!(matches!(file.save(&folder.join("none/a.pvs")), Err(FileError::Io(_))));
     assert!(matches!(file.save(&folder), Err(FileError::Io(_))));
     assert_eq!(names(&folder), ["a.pvs"]);
-    assert!(matches!(PvsFile::load(&folder.join("b.pvs")), Err(FileError::Io(_))));
+    for (name, content, fault) in [
+        ("b.pvs", None, ""),
+        ("c.pvs", Some(&b"text"[..]), "not a .pvs file"),
+        ("d.pvs", Some(&b"\x89PVS\r\n\x1a\n"[..]), ""),
+    ] {
+        let path = folder.join(name);
+        content.iter().for_each(|content| std::fs::write(&path, content).unwrap());
+        let error = PvsFile::load(&path).unwrap_err();
+        assert!(matches!(error, FileError::At { .. }), "{error:?}");
+        let said = error.to_string();
+        assert!(said.starts_with(&format!("{}: ", path.display())) && said.contains(fault), "{said}");
+    }
 }
 
 #[cfg(unix)]

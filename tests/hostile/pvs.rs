@@ -4,7 +4,7 @@ use super::mutants::{Report, Run, change, run, settle, table};
 use super::wanted;
 use crate::targets::TARGETS;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, Culler, FrameCuller, Mode};
+use enfilade::runtime::{Camera, Culler, Mode, View};
 use enfilade_measure::walkthrough::expected::expected_draw;
 use enfilade_measure::walkthrough::tour::tour;
 use glam::DVec3;
@@ -119,11 +119,10 @@ fn files_without_cells_objects_or_portals_are_refused_or_borne() {
         let file = random_file(number, Shape { cells, portals, objects, keep_bounds: number % 2 == 0 });
         let read = PvsFile::read(&file.write());
         assert_eq!(read.is_ok(), cells > 0 && objects > 0, "{cells} cells, {objects} objects: {:?}", read.err());
-        let culler = Culler::new(&file);
-        let mut frames = FrameCuller::new(&culler);
+        let mut view = View::new(&Culler::new(&file));
         let camera = Camera::look_at(DVec3::ZERO, DVec3::X, 1.0, 1.5);
         for mode in [Mode::None, Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
-            assert!(frames.cull(&culler, &camera, 0.05, mode, None).objects.len() <= objects);
+            assert!(view.cull(&camera, mode).objects.len() <= objects);
         }
         let _ = (tour(&file, number), expected_draw(&file));
     }

@@ -11,7 +11,7 @@ use enfilade::math::geom::Aabb;
 use enfilade::occlusion::bounds::Bounds;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::Hierarchy;
-use enfilade::runtime::{Culler, FrameCuller, Mode, Scratch};
+use enfilade::runtime::{self, Culler, Mode};
 use enfilade::scene::ImportOptions;
 use enfilade_formats::import;
 use enfilade_measure::walkthrough::missed::objects_shown;
@@ -34,20 +34,19 @@ fn an_octree_of_the_clients_loses_nothing_that_shows() {
     assert!(tree.nodes().iter().any(|n| n.children().len() > 2), "it is no binary tree");
     let culler = Culler::new(&without_rows(&scene, &ImportOptions::default()));
     let mut oracle = DepthBuffer::new(&scene, 160, 90);
-    let mut scratch = Scratch::for_culler(&culler);
     for mode in [Mode::Chc, Mode::ChcPlus] {
-        let mut frames = FrameCuller::new(&culler);
-        frames.prepare_queries_with(&culler, tree.clone());
+        let (mut frames, mut frustum) = (runtime::View::new(&culler), runtime::View::new(&culler));
+        frames.prepare_queries(Some(tree.clone()));
         let (mut drawn, mut in_frustum) = (0, 0);
         for frame in (0..path.frames.len()).step_by(path.frames.len() / 30) {
             let camera = path.camera(frame, scene.origin, 16.0 / 9.0);
             let view = View { camera, near: path.near, width: 160, height: 90 };
-            let set = frames.cull(&culler, &camera, path.near, mode, Some(&mut oracle));
+            let set = frames.cull_with(&camera, mode, path.near, &mut oracle);
             let shown: Vec<ObjectId> = objects_shown(&scene, &draw(&scene, &view, &|_| true));
             let lost: Vec<_> = shown.iter().filter(|o| !set.objects.contains(o)).collect();
             assert!(lost.is_empty(), "{mode}, frame {frame}: {lost:?}");
             drawn += set.objects.len();
-            in_frustum += culler.cull(&camera, Mode::Frustum, &mut scratch).objects.len();
+            in_frustum += frustum.cull(&camera, Mode::Frustum).objects.len();
         }
         assert!(drawn * 2 < in_frustum, "{mode}: {drawn} of {in_frustum}");
     }

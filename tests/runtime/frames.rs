@@ -5,9 +5,10 @@ mod tours;
 use enfilade::BitMatrix;
 use enfilade::cells::PortalKind;
 use enfilade::file::{FileViewCell, PvsFile};
-use enfilade::runtime::{Camera, Culler, FrameCuller, Mode, Rect, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, Rect, View};
 use enfilade::{CellId, ObjectId};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 use testing::boxes::{A, B, Building, CORRIDOR, OUTSIDE, block, flat, p};
 use testing::maze::{Face, Grid};
 use testing::random::Places;
@@ -28,9 +29,9 @@ impl Seen {
     }
 }
 
-fn see(culler: &Culler, camera: &Camera, mode: Mode) -> Seen {
-    let mut scratch = Scratch::for_culler(culler);
-    let set = culler.cull(camera, mode, &mut scratch);
+fn see(culler: &Arc<Culler>, camera: &Camera, mode: Mode) -> Seen {
+    let mut view = View::new(culler);
+    let set = view.cull(camera, mode);
     let (mut cells, mut objects) = (set.cells.to_vec(), set.objects.to_vec());
     cells.sort();
     objects.sort();
@@ -39,7 +40,7 @@ fn see(culler: &Culler, camera: &Camera, mode: Mode) -> Seen {
     objects.dedup();
     assert_eq!(objects.len(), before, "an object is in the set once");
     let portals = set.portals.iter().map(|c| (c.portal.0, c.rect)).collect();
-    Seen { cells, objects, home: set.home, capped: set.stats.capped, portals }
+    Seen { cells, objects, home: set.homes.first().copied(), capped: set.stats.capped, portals }
 }
 
 /// From `eye` towards `target`, in the model's coordinates, 75 degrees upwards.
@@ -317,16 +318,16 @@ fn eye_in(grid: &Grid, random: &mut Places, on_door: bool) -> (usize, DVec3) {
 }
 
 /// What each mode draws, and the cells that it reaches, sorted.
-fn sets(culler: &Culler, camera: &Camera, scratch: &mut [Scratch]) -> Vec<(Vec<ObjectId>, Vec<CellId>)> {
-    let set = |(mode, scratch): (Mode, &mut Scratch)| {
-        let set = culler.cull(camera, mode, scratch);
+fn sets(camera: &Camera, views: &mut [View]) -> Vec<(Vec<ObjectId>, Vec<CellId>)> {
+    let set = |(mode, view): (Mode, &mut View)| {
+        let set = view.cull(camera, mode);
         assert_eq!(set.stats.capped, 0);
         let mut sorted = (set.objects.to_vec(), set.cells.to_vec());
         sorted.0.sort();
         sorted.1.sort();
         sorted
     };
-    Mode::WITHOUT_QUERIES.into_iter().zip(scratch).map(set).collect()
+    Mode::WITHOUT_QUERIES.into_iter().zip(views).map(set).collect()
 }
 
 /// On random buildings whose cells are not convex, with eyes anywhere, on portals and beside them: everything that a ray of
@@ -339,7 +340,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
         let culler = Culler::new(&file);
-        let mut scratch: Vec<Scratch> = Mode::WITHOUT_QUERIES.iter().map(|_| Scratch::for_culler(&culler)).collect();
+        let mut views: Vec<View> = Mode::WITHOUT_QUERIES.iter().map(|_| View::new(&culler)).collect();
         for frame in 0..40 {
             let (mut i, eye) = eye_in(&grid, &mut random, frame % 2 == 0);
             // What the culler gets: rounded.
@@ -356,7 +357,7 @@ fn everything_that_a_ray_reaches_is_in_the_set() {
                 Some(_) => {}
                 None => continue,
             }
-            let sets = sets(&culler, &camera, &mut scratch);
+            let sets = sets(&camera, &mut views);
             let [none, frustum, portals, pvs, both] = &sets[..] else { unreachable!() };
             let within = |a: &[ObjectId], b: &[ObjectId]| a.iter().all(|o| b.binary_search(o).is_ok());
             assert!(within(&both.0, &portals.0) && within(&both.0, &pvs.0) && within(&portals.0, &frustum.0));
@@ -418,13 +419,13 @@ fn rows_may_come_while_somebody_walks() {
         }
     });
     let (object_rows, cell_rows) = (file.object_rows.clone().unwrap(), file.cell_rows.clone().unwrap());
-    let (baked, mut learning) = (Culler::new(&file), {
+    let (baked, learning) = (Culler::new(&file), {
         let mut bare = file.clone();
         (bare.object_rows, bare.cell_rows) = (None, None);
         Culler::new(&bare)
     });
     let eyes = [(A, p(1.5, 1.2, 3.0)), (B, p(7.0, 1.2, 2.0)), (CORRIDOR, p(5.0, 1.2, 5.0))];
-    let sets = |culler: &Culler, eye: DVec3| {
+    let sets = |culler: &Arc<Culler>, eye: DVec3| {
         let cameras = [DVec3::X, DVec3::NEG_X, DVec3::Z, DVec3::NEG_Z]
             .map(|to| Camera::look_at(eye - file.origin, eye + to - file.origin, 90f64.to_radians(), 1.5));
         cameras.map(|camera| [Mode::Frustum, Mode::Pvs, Mode::PortalsAndPvs].map(|mode| see(culler, &camera, mode).objects))
@@ -432,7 +433,9 @@ fn rows_may_come_while_somebody_walks() {
     let mut fewer = 0;
     for (i, (cell, eye)) in eyes.into_iter().enumerate() {
         assert!(sets(&learning, eye).iter().all(|[frustum, pvs, _]| pvs == frustum), "nothing is known of {cell} yet");
-        learning.learn_row(cell, object_rows.row(cell.index()), cell_rows.row(cell.index()));
+        let learn = |objects| learning.learn_row(cell, objects, cell_rows.row(cell.index()));
+        // The first row of a cell stays.
+        assert_eq!([learn(object_rows.row(cell.index())), learn(&[0])], [true, false]);
         for &(cell, eye) in &eyes[..=i] {
             assert_eq!(sets(&learning, eye), sets(&baked, eye), "{cell}");
         }
@@ -472,16 +475,15 @@ fn frames_in_a_view_cell_draw_its_row() {
 fn auto_asks_in_open_cells_only() {
     let (_, file) = flat().0.finish();
     let culler = Culler::new(&file);
-    let mut frames = FrameCuller::new(&culler);
-    let mut chosen = |eye: DVec3, mode| {
+    let frames = View::new(&culler);
+    let chosen = |eye: DVec3, mode| {
         let eye = eye - file.origin;
-        frames.choose(&culler, &Camera::look_at(eye, eye + DVec3::X, 1.2, 1.6), mode)
+        frames.choose(&Camera::look_at(eye, eye + DVec3::X, 1.2, 1.6), mode)
     };
-    let mut scratch = Scratch::for_culler(&culler);
     let mut counts = [0, 0];
     for (x, z) in (0..400).map(|i| (f64::from(i % 20) - 4.0, f64::from(i / 20) - 4.0)) {
         let eye = p(x + 0.31, 1.6, z + 0.17);
-        let home = culler.cell_of((eye - file.origin).as_vec3(), &mut scratch);
+        let home = culler.cell_of((eye - file.origin).as_vec3());
         let is_closed = home.is_some_and(|cell| cell != OUTSIDE);
         counts[usize::from(is_closed)] += 1;
         assert_eq!(chosen(eye, Mode::Auto), if is_closed { Mode::PortalsAndPvs } else { Mode::Chc }, "{eye}");

@@ -3,7 +3,7 @@
 
 use crate::cli::building;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
+use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflection, View};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade::{CellId, ObjectId};
@@ -47,8 +47,7 @@ impl Hung {
 /// A mirror of 0.8 x 1 m, a centimetre before the upright wall that a ray from a closed cell meets; none where it would reach over the cell's
 /// border or behind something.
 fn hang(file: &PvsFile, culler: &Culler, rays: &RayScene<'_>, eye: DVec3, along: DVec3) -> Option<Hung> {
-    let mut scratch = Scratch::for_culler(culler);
-    let mut cell_of = |p: DVec3| culler.cell_of(p.as_vec3(), &mut scratch);
+    let cell_of = |p: DVec3| culler.cell_of(p.as_vec3());
     let cell = cell_of(eye).filter(|c| !file.cells[c.index()].open)?;
     let hit = rays.first_opaque(eye, along, f64::INFINITY)?;
     let [a, b, c] = rays.scene().corners(hit.triangle as usize);
@@ -129,14 +128,13 @@ fn hang_all(file: &PvsFile, culler: &Culler, rays: &RayScene<'_>, cameras: &[Cam
 }
 
 /// Whether what is drawn by these mirrors, in turn, has an object.
-fn shows(out: &Reflections, turned: &[usize], object: ObjectId) -> bool {
-    let views = out.views();
-    (0..views.len()).any(|v| match *turned {
-        [last] => views[v].mirror == last && views[v].parent.is_none() && out.objects(v).contains(&object),
+fn shows(views: &[Reflection<'_>], turned: &[usize], object: ObjectId) -> bool {
+    views.iter().any(|view| match *turned {
+        [last] => view.mirror == last && view.parent.is_none() && view.objects.contains(&object),
         [first, last] => {
-            let before = views[v].parent.map(|p| &views[p]);
+            let before = view.parent.map(|p| &views[p]);
             let way = before.is_some_and(|b| b.mirror == first && b.parent.is_none());
-            views[v].mirror == last && way && out.objects(v).contains(&object)
+            view.mirror == last && way && view.objects.contains(&object)
         }
         _ => unreachable!("one or two"),
     })
@@ -150,7 +148,7 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
     let cameras: Vec<Camera> = (0..path.frames.len()).map(|i| path.camera(i, file.origin, 16.0 / 9.0)).collect();
     let hung = hang_all(file, &culler, &rays, &cameras);
     let mirrors: Vec<Mirror> = hung.iter().map(|h| h.mirror.clone()).collect();
-    let (mut scratch, mut out, mut counts) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler), [0; 3]);
+    let (mut view, mut counts) = (View::new(&culler), [0; 3]);
     // Every other view is turned to a mirror of its own cell, if there is one.
     let facing = |camera: &Camera, number: usize, cell: Option<CellId>| {
         let mirror = hung.iter().find(|h| number.is_multiple_of(2) && Some(h.mirror.cell()) == cell)?;
@@ -158,10 +156,10 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
         Some(Camera::look_at(camera.eye.as_dvec3(), middle, 1.2, 16.0 / 9.0))
     };
     let in_mirrors: BTreeSet<CellId> = mirrors.iter().map(Mirror::cell).collect();
-    let near = cameras.iter().filter(|c| culler.cell_of(c.eye, &mut scratch).is_some_and(|cell| in_mirrors.contains(&cell)));
+    let near = cameras.iter().filter(|c| culler.cell_of(c.eye).is_some_and(|cell| in_mirrors.contains(&cell)));
     let chosen: Vec<Camera> = near.chain(&cameras).take(views as usize).copied().collect();
     for (number, camera) in chosen.iter().enumerate() {
-        let cell = culler.cell_of(camera.eye, &mut scratch);
+        let cell = culler.cell_of(camera.eye);
         let camera = facing(camera, number, cell).unwrap_or(*camera);
         let pixel = |p: usize| DVec2::new((p % SIZE[0]) as f64 + 0.5, (p / SIZE[0]) as f64 + 0.5);
         let ndc = |p: usize| pixel(p) * 2.0 / DVec2::new(SIZE[0] as f64, SIZE[1] as f64) - 1.0;
@@ -170,12 +168,12 @@ fn pictures(scene: &Scene, file: &PvsFile, views: u32) -> [u64; 3] {
             .inspect(|(turned, _)| counts[turned.len()] += 1)
             .collect();
         for mode in Mode::WITHOUT_QUERIES {
-            let direct: BTreeSet<ObjectId> = culler.cull(&camera, mode, &mut scratch).objects.iter().copied().collect();
-            culler.reflect(&camera, mode, &mirrors, DEPTH, &scratch, &mut out);
+            let direct: BTreeSet<ObjectId> = view.cull(&camera, mode).objects.iter().copied().collect();
+            let out: Vec<Reflection<'_>> = view.mirrors(&mirrors, DEPTH, None).collect();
             for (turned, object) in &seen {
                 let shown = if turned.is_empty() { direct.contains(object) } else { shows(&out, turned, *object) };
                 assert!(
-                    shown || out.stats().capped > 0,
+                    shown || out.iter().any(|reflection| reflection.stats.capped > 0),
                     "view {number}, {mode}: object {object} by {turned:?} from {}",
                     camera.eye
                 );

@@ -3,5 +3,7 @@
 mod frames;
 mod locate;
 mod mirrors;
+mod movers;
 mod prefetch;
+mod view;
 mod worlds;

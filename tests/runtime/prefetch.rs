@@ -2,12 +2,13 @@
 
 use enfilade::file::PvsFile;
 use enfilade::runtime::prefetch::{Prefetcher, Step};
-use enfilade::runtime::{Camera, Culler, Mode, Motion, Scratch};
+use enfilade::runtime::{Camera, Culler, Doors, Mode, Motion, View};
 use enfilade::{CellId, ObjectId, PortalId};
 use enfilade_measure::walkthrough::loading::{LoadingOptions, LoadingSummary, Method, object_bytes, walk_loading};
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use enfilade_measure::walkthrough::stroll::Stroll;
 use glam::{DVec3, Vec3};
+use std::sync::Arc;
 use testing::boxes::{Building, block, p};
 use testing::random::Random;
 
@@ -27,7 +28,7 @@ fn row(rooms: usize) -> (Building, usize) {
     (b, rooms)
 }
 
-fn finish((b, rooms): (Building, usize)) -> (PvsFile, Culler) {
+fn finish((b, rooms): (Building, usize)) -> (PvsFile, Arc<Culler>) {
     let (_, file) = b.finish_with(|_, objects| {
         for cell in 0..rooms {
             for object in (0..rooms).filter(|object| object.abs_diff(cell) > 1) {
@@ -67,7 +68,7 @@ fn loads_come_in_the_order_in_which_an_eye_may_need_them() {
     let (file, culler) = finish(row(7));
     let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 7], 1000);
     // In room 3, which is from 12 to 16 m, nearer to its door at 16: room 2 and 4 are in its row, then rooms 5, 1, 6 and 0 are added.
-    assert_eq!(prefetcher.frame(&culler, eye(&file, 14.5), &Motion::default(), &objects(&[3])), 1);
+    assert_eq!(prefetcher.frame(eye(&file, 14.5), &Motion::default(), &objects(&[3])), 1);
     let mut told = Vec::new();
     while let Some(Step::Load { object, metres }) = prefetcher.next_step() {
         told.push((object.0, (metres * 10.0).round() as i32));
@@ -84,7 +85,7 @@ fn loads_come_in_the_order_in_which_an_eye_may_need_them() {
             motion.see(&Camera::look_at(eye, eye + DVec3::Z, 1.0, 1.0), time);
         }
         let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 7], 1000);
-        prefetcher.frame(&culler, eye(&file, 14.0), &motion, &[]);
+        prefetcher.frame(eye(&file, 14.0), &motion, &[]);
         let mut added = Vec::new();
         while let Some(Step::Load { object, metres }) = prefetcher.next_step() {
             if metres > 0.0 {
@@ -113,7 +114,7 @@ fn where_a_row_is_more_than_the_budget_what_is_seen_comes_first() {
         let at = eye(&file, 16.0).as_dvec3();
         let camera = Camera::look_at(at, at + along, 1.0, 1.0);
         motion.see(&camera, time);
-        prefetcher.frame(&culler, camera.eye, &motion, &[]);
+        prefetcher.frame(camera.eye, &motion, &[]);
         settle(&mut prefetcher);
         (0..9).filter(|&o| prefetcher.is_loaded(ObjectId(o))).collect::<Vec<u32>>()
     };
@@ -131,7 +132,7 @@ fn what_leaves_is_what_was_planned_longest_ago() {
     // Room for four; three are the core of a plan.
     let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 9], 40);
     let mut at = |room: u32| {
-        prefetcher.frame(&culler, eye(&file, 4.0 * f64::from(room) + 2.1), &Motion::default(), &objects(&[room]));
+        prefetcher.frame(eye(&file, 4.0 * f64::from(room) + 2.1), &Motion::default(), &objects(&[room]));
         let steps = settle(&mut prefetcher);
         let held: Vec<u32> = (0..9).filter(|&o| prefetcher.is_loaded(ObjectId(o))).collect();
         assert_eq!(prefetcher.used(), 10 * held.len() as u64);
@@ -153,55 +154,57 @@ fn special_cases_have_answers() {
     let still = Motion::default();
     // No memory: all is missing, nothing is asked for.
     let mut none = Prefetcher::new(&file, &culler, &[10; 5], 0);
-    assert_eq!((none.frame(&culler, eye(&file, 2.0), &still, &objects(&[0, 1])), none.next_step()), (2, None));
+    assert_eq!((none.frame(eye(&file, 2.0), &still, &objects(&[0, 1])), none.next_step()), (2, None));
     // An object that never fits keeps nothing else out.
     let mut large = Prefetcher::new(&file, &culler, &[10, 50, 10, 10, 10], 40);
-    assert_eq!(large.frame(&culler, eye(&file, 2.0), &still, &objects(&[1, 0])), 2);
+    assert_eq!(large.frame(eye(&file, 2.0), &still, &objects(&[1, 0])), 2);
     assert_eq!(settle(&mut large), [1, 3, 4, 5]);
-    assert_eq!(large.frame(&culler, eye(&file, 2.0), &still, &objects(&[1, 0])), 1);
+    assert_eq!(large.frame(eye(&file, 2.0), &still, &objects(&[1, 0])), 1);
     // One that can't be loaded is not asked for again, and takes no bytes.
     let mut lost = Prefetcher::new(&file, &culler, &[10; 5], 10);
-    lost.frame(&culler, eye(&file, 2.0), &still, &objects(&[0, 1]));
+    lost.frame(eye(&file, 2.0), &still, &objects(&[0, 1]));
     assert_eq!(lost.next_step(), Some(Step::Load { object: ObjectId(0), metres: 0.0 }));
     // While it is under way there is no room.
     assert_eq!(lost.next_step(), None);
     lost.failed(ObjectId(0));
     lost.loaded(ObjectId(0));
     lost.loaded(ObjectId(4));
-    lost.frame(&culler, eye(&file, 2.0), &still, &objects(&[0, 1]));
+    lost.frame(eye(&file, 2.0), &still, &objects(&[0, 1]));
     assert_eq!((settle(&mut lost), lost.used(), lost.is_loaded(ObjectId(0))), (vec![2], 10, false));
 
     // No cell, or no place at all: the last plan goes on; far off, each door is as far as it is straight.
     let mut astray = Prefetcher::new(&file, &culler, &[10; 5], 1000);
-    astray.frame(&culler, Vec3::NAN, &still, &[]);
+    astray.frame(Vec3::NAN, &still, &[]);
     assert_eq!(astray.next_step(), None);
-    astray.frame(&culler, eye(&file, 0.5), &still, &[]);
+    astray.frame(eye(&file, 0.5), &still, &[]);
     for (place, told) in [(Vec3::NAN, 0.0), (Vec3::INFINITY, 0.0), (eye(&file, -1.0), 3.5)] {
-        astray.frame(&culler, place, &still, &[]);
+        astray.frame(place, &still, &[]);
         let Some(Step::Load { object, metres }) = astray.next_step() else { panic!("the plan is there") };
         assert!((metres - told).abs() < 1e-3, "{object}: {metres}");
     }
     // From beyond the other end: 24 m to the door at 16, which leads to the last room.
-    astray.frame(&culler, eye(&file, 40.0), &still, &[]);
+    astray.frame(eye(&file, 40.0), &still, &[]);
     let Some(Step::Load { object, metres }) = astray.next_step() else { panic!("two are left") };
     assert_eq!((object, metres.round()), (ObjectId(4), 24.0));
 }
 
 #[test]
 fn doors_bar_the_way_only_where_the_client_says_so() {
-    let (file, mut culler) = finish(row(5));
-    let added = |culler: &Culler, barred: &[u32]| {
-        let mut prefetcher = Prefetcher::new(&file, culler, &[10; 5], 1000);
+    let (file, culler) = finish(row(5));
+    let mut doors = Doors::open(&culler);
+    let added = |doors: &Doors, barred: &[u32]| {
+        let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 5], 1000);
+        prefetcher.set_doors(doors);
         barred.iter().for_each(|&portal| prefetcher.bar(PortalId(portal), true));
-        prefetcher.frame(culler, eye(&file, 2.0), &Motion::default(), &[]);
+        prefetcher.frame(eye(&file, 2.0), &Motion::default(), &[]);
         settle(&mut prefetcher)
     };
-    let open = added(&culler, &[]);
+    let open = added(&doors, &[]);
     assert_eq!(open, [1, 2, 3, 4, 5]);
     // The doors stand in the order of their rooms: behind the second one is room 2, whose row has room 3.
-    assert_eq!(added(&culler, &[1]), [1, 2, 3]);
-    (0..4).for_each(|portal| culler.set_open(PortalId(portal), false));
-    assert_eq!(added(&culler, &[]), open);
+    assert_eq!(added(&doors, &[1]), [1, 2, 3]);
+    (0..4).for_each(|portal| doors.set_open(PortalId(portal), false));
+    assert_eq!(added(&doors, &[]), open);
 }
 
 #[test]
@@ -210,15 +213,15 @@ fn without_a_row_an_object_comes_when_it_is_seen() {
     let (_, file) = b.finish_with(|_, objects| (0..rooms).for_each(|cell| objects.clear(cell, 2)));
     let culler = Culler::new(&file);
     let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 4], 1000);
-    prefetcher.frame(&culler, eye(&file, 2.0), &Motion::default(), &[]);
+    prefetcher.frame(eye(&file, 2.0), &Motion::default(), &[]);
     assert_eq!(settle(&mut prefetcher), [1, 2, 4]);
-    prefetcher.frame(&culler, eye(&file, 2.0), &Motion::default(), &objects(&[2]));
+    prefetcher.frame(eye(&file, 2.0), &Motion::default(), &objects(&[2]));
     assert_eq!(settle(&mut prefetcher), [3]);
     // A file without rows: what is in the rooms, one after the other.
     let bare = PvsFile { object_rows: None, ..file.clone() };
     let culler = Culler::new(&bare);
     let mut prefetcher = Prefetcher::new(&bare, &culler, &[10; 4], 1000);
-    prefetcher.frame(&culler, eye(&file, 9.0), &Motion::default(), &[]);
+    prefetcher.frame(eye(&file, 9.0), &Motion::default(), &[]);
     assert_eq!(settle(&mut prefetcher), [3, 2, 4, 1]);
 }
 
@@ -236,7 +239,7 @@ fn the_budget_holds_whatever_happens() {
         for frame in 0..3000u32 {
             let x = if frame % 50 == 0 { random.below(170) as f64 - 5.0 } else { f64::from(frame % 50) * 0.3 };
             let seen: Vec<ObjectId> = (0..40).filter(|_| random.below(12) == 0).map(ObjectId).collect();
-            let missing = prefetcher.frame(&culler, eye(&file, x), &Motion::default(), &seen);
+            let missing = prefetcher.frame(eye(&file, x), &Motion::default(), &seen);
             assert_eq!(missing, seen.iter().filter(|object| !held[object.index()]).count());
             for _ in 0..random.below(6) {
                 let Some(step) = prefetcher.next_step() else { break };
@@ -300,7 +303,7 @@ fn no_walk_is_shorter_than_told() {
         let mut cell = random.below(all.len()) as u32;
         let start = middle(cell) + p(1.8 * random.signed(), 0.0, 1.8 * random.signed());
         let mut prefetcher = Prefetcher::new(&file, &culler, &all, 1000);
-        prefetcher.frame(&culler, (start - file.origin).as_vec3(), &Motion::default(), &[]);
+        prefetcher.frame((start - file.origin).as_vec3(), &Motion::default(), &[]);
         let mut metres = [f32::NAN; (SIDE * SIDE) as usize];
         while let Some(Step::Load { object, metres: told }) = prefetcher.next_step() {
             metres[object.index()] = told;
@@ -330,15 +333,16 @@ fn a_walk_by_rows_misses_nothing_and_one_on_demand_does() {
     let stroll = Stroll::along(&path, 1.4 / 60.0);
     let walk = |method, budget, bandwidth, latency| -> LoadingSummary {
         let options = LoadingOptions { budget, bandwidth, latency, aspect: 1.6 };
-        let (mut frames, mut scratch) = (0, Scratch::for_culler(&culler));
-        let summary = walk_loading(&file, &culler, &bytes, &stroll, (method, &options), &mut |frame| {
-            let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count() as u64;
-            assert_eq!(drawn + frame.missing, frame.visible.len() as u64);
-            assert_eq!(culler.cull(&frame.camera, Mode::PortalsAndPvs, &mut scratch).objects, frame.visible);
-            let held: u64 = (0..bytes.len()).filter(|&o| frame.in_memory[o]).map(|o| bytes[o]).sum();
-            assert!(held <= budget);
-            frames += 1;
-        });
+        let (mut frames, mut view) = (0, View::new(&culler));
+        let summary =
+            walk_loading(&file, (&culler, &Doors::open(&culler)), &bytes, &stroll, (method, &options), &mut |frame| {
+                let drawn = frame.visible.iter().filter(|object| frame.in_memory[object.index()]).count() as u64;
+                assert_eq!(drawn + frame.missing, frame.visible.len() as u64);
+                assert_eq!(view.cull(&frame.camera, Mode::PortalsAndPvs).objects, frame.visible);
+                let held: u64 = (0..bytes.len()).filter(|&o| frame.in_memory[o]).map(|o| bytes[o]).sum();
+                assert!(held <= budget);
+                frames += 1;
+            });
         assert!(summary.bytes_most <= budget && summary.frames + summary.after_jumps == frames && frames > 9000);
         summary
     };

@@ -1,7 +1,7 @@
 //! Doors, one-way windows, mirrors and sets without a camera, by brute force on random buildings: rays are walked from box to box.
 
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, Culler, Mirror, Mode, Place, Reflections, Scratch};
+use enfilade::runtime::{Camera, Culler, Doors, MOST_REFLECTIONS, Mirror, Mode, Reflection, View};
 use enfilade::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,28 +31,30 @@ fn a_shut_door_hides_what_is_behind_until_it_opens() {
     let (mut building, things) = flat();
     let leaf = building.thing("leaf in the doorway", p(1.0, 0.01, 4.3), p(2.0, 2.1, 4.34));
     let (_, file) = building.finish();
-    let mut culler = Culler::new(&file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let culler = Culler::new(&file);
+    let (mut view, mut doors) = (View::new(&culler), Doors::open(&culler));
     let door = |c: CellId| file.portals.iter().position(|q| q.cells.contains(&c) && q.cells.contains(&CORRIDOR)).unwrap();
     let door = PortalId(door(A) as u32);
     let camera = |eye: DVec3, target: DVec3| Camera::look_at(eye - file.origin, target - file.origin, 1.3, 1.6);
     let out = camera(p(1.5, 1.6, 2.0), p(1.5, 1.6, 9.0));
     let into = camera(p(1.5, 1.6, 5.0), p(1.5, 1.6, 0.0));
     for mode in [Mode::Portals, Mode::PortalsAndPvs] {
-        let mut sees =
-            |culler: &Culler, camera: &Camera, object| culler.cull(camera, mode, &mut scratch).objects.contains(&object);
-        assert!(sees(&culler, &out, things.in_corridor) && sees(&culler, &into, things.in_a));
-        culler.set_open(door, false);
-        assert!(!sees(&culler, &out, things.in_corridor) && !sees(&culler, &into, things.in_a));
+        let mut sees = |doors: &Doors, camera: &Camera, object| {
+            view.set_doors(doors);
+            view.cull(camera, mode).objects.contains(&object)
+        };
+        assert!(sees(&doors, &out, things.in_corridor) && sees(&doors, &into, things.in_a));
+        doors.set_open(door, false);
+        assert!(!sees(&doors, &out, things.in_corridor) && !sees(&doors, &into, things.in_a));
         // From where its leaf may be behind the eye it counts as open; what is in the doorway is seen from anywhere.
-        assert!(sees(&culler, &camera(p(1.5, 1.6, 3.5), p(0.75, 1.0, 5.5)), things.in_corridor));
-        assert!(sees(&culler, &out, leaf));
+        assert!(sees(&doors, &camera(p(1.5, 1.6, 3.5), p(0.75, 1.0, 5.5)), things.in_corridor));
+        assert!(sees(&doors, &out, leaf));
         // Seen through from the room only.
         let leads_out = (0..2).map(|side| door.directed(side)).find(|d| file.portals[door.index()].cells[d.side()] == A);
-        culler.set_see_through(leads_out.unwrap(), true);
-        assert!(sees(&culler, &out, things.in_corridor) && !sees(&culler, &into, things.in_a));
-        culler.set_open(door, true);
-        assert!(sees(&culler, &out, things.in_corridor) && sees(&culler, &into, things.in_a));
+        doors.set_see_through(leads_out.unwrap(), true);
+        assert!(sees(&doors, &out, things.in_corridor) && !sees(&doors, &into, things.in_a));
+        doors.set_open(door, true);
+        assert!(sees(&doors, &out, things.in_corridor) && sees(&doors, &into, things.in_a));
     }
 }
 
@@ -65,11 +67,11 @@ fn doors_as_found_are_shut_where_the_file_says_so() {
     file.portals.iter_mut().for_each(|q| (q.state.shut, q.state.see_through) = (false, false));
     file.portals[solid].state.shut = true;
     (file.portals[glass].state.shut, file.portals[glass].state.see_through) = (true, true);
-    let mut culler = Culler::new(&file);
-    let all = |culler: &Culler| (0..2 * file.portals.len() as u32).all(|d| culler.is_open(DirectedPortal(d)));
-    assert!(all(&culler), "everything is open at first");
-    assert_eq!(culler.shut_as_found(), 1);
-    let is_open = |i: usize| (0..2).map(|side| culler.is_open(PortalId(i as u32).directed(side))).collect::<Vec<_>>();
+    let culler = Culler::new(&file);
+    let (open, doors) = (View::new(&culler).doors().clone(), Doors::as_found(&culler));
+    assert!((0..2 * file.portals.len() as u32).all(|d| open.is_open(DirectedPortal(d))), "everything is open at first");
+    assert!(doors.shut().eq([PortalId(solid as u32)]));
+    let is_open = |i: usize| (0..2).map(|side| doors.is_open(PortalId(i as u32).directed(side))).collect::<Vec<_>>();
     assert_eq!((is_open(solid), is_open(glass)), (vec![false; 2], vec![true; 2]));
 }
 
@@ -81,16 +83,17 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
     for round in 0..60 {
         let mut grid = Grid::random(&mut random);
         let (_, file) = grid.building();
-        let (open, mut culler) = (Culler::new(&file), Culler::new(&file));
+        let culler = Culler::new(&file);
+        let (mut open, mut view, mut doors) = (View::new(&culler), View::new(&culler), Doors::open(&culler));
         for (portal, (i, axis)) in grid.doors().into_iter().enumerate() {
             for side in 0..2 {
                 if random.unit() < 0.4 {
                     grid.blocked.insert((i, axis, side == 0));
-                    culler.set_see_through(PortalId(portal as u32).directed(side), false);
+                    doors.set_see_through(PortalId(portal as u32).directed(side), false);
                 }
             }
         }
-        let mut scratch = Scratch::for_culler(&culler);
+        view.set_doors(&doors);
         for frame in 0..30 {
             let (camera, eye, i) = camera(&grid, &file, &mut random);
             let mut things = BTreeSet::new();
@@ -100,12 +103,12 @@ fn everything_that_a_ray_reaches_past_shut_doors_is_in_the_set() {
             }
             found += things.len();
             for mode in [Mode::Portals, Mode::PortalsAndPvs] {
-                let seen = culler.cull(&camera, mode, &mut scratch);
+                let seen = view.cull(&camera, mode);
                 kept += seen.cells.len();
                 let set = sorted(seen.objects);
                 let missing: Vec<_> = things.iter().filter(|t| set.binary_search(t).is_err()).collect();
                 assert!(missing.is_empty(), "round {round}, frame {frame}, {mode}: {missing:?} seen from {eye}");
-                kept_open += open.cull(&camera, mode, &mut scratch).cells.len();
+                kept_open += open.cull(&camera, mode).cells.len();
             }
         }
     }
@@ -121,20 +124,28 @@ fn what_is_seen_around_an_eye_is_what_it_sees_in_all_directions() {
     for round in 0..60 {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
-        let (open, mut culler) = (Culler::new(&file), Culler::new(&file));
+        let culler = Culler::new(&file);
+        let (mut open, mut view, mut doors) = (View::new(&culler), View::new(&culler), Doors::open(&culler));
         for side in (0..2 * file.portals.len() as u32).map(DirectedPortal) {
-            culler.set_see_through(side, random.unit() < 0.4);
+            doors.set_see_through(side, random.unit() < 0.4);
         }
-        let (mut scratch, mut place, mut known) = (Scratch::for_culler(&culler), Place::default(), Vec::new());
+        view.set_doors(&doors);
+        let mut known: Vec<((Vec<CellId>, Vec<PortalId>), Vec<ObjectId>)> = Vec::new();
+        let mut last = None;
         for _ in 0..30 {
             let (camera, eye, i) = camera(&grid, &file, &mut random);
-            culler.find_place(camera.eye, &mut scratch, &mut place);
-            assert!(place.cells().contains(&grid.cell_of[i]));
-            let around = sorted(culler.seen_around(&place, &mut scratch));
+            let mut frame = view.cull(&camera, Mode::PortalsAndPvs);
+            let (mut homes, near) = (frame.homes.to_vec(), frame.near_doors().to_vec());
+            homes.sort();
+            assert!(homes.contains(&grid.cell_of[i]) && near.iter().all(|portal| doors.shut().any(|p| p == *portal)));
+            let seen = view.around(camera.eye);
+            let (around, place) = (sorted(seen.objects), (homes, near));
+            assert_eq!(seen.is_new, last.as_ref() != Some(&place), "round {round}");
+            last = Some(place.clone());
             for _ in 0..6 {
                 let target = eye + random.between(DVec3::NEG_ONE, DVec3::ONE);
                 let camera = Camera::look_at(eye - file.origin, target - file.origin, 2.0, 1.6);
-                for object in culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).objects {
+                for object in view.cull(&camera, Mode::PortalsAndPvs).objects {
                     assert!(around.binary_search(object).is_ok(), "round {round}: object {object} is seen from {eye}");
                 }
             }
@@ -146,20 +157,18 @@ fn what_is_seen_around_an_eye_is_what_it_sees_in_all_directions() {
                 }
                 None => known.push((place.clone(), around)),
             }
-            open.find_place(camera.eye, &mut scratch, &mut place);
-            let row: BTreeSet<ObjectId> = place.cells().iter().flat_map(|&cell| open.objects_from(cell)).collect();
-            assert_eq!(sorted(open.seen_around(&place, &mut scratch)), Vec::from_iter(row), "with all doors open, the rows");
-            kept_open += open.seen_around(&place, &mut scratch).len();
+            let row: BTreeSet<ObjectId> = place.0.iter().flat_map(|&cell| culler.objects_from(cell)).collect();
+            assert_eq!(sorted(open.around(camera.eye).objects), Vec::from_iter(row), "with all doors open, the rows");
+            kept_open += open.around(camera.eye).objects.len();
         }
     }
     assert!(again > 100 && kept * 10 < kept_open * 9, "{again} places again, {kept} of {kept_open} objects");
     // In no cell: everything.
     let (_, file) = flat().0.finish();
-    let culler = Culler::new(&file);
-    let (mut scratch, mut place) = (Scratch::for_culler(&culler), Place::default());
-    for eye in [(p(5.0, 1.0, 2.0) - file.origin).as_vec3(), Vec3::NAN] {
-        culler.find_place(eye, &mut scratch, &mut place);
-        assert_eq!((place.cells().len(), culler.seen_around(&place, &mut scratch).len()), (0, file.objects.len()));
+    let mut view = View::new(&Culler::new(&file));
+    for (eye, is_new) in [((p(5.0, 1.0, 2.0) - file.origin).as_vec3(), true), (Vec3::NAN, false)] {
+        let around = view.around(eye);
+        assert_eq!((around.objects.len(), around.is_new), (file.objects.len(), is_new));
     }
 }
 
@@ -194,7 +203,7 @@ fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
         grid.hang_mirrors(&mut random, 0.15);
         let (_, file) = grid.building();
         let (culler, mirrors) = (Culler::new(&file), mirrors(&grid, &file));
-        let (mut scratch, mut out) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler));
+        let mut view = View::new(&culler);
         for frame in 0..30 {
             let (camera, eye, i) = camera(&grid, &file, &mut random);
             let mut things: BTreeMap<Vec<usize>, BTreeSet<ObjectId>> = BTreeMap::new();
@@ -208,19 +217,19 @@ fn everything_that_a_ray_reaches_in_mirrors_is_in_their_sets() {
                 grid.walk(i, eye, camera.ray(ndc), DEPTH, &mut visit);
             }
             for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
-                culler.cull(&camera, mode, &mut scratch);
-                culler.reflect(&camera, mode, &mirrors, DEPTH as u32, &scratch, &mut out);
-                let capped = out.stats().capped > 0;
+                view.cull(&camera, mode);
+                let out: Vec<Reflection<'_>> = view.mirrors(&mirrors, DEPTH as u32, None).collect();
+                let capped = out.iter().any(|reflection| reflection.stats.capped > 0);
                 let way = |mut view: usize| {
-                    let mut turned = vec![out.views()[view].mirror];
-                    while let Some(parent) = out.views()[view].parent {
-                        turned.insert(0, out.views()[parent].mirror);
+                    let mut turned = vec![out[view].mirror];
+                    while let Some(parent) = out[view].parent {
+                        turned.insert(0, out[parent].mirror);
                         view = parent;
                     }
                     turned
                 };
                 let sets: BTreeMap<Vec<usize>, Vec<ObjectId>> =
-                    (0..out.views().len()).map(|v| (way(v), sorted(out.objects(v)))).collect();
+                    out.iter().enumerate().map(|(v, reflection)| (way(v), sorted(reflection.objects))).collect();
                 for (turned, things) in things.iter().filter(|_| !capped) {
                     let Some(set) = sets.get(turned) else {
                         panic!("round {round}, frame {frame}, {mode}: no view by {turned:?}")
@@ -276,24 +285,23 @@ fn two_facing_mirrors_are_bounded_and_say_so() {
     let facing = [quad(0.5, false), quad(3.5, true)];
     let eye = p(1.5, 1.3, 2.0) - file.origin;
     let camera = Camera::look_at(eye, eye - DVec3::Z, 1.2, 1.0);
-    let (mut scratch, mut out) = (Scratch::for_culler(&culler), Reflections::for_culler(&culler));
-    culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
+    let mut view = View::new(&culler);
+    assert_eq!(view.mirrors(&facing, 5, None).len(), 0, "there is no frame yet");
+    view.cull(&camera, Mode::PortalsAndPvs);
     for depth in [0, 1, 5] {
-        culler.reflect(&camera, Mode::PortalsAndPvs, &facing, depth, &scratch, &mut out);
+        let out: Vec<Reflection<'_>> = view.mirrors(&facing, depth, None).collect();
         // One wall is behind the eye: there is one way to each depth, the mirrors in turn.
-        let seen: Vec<(usize, u32)> = out.views().iter().map(|v| (v.mirror, v.depth)).collect();
+        let seen: Vec<(usize, u32)> = out.iter().map(|v| (v.mirror, v.depth)).collect();
         assert_eq!(seen, (1..=depth).map(|d| ((d as usize + 1) % 2, d)).collect::<Vec<_>>());
-        assert!(
-            (0..depth as usize).all(|v| out.objects(v).contains(&things.in_a) && !out.objects(v).contains(&things.in_b))
-        );
+        assert!(out.iter().all(|view| view.objects.contains(&things.in_a) && !view.objects.contains(&things.in_b)));
     }
-    culler.reflect(&camera, Mode::PortalsAndPvs, &facing, 1000, &scratch, &mut out);
-    assert!(out.views().len() <= enfilade::runtime::MOST_REFLECTIONS);
-    assert!(out.views().len() < enfilade::runtime::MOST_REFLECTIONS || out.stats().capped > 0);
+    let out: Vec<Reflection<'_>> = view.mirrors(&facing, 1000, None).collect();
+    assert!(out.len() <= MOST_REFLECTIONS);
+    assert!(out.len() < MOST_REFLECTIONS || out.iter().any(|view| view.stats.capped > 0));
 }
 
 /// What is so many portals away from a cell, against distances that are relaxed until nothing changes.
-fn check_hops(culler: &Culler, file: &PvsFile, shut: &[PortalId], c: CellId, scratch: &mut Scratch) {
+fn check_hops(view: &mut View, file: &PvsFile, shut: &[PortalId], c: CellId) {
     let mut away: Vec<u32> = vec![u32::MAX; file.cells.len()];
     away[c.index()] = 0;
     for _ in 0..file.cells.len() {
@@ -304,7 +312,7 @@ fn check_hops(culler: &Culler, file: &PvsFile, shut: &[PortalId], c: CellId, scr
         }
     }
     for hops in [0, 1, 2, u32::MAX - 1] {
-        let mut found = culler.within_hops(c, hops, scratch).to_vec();
+        let mut found = view.within_hops(c, hops).to_vec();
         assert!(found.is_sorted_by_key(|f| f.1) && found[0] == (c, 0));
         found.sort();
         let near = (0..file.cells.len() as u32).map(|k| (CellId(k), away[k as usize]));
@@ -314,7 +322,7 @@ fn check_hops(culler: &Culler, file: &PvsFile, shut: &[PortalId], c: CellId, scr
 }
 
 /// What is in a random volume, against every box.
-fn check_volume(culler: &Culler, file: &PvsFile, random: &mut Places, scratch: &mut Scratch) {
+fn check_volume(view: &mut View, file: &PvsFile, random: &mut Places) {
     let planes: Vec<Vec4> = (0..1 + random.below(6))
         .map(|_| {
             let n = random.between(DVec3::NEG_ONE, DVec3::ONE) * 10f64.powf(random.unit() * 6.0 - 3.0);
@@ -331,11 +339,11 @@ fn check_volume(culler: &Culler, file: &PvsFile, random: &mut Places, scratch: &
         })
     };
     let inside: Vec<ObjectId> = (0u32..).zip(&file.objects).filter(|(_, o)| meets(o)).map(|(i, _)| ObjectId(i)).collect();
-    let found = culler.in_volume(&planes, None, scratch).to_vec();
+    let found = view.in_volume(&planes, &[]).to_vec();
     assert!(inside.iter().all(|o| found.binary_search(o).is_ok()), "nothing that meets it is left out");
     assert!(found.len() <= inside.len() + 1, "{} of {}", found.len(), inside.len());
     let from = [CellId(random.below(file.cells.len()) as u32)];
-    let lit = culler.in_volume(&planes, Some(&from), scratch).to_vec();
+    let lit = view.in_volume(&planes, &from).to_vec();
     let in_row = |o: &ObjectId| file.object_rows.as_ref().is_none_or(|rows| rows.get(from[0].index(), o.index()));
     assert!(lit.iter().eq(found.iter().filter(|o| in_row(o))));
 }
@@ -347,12 +355,13 @@ fn sets_without_a_camera_are_what_they_are_called() {
     for _ in 0..40 {
         let grid = Grid::random(&mut random);
         let (_, file) = grid.building();
-        let mut culler = Culler::new(&file);
-        let mut scratch = Scratch::for_culler(&culler);
+        let culler = Culler::new(&file);
+        let (mut view, mut doors) = (View::new(&culler), Doors::open(&culler));
         let shut: Vec<PortalId> = (0..file.portals.len() as u32).map(PortalId).filter(|_| random.unit() < 0.2).collect();
-        shut.iter().for_each(|&portal| culler.set_open(portal, false));
+        shut.iter().for_each(|&portal| doors.set_open(portal, false));
+        view.set_doors(&doors);
         for c in (0..file.cells.len() as u32).map(CellId) {
-            check_hops(&culler, &file, &shut, c, &mut scratch);
+            check_hops(&mut view, &file, &shut, c);
             let (objects, cells) = (culler.objects_from(c).map(|o| o.index()), culler.visible_from(c).map(|o| o.index()));
             match (&file.object_rows, &file.cell_rows) {
                 (Some(of_objects), Some(of_cells)) => {
@@ -362,7 +371,7 @@ fn sets_without_a_camera_are_what_they_are_called() {
                 _ => assert!(objects.eq(0..file.objects.len()) && cells.eq(0..file.cells.len())),
             }
         }
-        (0..20).for_each(|_| check_volume(&culler, &file, &mut random, &mut scratch));
+        (0..20).for_each(|_| check_volume(&mut view, &file, &mut random));
     }
     assert!(with_rows > 50, "{with_rows} cells with rows");
 }

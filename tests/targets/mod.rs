@@ -7,7 +7,7 @@ mod seeds;
 
 use enfilade::cells::{read_cells, read_view_cells, validate};
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, Culler, Mode, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, View};
 use enfilade::scene::{ImportOptions, Scene};
 use enfilade_formats::indoorgml::read_indoorgml;
 use enfilade_formats::{geojson, gltf, indoorgml, obj};
@@ -95,13 +95,12 @@ fn pvs(bytes: &[u8]) -> bool {
         assert_eq!(bounds.objects_lower.first_outside(&bounds.objects_upper), None);
         assert!(bounds.witnesses.iter().all(|w| w.cell.index() < cells && w.object.index() < objects));
     }
-    let culler = Culler::new(&file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let mut view = View::new(&Culler::new(&file));
     let eyes = file.portals.iter().take(2).map(|p| p.winding[0]).chain([Vec3::ZERO]);
     for eye in eyes.map(|p| p.as_dvec3()) {
         let camera = Camera::look_at(eye, eye + DVec3::new(1.0, 0.25, 0.5), 1.2, 1.5);
         for mode in [Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs] {
-            let seen = culler.cull(&camera, mode, &mut scratch);
+            let seen = view.cull(&camera, mode);
             assert!(seen.objects.iter().all(|o| o.index() < objects));
         }
     }
@@ -173,12 +172,11 @@ fn flat() -> &'static (Scene, PvsFile) {
 fn path(bytes: &[u8]) -> bool {
     let Some(path) = std::str::from_utf8(bytes).ok().and_then(|text| CameraPath::from_json(text).ok()) else { return false };
     let (_, file) = flat();
-    let culler = Culler::new(file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let mut view = View::new(&Culler::new(file));
     for frame in 0..path.frames.len().min(16) {
         let camera = path.camera(frame, file.origin, 1.5);
         for mode in [Mode::Frustum, Mode::Portals, Mode::PortalsAndPvs] {
-            let seen = culler.cull(&camera, mode, &mut scratch);
+            let seen = view.cull(&camera, mode);
             assert!(seen.objects.iter().all(|o| o.index() < file.objects.len()));
         }
     }

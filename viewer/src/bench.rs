@@ -7,7 +7,6 @@ use crate::draw::renderer::Renderer;
 use crate::headless::{Headless, Walk};
 use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
-use enfilade::runtime::Scratch;
 use glam::Vec3;
 use serde::Serialize;
 use std::time::Instant;
@@ -198,7 +197,6 @@ impl Sums {
 
 /// Ground in the frames of a path.
 struct OfGround {
-    scratch: Scratch,
     has_ground: bool,
     /// Triangles and frames: all, and those whose eye is in a room.
     sums: [(u64, u32); 2],
@@ -208,15 +206,14 @@ struct OfGround {
 
 impl OfGround {
     fn new(renderer: &Renderer<'_>) -> Self {
-        let scratch = Scratch::for_culler(&renderer.culling.culler);
-        Self { scratch, has_ground: renderer.terrain.is_some(), sums: Default::default(), hidden: 0 }
+        Self { has_ground: renderer.terrain.is_some(), sums: Default::default(), hidden: 0 }
     }
 
     fn add(&mut self, renderer: &Renderer<'_>, file: &PvsFile, eye: Vec3) {
         let Some(terrain) = &renderer.terrain else { return };
         let triangles = terrain.shown.triangles();
         self.hidden += terrain.shown.objects as u64;
-        let cell = renderer.culling.culler.cell_of(eye, &mut self.scratch);
+        let cell = renderer.culling.culler.cell_of(eye);
         let is_inside = cell.is_some_and(|cell| !file.cells[cell.index()].open);
         for (sum, frames) in &mut self.sums[..1 + usize::from(is_inside)] {
             (*sum, *frames) = (*sum + triangles, *frames + 1);

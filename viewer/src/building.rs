@@ -79,7 +79,7 @@ impl Building {
 
     /// A `.pvs` file with its model.
     fn baked(file: &Path, model: &Path, progress: Progress<'_>) -> Result<Self, String> {
-        let pvs = PvsFile::load(file).map_err(|e| at(file, e))?;
+        let pvs = PvsFile::load(file).map_err(|e| e.to_string())?;
         let options = ImportOptions { trace: true, ..pvs.import.options() };
         let scene = import(model, &options).map_err(|e| at(model, e))?;
         if scene.hash() != pvs.model_hash {

@@ -7,8 +7,9 @@ use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameCuller, FrameStats, MinPixels, Mode};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameStats, MinPixels, Mode, View};
 use enfilade::{CellId, ObjectId};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// The engine for occlusion queries.
@@ -141,10 +142,10 @@ impl Decision {
 
 /// Decides.
 pub struct Culling<'b> {
-    /// Whose doors open and shut.
-    pub culler: Culler,
-    /// Culls.
-    pub frames: FrameCuller,
+    /// Of the file.
+    pub culler: Arc<Culler>,
+    /// Culls, with doors that open and shut.
+    pub view: View,
     /// Queries of the device.
     pub delayed: DelayedQueries,
     /// The engine.
@@ -162,17 +163,17 @@ impl<'b> Culling<'b> {
     /// For pictures of `size` pixels.
     pub fn new(building: &'b Building, oracle: Oracle, size: [u32; 2]) -> Self {
         let culler = Culler::new(&building.file);
-        let mut frames = FrameCuller::new(&culler);
+        let mut view = View::new(&culler);
         let scene = &*building.scene;
         if scene.tubes.tubes.is_empty() {
-            frames.prepare_queries_with(&culler, Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene));
+            view.prepare_queries(Some(Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene)));
         } else {
             // The scene's meshes are within tubes, and only the file's boxes hold what is drawn.
-            frames.prepare_queries(&culler);
+            view.prepare_queries(None);
         }
         Self {
             culler,
-            frames,
+            view,
             delayed: DelayedQueries::new(&building.file),
             oracle,
             last: None,
@@ -194,7 +195,7 @@ impl<'b> Culling<'b> {
     /// Objects with fewer pixels are left out from now on, as far as their boxes tell; 0 leaves none out.
     pub fn set_min_pixels(&mut self, pixels: u32) {
         self.min_pixels = pixels;
-        self.culler.set_min_pixels(MinPixels { pixels, picture: self.size });
+        self.view.set_min_pixels(MinPixels { pixels, picture: self.size });
     }
 
     /// Decides a frame, with a near plane at `near` metres. Lists keep their memory from frame to frame.
@@ -204,7 +205,7 @@ impl<'b> Culling<'b> {
         // 1. How. Answers of a device come a frame delayed, and then asking costs more than it saves.
         let method = match (mode.of_library(), self.oracle) {
             (Mode::Auto, Oracle::Device) => Mode::PortalsAndPvs,
-            (mode, _) => self.frames.choose(&self.culler, camera, mode),
+            (mode, _) => self.view.choose(camera, mode),
         };
         // 2. What.
         let asks = match mode {
@@ -214,18 +215,19 @@ impl<'b> Culling<'b> {
         };
         let by_software = method.has_queries() && self.oracle == Oracle::Software;
         let min_pixels = self.min_pixels;
-        let depth = by_software.then(|| {
+        let visible = if by_software {
             let depth = self.depth.get_or_insert_with(|| depth(self.building, self.size));
             depth.set_min_pixels(min_pixels);
-            depth as _
-        });
-        let visible = self.frames.cull(&self.culler, camera, near, method, depth);
+            self.view.cull_with(camera, method, near, depth)
+        } else {
+            self.view.cull(camera, method)
+        };
         let decision = self.last.get_or_insert_with(|| Decision::new(camera));
         refill(&mut decision.objects, visible.objects);
         refill(&mut decision.cells, visible.cells);
         refill(&mut decision.portals, visible.portals);
         (decision.frame, decision.method, decision.asks) = (frame, method, asks);
-        (decision.camera, decision.home, decision.stats) = (*camera, visible.home, visible.stats);
+        (decision.camera, decision.home, decision.stats) = (*camera, visible.homes.first().copied(), visible.stats);
         // 3. What to ask the device.
         if asks == Asks::Queries {
             self.delayed.plan(camera, &decision.objects, queries::MOST);
@@ -241,7 +243,7 @@ impl<'b> Culling<'b> {
     /// As if no frame had been drawn yet.
     pub fn restart(&mut self) {
         self.last = None;
-        self.frames.restart(&self.culler);
+        self.view.restart();
         self.delayed = DelayedQueries::new(&self.building.file);
     }
 }

@@ -8,7 +8,7 @@ use crate::start::rooms::Room;
 use crate::start::view::view;
 use crate::walker::Walker;
 use enfilade::math::geom::Aabb;
-use enfilade::runtime::{Culler, Scratch};
+use enfilade::runtime::Culler;
 use enfilade::scene::Role;
 use enfilade::{CellId, ObjectId};
 use enfilade_measure::pages::storeys::Storey;
@@ -45,7 +45,7 @@ impl Guide<'_> {
     /// To a point (x, z) of a storey's plan: on the floor of the cell that the plan shows there, where a person fits nearest to it.
     pub fn to_plan(&self, storey: &Storey, at: DVec2) -> Walker {
         let cut = DVec3::new(at.x, storey.floor + storey.cut, at.y);
-        let cell = self.culler.cell_of(cut.as_vec3(), &mut Scratch::for_culler(self.culler));
+        let cell = self.culler.cell_of(cut.as_vec3());
         let (space, scene) = (Space::new(self.solid, &|_| false), &self.building.scene);
         let place = match self.rooms.iter().find(|room| Some(room.cell) == cell) {
             Some(room) => places::nearest(&space, scene, room, cut.with_y(storey.floor), MOST_LOOKS),

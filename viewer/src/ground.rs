@@ -5,7 +5,7 @@ use crate::culling::Decision;
 use crate::draw::pipelines::NEAR;
 use enfilade::CellId;
 use enfilade::file::{FileObject, PvsFile};
-use enfilade::runtime::{Camera, Culler, Mode, Motion, Rect, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, Motion, Rect, View};
 use enfilade_terrain::{Ground, GroundScratch, GroundView, Horizon, Limit, Loading, Patch, Placement, Things};
 use glam::{DVec3, Vec3};
 use std::path::Path;
@@ -132,12 +132,11 @@ impl Land {
     /// none is.
     pub fn enter(&mut self, file: &PvsFile) {
         self.things = Things::new(&self.ground, file.objects.iter().map(|object| self.boxed(object, file.origin)));
-        let culler = Culler::new(file);
-        let mut scratch = Scratch::for_culler(&culler);
+        let mut view = View::new(&Culler::new(file));
         self.is_near.clear();
         self.is_near.resize(file.cells.len(), false);
         for (_, open) in file.cells.iter().zip((0..).map(CellId)).filter(|(cell, _)| cell.open) {
-            culler.within_hops(open, HOPS, &mut scratch).iter().for_each(|(near, _)| self.is_near[near.index()] = true);
+            view.within_hops(open, HOPS).iter().for_each(|(near, _)| self.is_near[near.index()] = true);
         }
     }
 

@@ -142,7 +142,7 @@ impl<'b> Session<'b> {
     /// The walker has no place yet: see [`Session::begin`] and [`Session::stand`].
     pub fn new(building: &'b Building, renderer: Renderer<'b>) -> Self {
         let mut session = Self {
-            document: Document::new(building, &renderer.doors, &renderer.culling.culler),
+            document: Document::new(building, &renderer.doors),
             interface: Interface::new(&renderer.gpu, renderer.format),
             panels: Panels::new(building),
             motion: Motion::default(),
@@ -392,7 +392,7 @@ impl<'b> Session<'b> {
         let middle = at.as_vec3() + n * 0.02;
         let [w, h] = MIRROR.map(|s| s * 0.5);
         let corners = [-right * w - up * h, right * w - up * h, right * w + up * h, -right * w + up * h].map(|p| middle + p);
-        let Some(cell) = self.document.cell_of(&self.renderer.culling.culler, middle + n * 0.05) else { return };
+        let Some(cell) = self.renderer.culling.culler.cell_of(middle + n * 0.05) else { return };
         let Some(mirror) = Mirror::new(cell, &corners) else { return };
         let (mirrors, gpu, pipelines) = self.renderer.mirrors();
         if !mirrors.hang(gpu, pipelines, mirror, &corners) {

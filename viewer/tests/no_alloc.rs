@@ -25,7 +25,7 @@ fn a_frame_that_is_decided_and_listed_allocates_nothing_once_warm() {
         let mut culling = Culling::new(&building, oracle, [160, 90]);
         let mut doors = Doors::new(&building, &culling.culler);
         doors.set_all(true);
-        doors.tell(&mut culling.culler);
+        doors.tell(&mut culling.view);
         let (mesh, _) = Mesh::new(&building.scene, &doors.is_leaf).unwrap();
         let (mut runs, mut cells, mut seen) = (Runs::default(), Vec::new(), Vec::new());
         let mut number = 0;

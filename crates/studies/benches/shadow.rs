@@ -17,7 +17,7 @@ use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::oracle::OcclusionOracle;
 use enfilade::occlusion::view::{Frustum, View};
 use enfilade::pvs::PvsOptions;
-use enfilade::runtime::{Camera, Culler, Mode, Scratch};
+use enfilade::runtime::{self, Camera, Culler, Mode};
 use enfilade::scene::Scene;
 use enfilade_measure::exact::{ExactScene, Judge, MOST_SPLITS};
 use enfilade_measure::walkthrough::missed::objects_shown;
@@ -156,13 +156,12 @@ impl Study<'_> {
     fn portals(&self, tree: &Hierarchy, occluders: &Occluders, base: &Row) {
         let pvs = PvsOptions { ray_budget: 2_000_000, ..PvsOptions::default() };
         let file = bake(self.scene, BakeOptions { pvs, ..BakeOptions::default() }, &Job::quiet()).expect("a bake").file;
-        let culler = Culler::new(&file);
-        let mut scratch = Scratch::for_culler(&culler);
-        let row = self.run(|_, camera| (culler.cull(camera, Mode::PortalsAndPvs, &mut scratch).objects.to_vec(), 0));
+        let mut eyes = runtime::View::new(&Culler::new(&file));
+        let row = self.run(|_, camera| (eyes.cull(camera, Mode::PortalsAndPvs).objects.to_vec(), 0));
         self.print("both", &row, base);
         let mut shadows = ShadowCuller::new(32);
         let row = self.run(|view, camera| {
-            let mut objects = culler.cull(camera, Mode::PortalsAndPvs, &mut scratch).objects.to_vec();
+            let mut objects = eyes.cull(camera, Mode::PortalsAndPvs).objects.to_vec();
             let mut lit = shadows.cull(tree, occluders, view).to_vec();
             lit.sort_unstable();
             objects.retain(|o| lit.binary_search(o).is_ok());

@@ -12,7 +12,7 @@
 //! # use enfilade::ObjectId;
 //! use enfilade::file::PvsFile;
 //! use enfilade::runtime::prefetch::{Prefetcher, Step};
-//! use enfilade::runtime::{Camera, Culler, Mode, Motion, Scratch};
+//! use enfilade::runtime::{Camera, Culler, Mode, Motion, View};
 //!
 //! # struct Loader;
 //! # impl Loader {
@@ -23,7 +23,7 @@
 //! # }
 //! # fn demo(file: &PvsFile, camera: Camera, seconds: f64, bytes: &[u64], loader: &mut Loader) {
 //! let culler = Culler::new(file);
-//! let mut scratch = Scratch::for_culler(&culler);
+//! let mut view = View::new(&culler);
 //! let mut motion = Motion::default();
 //! let mut prefetcher = Prefetcher::new(file, &culler, bytes, 64 << 20);
 //! // Each frame:
@@ -31,8 +31,8 @@
 //!     prefetcher.loaded(object);
 //! }
 //! motion.see(&camera, seconds);
-//! let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
-//! let missing = prefetcher.frame(&culler, camera.eye, &motion, visible.objects);
+//! let visible = view.cull(&camera, Mode::PortalsAndPvs);
+//! let missing = prefetcher.frame(camera.eye, &motion, visible.objects);
 //! println!("{} objects are drawn, {missing} are late", visible.objects.len());
 //! while loader.is_idle() {
 //!     match prefetcher.next_step() {
@@ -75,6 +75,7 @@ mod reach;
 mod sight;
 
 use super::culler::Culler;
+use super::doors::Doors;
 use super::motion::Motion;
 use crate::file::PvsFile;
 use crate::types::portal::PortalKind;
@@ -83,6 +84,7 @@ use glam::Vec3;
 use order::{Plan, Planned};
 use reach::{Reach, Walker};
 use sight::Sight;
+use std::sync::Arc;
 
 /// Movement of the eye that triggers a new plan, metres. Larger: older orders. Smaller: more work.
 const MOVED: f32 = 0.25;
@@ -123,6 +125,7 @@ enum State {
 /// Prefetches for one eye; see the [module](self).
 #[derive(Clone, Debug)]
 pub struct Prefetcher {
+    culler: Arc<Culler>,
     budget: u64,
     /// By object.
     bytes: Vec<u64>,
@@ -166,12 +169,13 @@ impl Prefetcher {
     /// # Panics
     ///
     /// If `culler` is of another file, or `bytes` does not have one size per object.
-    pub fn new(file: &PvsFile, culler: &Culler, bytes: &[u64], budget: u64) -> Self {
+    pub fn new(file: &PvsFile, culler: &Arc<Culler>, bytes: &[u64], budget: u64) -> Self {
         let objects = culler.object_count();
         assert_eq!((file.objects.len(), bytes.len()), (objects, objects), "objects of the file, and sizes");
         assert_eq!(file.portals.len(), culler.portal_count(), "portals of the file");
         let windows = file.portals.iter().map(|portal| portal.kind == PortalKind::Window).collect();
         Self {
+            culler: culler.clone(),
             budget,
             bytes: bytes.to_vec(),
             states: vec![State::Absent; objects],
@@ -193,10 +197,18 @@ impl Prefetcher {
         }
     }
 
+    /// Takes the states of the doors: what the eye sees now and soon goes by them. At the start, all are open.
+    ///
+    /// # Panics
+    ///
+    /// If they are of a culler with another number of portals.
+    pub fn set_doors(&mut self, doors: &Doors) {
+        self.sight.set_doors(doors);
+    }
+
     /// Begins a frame: the eye (metres, relative to the file's origin), its motion, and its visible objects
-    /// ([`super::VisibleSet::objects`]). Returns the number of these that are not loaded; see [`Self::is_loaded`]. Always pass the same
-    /// `culler`.
-    pub fn frame(&mut self, culler: &Culler, eye: Vec3, motion: &Motion, visible: &[ObjectId]) -> usize {
+    /// ([`super::VisibleSet::objects`]). Returns the number of these that are not loaded; see [`Self::is_loaded`].
+    pub fn frame(&mut self, eye: Vec3, motion: &Motion, visible: &[ObjectId]) -> usize {
         self.frame += 1;
         self.loaded_and_shown = 0;
         self.missing.clear();
@@ -210,15 +222,15 @@ impl Prefetcher {
             }
         }
         if eye.is_finite() {
-            self.look_ahead(culler, eye, motion);
+            self.look_ahead(eye, motion);
         }
         self.at = Places { tail: self.plan.order().len(), ..Places::default() };
         self.missing.len()
     }
 
     /// Makes a new plan if necessary.
-    fn look_ahead(&mut self, culler: &Culler, eye: Vec3, motion: &Motion) {
-        let homes = culler.locator.locate(eye, culler.tolerance, &mut self.last_piece);
+    fn look_ahead(&mut self, eye: Vec3, motion: &Motion) {
+        let homes = self.culler.locate(eye, &mut self.last_piece);
         let homes = if homes.overflow { &[] } else { homes.as_slice() };
         let looks = motion.ahead(0.0).map_or(Vec3::ZERO, |camera| camera.w.normalize_or_zero());
         let moved = self.made.map_or(f32::INFINITY, |(_, [from, _])| from.distance(eye));
@@ -231,7 +243,7 @@ impl Prefetcher {
         self.homes.extend_from_slice(homes);
         let ahead = motion.ahead(AHEAD).map_or(eye, |camera| camera.eye);
         let ahead = if ahead.distance(eye) < JUMP { ahead } else { eye };
-        self.plan.make(culler, &self.bytes, Walker { eye, ahead }, &self.homes, &mut self.sight, motion);
+        self.plan.make(&self.culler, &self.bytes, Walker { eye, ahead }, &self.homes, &mut self.sight, motion);
         for planned in self.plan.order() {
             self.planned[planned.object.index()] = self.frame;
         }

@@ -100,7 +100,7 @@ impl Plan {
 
     /// Adds the objects of a cell's row; false if some did not fit.
     fn add_cell(&mut self, culler: &Culler, bytes: &[u64], cell: CellId, metres: f32) -> bool {
-        let row = culler.object_rows.as_ref().map(|rows| rows.row(cell.index()));
+        let row = culler.object_row(cell);
         let mut fits = true;
         for &object in culler.cell_objects.get(cell.index()) {
             if row.is_none_or(|row| bit(row, object.index())) {

@@ -4,6 +4,7 @@
 //! current and an extrapolated position.
 
 use super::super::culler::Culler;
+use super::super::doors::Doors;
 use super::super::motion::Motion;
 use super::super::scratch::Scratch;
 use super::super::{Camera, Mode};
@@ -28,14 +29,18 @@ impl Sight {
         Self { scratch: Scratch::for_culler(culler) }
     }
 
+    pub fn set_doors(&mut self, doors: &Doors) {
+        self.scratch.doors.assign(doors);
+    }
+
     /// Calls `tell` for visible objects, most urgent first; an object may appear more than once. Ends if `tell` returns false.
     pub fn each(&mut self, culler: &Culler, motion: &Motion, tell: &mut impl FnMut(ObjectId) -> bool) {
         let cameras = TIMES.map(|time| motion.ahead(time));
         let screens = cameras.iter().flatten().map(wider);
         let around = AROUND.iter().filter_map(|&time| cameras[time]).flat_map(|camera| all_around(&camera));
         for camera in screens.chain(around) {
-            let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut self.scratch);
-            if !visible.objects.iter().all(|&object| tell(object)) {
+            culler.cull(&camera, Mode::PortalsAndPvs, &mut self.scratch);
+            if !self.scratch.objects.iter().all(|&object| tell(object)) {
                 return;
             }
         }

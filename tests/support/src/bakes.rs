@@ -40,5 +40,15 @@ pub fn on<T: Send>(threads: usize, run: impl FnOnce() -> T + Send) -> T {
 pub fn walk(modes: impl IntoIterator<Item = Mode>, [width, height]: [usize; 2]) -> WalkOptions {
     let modes = modes.into_iter().map(Into::into).collect();
     let min_pixels = vec![0];
-    WalkOptions { modes, width, height, verify_pixels: true, pictures: None, every: 1, doors_as_found: false, min_pixels }
+    WalkOptions {
+        modes,
+        width,
+        height,
+        verify_pixels: true,
+        pictures: None,
+        every: 1,
+        doors_as_found: false,
+        min_pixels,
+        movers: 0,
+    }
 }

@@ -8,7 +8,7 @@ use crate::level_mesh::{LevelMesh, metres};
 use crate::random::Random;
 use crate::world::World;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, Place, Scratch};
+use enfilade::runtime::{Camera, Culler, Mode, View};
 use enfilade::{BitMatrix, CellId, ObjectId};
 use enfilade_measure::walkthrough::path::{CameraPath, PathFrame};
 use glam::DVec3;
@@ -166,22 +166,19 @@ impl<'l> Truth<'l> {
 /// Finds the cells of points of the level.
 pub struct Homes<'f> {
     file: &'f PvsFile,
-    culler: Culler,
-    scratch: Scratch,
-    place: Place,
+    view: View,
 }
 
 impl<'f> Homes<'f> {
     pub fn new(file: &'f PvsFile) -> Self {
-        let culler = Culler::new(file);
-        Self { file, scratch: Scratch::for_culler(&culler), culler, place: Place::default() }
+        Self { file, view: View::new(&Culler::new(file)) }
     }
 
     /// The cells that a point in units of the level is in; where it is in none, the number of cells.
     pub fn cells(&mut self, p: DVec3) -> Vec<usize> {
-        let eye = (metres(p) - self.file.origin).as_vec3();
-        self.culler.find_place(eye, &mut self.scratch, &mut self.place);
-        let cells = self.place.cells();
+        let eye = metres(p) - self.file.origin;
+        let mut cells = self.view.cull(&Camera::look_at(eye, eye + DVec3::X, 1.0, 1.0), Mode::Pvs).homes.to_vec();
+        cells.sort_unstable();
         if cells.is_empty() { vec![self.file.cells.len()] } else { cells.iter().map(|c| c.index()).collect() }
     }
 }

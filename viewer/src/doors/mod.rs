@@ -16,7 +16,7 @@ use crate::building::Building;
 use crate::collision::{Face, NOBODY};
 use crate::culling::Decision;
 use enfilade::math::geom::{Aabb, Plane};
-use enfilade::runtime::{Camera, Culler};
+use enfilade::runtime::{Camera, Culler, View};
 use enfilade::types::portal::PortalKind;
 use enfilade::{CellId, ObjectId, PortalId};
 use glam::{DVec3, Vec3, Vec3Swizzles};
@@ -175,11 +175,13 @@ impl Doors {
         self.shut.sort_unstable();
     }
 
-    /// Opens and shuts the portals of a culler as the doors stand.
-    pub fn tell(&self, culler: &mut Culler) {
+    /// Opens and shuts the portals of a view as the doors stand.
+    pub fn tell(&self, view: &mut View) {
+        let mut states = view.doors().clone();
         for door in &self.doors {
-            door.portals.iter().for_each(|&portal| culler.set_open(portal, !(door.is_shut() && door.is_solid)));
+            door.portals.iter().for_each(|&portal| states.set_open(portal, !(door.is_shut() && door.is_solid)));
         }
+        view.set_doors(&states);
     }
 
     /// Triangles of shut doors, which stop walkers.

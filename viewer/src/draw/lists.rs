@@ -122,7 +122,7 @@ impl<'b> Renderer<'b> {
         self.eye.set(&self.gpu, &request.camera, section);
         self.leaves.update(&self.gpu, self.building, &mut self.doors);
         if request.mirrors {
-            self.passes.mirrors.look(&self.culling.culler, &request.camera);
+            self.passes.mirrors.look(self.culling.view.doors(), &request.camera);
         }
         if let Some(terrain) = &mut self.terrain {
             let look = if self.detail == Detail::Plain { Look::Plain } else { Look::Full };

@@ -11,9 +11,12 @@ use super::pass::begin;
 use super::pipelines::{CameraBinding, DEPTH, PipelineDesc, Pipelines, depth_state, shader};
 use super::targets::view_of;
 use super::tubes::{At, List};
+use enfilade::ObjectId;
 use enfilade::gpu::Gpu;
-use enfilade::runtime::{Camera, Culler, Mirror, Mode, Reflections, Scratch};
+use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, View};
 use glam::Vec3;
+use std::ops::Range;
+use std::sync::Arc;
 use wgpu::{BufferUsages, CommandEncoder, ShaderStages, TextureFormat, TextureView};
 
 /// Most mirrors; of more, the first go.
@@ -25,8 +28,11 @@ const DARK: wgpu::Color = wgpu::Color { r: 0.72, g: 0.82, b: 0.86, a: 1.0 };
 pub struct Mirrors {
     mirrors: Vec<Mirror>,
     corners: Vec<Vec<Vec3>>,
-    reflections: Reflections,
-    scratch: Scratch,
+    /// Culls for them.
+    eyes: View,
+    /// In the frame: mirror, camera and range of `objects`.
+    reflections: Vec<(usize, Camera, Range<usize>)>,
+    objects: Vec<ObjectId>,
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     format: TextureFormat,
@@ -53,7 +59,7 @@ pub fn reflect(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut Com
 
 impl Mirrors {
     /// None yet.
-    pub fn new(gpu: &Gpu, pipelines: &Pipelines, culler: &Culler, format: TextureFormat) -> Self {
+    pub fn new(gpu: &Gpu, pipelines: &Pipelines, culler: &Arc<Culler>, format: TextureFormat) -> Self {
         let layout = bind::layout(gpu, ShaderStages::FRAGMENT, &[COLOUR_TEXTURE]);
         let module = shader(gpu, include_str!("mirror.wgsl"));
         let pipeline = PipelineDesc {
@@ -71,8 +77,9 @@ impl Mirrors {
         Self {
             mirrors: Vec::new(),
             corners: Vec::new(),
-            reflections: Reflections::for_culler(culler),
-            scratch: Scratch::for_culler(culler),
+            eyes: View::new(culler),
+            reflections: Vec::new(),
+            objects: Vec::new(),
             pipeline,
             layout,
             format,
@@ -113,10 +120,18 @@ impl Mirrors {
     }
 
     /// Works out what they show, in the frame of a camera.
-    pub fn look(&mut self, culler: &Culler, camera: &Camera) {
-        if !self.mirrors.is_empty() {
-            culler.cull(camera, Mode::PortalsAndPvs, &mut self.scratch);
-            culler.reflect(camera, Mode::PortalsAndPvs, &self.mirrors, 1, &self.scratch, &mut self.reflections);
+    pub fn look(&mut self, doors: &Doors, camera: &Camera) {
+        self.reflections.clear();
+        self.objects.clear();
+        if self.mirrors.is_empty() {
+            return;
+        }
+        self.eyes.set_doors(doors);
+        self.eyes.cull(camera, Mode::PortalsAndPvs);
+        for reflection in self.eyes.mirrors(&self.mirrors, 1, None) {
+            let start = self.objects.len();
+            self.objects.extend_from_slice(reflection.objects);
+            self.reflections.push((reflection.mirror, reflection.camera, start..self.objects.len()));
         }
     }
 
@@ -126,8 +141,9 @@ impl Mirrors {
         let size = frame.targets.size;
         self.places.iter_mut().for_each(|place| place.shows = false);
         let (mut runs, mut doors, mut drawn) = (Runs::default(), Vec::new(), Drawn::default());
-        for (i, reflected) in self.reflections.views().iter().enumerate() {
-            let Some(place) = self.places.get_mut(reflected.mirror) else { continue };
+        for (mirror, camera, objects) in &self.reflections {
+            let Some(place) = self.places.get_mut(*mirror) else { continue };
+            let objects = &self.objects[objects.clone()];
             if place.picture.as_ref().is_none_or(|picture| picture.0 != size) {
                 let seen = view_of(gpu, size, self.format);
                 let group = bind::group(gpu, &self.layout, [view(&seen)]);
@@ -136,20 +152,20 @@ impl Mirrors {
             }
             if let Some(tubes) = frame.tubes {
                 let list = place.tubes.get_or_insert_with(|| List::new(gpu, &tubes.source));
-                let objects = self.reflections.objects(i).iter().copied().filter(|o| !mesh.is_hidden(*o));
-                list.fill(gpu, &frame.building.scene, &tubes.source, &At::new(&reflected.camera, size, tubes.look), objects);
+                let objects = objects.iter().copied().filter(|o| !mesh.is_hidden(*o));
+                list.fill(gpu, &frame.building.scene, &tubes.source, &At::new(camera, size, tubes.look), objects);
             }
             let tubes = frame.tubes.zip(place.tubes.as_ref());
             let Some((_, seen, depth, _)) = &place.picture else { continue };
             place.shows = true;
-            place.eye.set(gpu, &reflected.camera, Some(plane(&self.corners[reflected.mirror])));
-            runs.set(mesh, self.reflections.objects(i), is_transparent, Some(reflected.camera.eye));
+            place.eye.set(gpu, camera, Some(plane(&self.corners[*mirror])));
+            runs.set(mesh, objects, is_transparent, Some(camera.eye));
             let mut pass = begin(commands, seen, depth, Some(DARK), None);
-            frame.doors.before(&reflected.camera, &mut doors);
+            frame.doors.before(camera, &mut doors);
             leaves.list(&doors, &mut drawn);
             if let Some(full) = full {
-                let seen_through = self.reflections.objects(i).iter().copied().filter(|o| is_transparent[o.index()]);
-                let eye = (&place.eye, reflected.camera.eye);
+                let seen_through = objects.iter().copied().filter(|o| is_transparent[o.index()]);
+                let eye = (&place.eye, camera.eye);
                 let of_tubes = tubes.map(|(_, list)| list);
                 full.draw_in_mirror(&mut pass, eye, mesh, &runs.solid, seen_through, (leaves, &drawn, of_tubes));
                 continue;

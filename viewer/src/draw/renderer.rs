@@ -114,7 +114,7 @@ impl<'b> Renderer<'b> {
         let scene = &building.scene;
         let mut culling = Culling::new(building, oracle, size);
         let doors = Doors::new(building, &culling.culler);
-        doors.tell(&mut culling.culler);
+        doors.tell(&mut culling.view);
         let (mesh, triangles) = Mesh::new(scene, &doors.is_leaf)?;
         let pipelines = Pipelines::new(&gpu, &triangles, scene, format).map_err(|e| e.to_string())?;
         let is_transparent: Vec<bool> = scene.objects.iter().map(|o| o.glass).collect();
@@ -235,7 +235,7 @@ impl<'b> Renderer<'b> {
     /// A second way to cull.
     pub fn cull_state(&self) -> CullState<'b> {
         let mut culling = Culling::new(self.building, self.culling.oracle, self.targets.size);
-        self.doors.tell(&mut culling.culler);
+        self.doors.tell(&mut culling.view);
         let queries = Queries::new(&self.gpu, &self.pipelines, self.building.scene.objects.len());
         CullState { culling, readback: Readback::default(), queries, hiz: None, marks: None, shown: Shown::default() }
     }
@@ -319,7 +319,7 @@ impl<'b> Renderer<'b> {
     pub fn doors_changed(&mut self) {
         self.is_capped = false;
         self.passes.full.iter_mut().for_each(Full::doors_moved);
-        self.doors.tell(&mut self.culling.culler);
+        self.doors.tell(&mut self.culling.view);
     }
 
     /// Waits for the device and reads all answers.

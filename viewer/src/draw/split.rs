@@ -45,7 +45,7 @@ impl<'b> Split<'b> {
 
     /// Doors were opened or shut.
     pub fn doors_changed(&mut self, doors: &Doors) {
-        doors.tell(&mut self.side.culling.culler);
+        doors.tell(&mut self.side.culling.view);
     }
 
     /// Draws a frame of the other way, all of it, with triangles told apart or not. Its pictures are of the renderer's size.

@@ -12,10 +12,10 @@ use crate::start::rooms::{Room, rooms};
 use crate::units::Units;
 use enfilade::CellId;
 use enfilade::proof::{Asker, Goal};
-use enfilade::runtime::{Culler, Scratch};
+use enfilade::runtime::Culler;
 use enfilade::scene::rays::{Hit, RayScene};
-use glam::{DVec3, Vec3};
-use std::cell::{OnceCell, RefCell};
+use glam::DVec3;
+use std::cell::OnceCell;
 
 /// An open building.
 pub struct Document<'b> {
@@ -24,7 +24,6 @@ pub struct Document<'b> {
     /// Where pictures and paths are saved.
     pub output: OutputFiles,
     pub(super) solid: Solid<'b>,
-    scratch: RefCell<Scratch>,
     // Made when they are first needed.
     rooms: OnceCell<Vec<Room>>,
     rays: OnceCell<RayScene<'b>>,
@@ -33,12 +32,11 @@ pub struct Document<'b> {
 
 impl<'b> Document<'b> {
     /// Of a building with its doors.
-    pub(super) fn new(building: &'b Building, doors: &Doors, culler: &Culler) -> Self {
+    pub(super) fn new(building: &'b Building, doors: &Doors) -> Self {
         let mut document = Self {
             building,
             output: OutputFiles::here(&building.scene.name),
             solid: Solid::without(&building.scene, &|t| doors.is_leaf[t]),
-            scratch: RefCell::new(Scratch::for_culler(culler)),
             rooms: OnceCell::new(),
             rays: OnceCell::new(),
             asker: OnceCell::new(),
@@ -60,11 +58,6 @@ impl<'b> Document<'b> {
     /// Finds ways for a person.
     pub(super) fn guide<'d>(&'d self, culler: &'d Culler) -> Guide<'d> {
         Guide { building: self.building, solid: &self.solid, rooms: self.rooms(), culler }
-    }
-
-    /// The cell of a point.
-    pub(super) fn cell_of(&self, culler: &Culler, p: Vec3) -> Option<CellId> {
-        culler.cell_of(p, &mut self.scratch.borrow_mut())
     }
 
     /// The first surface on a ray, with leaves where they are now. A leaf that the viewer made gives nothing.

@@ -78,7 +78,7 @@ impl Session<'_> {
     fn reached(&self) -> (Option<CellId>, Vec<CellId>) {
         let culling = &self.renderer.culling;
         let (home, cells) = culling.last.as_ref().map_or((None, &[][..]), |d| (d.home, &d.cells[..]));
-        let home = home.or(self.document.cell_of(&culling.culler, self.motion.walker.eye.as_vec3()));
+        let home = home.or(culling.culler.cell_of(self.motion.walker.eye.as_vec3()));
         let cells = match home {
             Some(home) if cells.is_empty() => self.document.building.file.cells_seen(home).collect(),
             _ => cells.to_vec(),

@@ -112,7 +112,7 @@ impl Session<'_> {
     pub(super) fn pick(&mut self, at: DVec2) {
         let Some(hit) = self.ahead(at) else { return self.selection.clear() };
         let place = self.motion.walker.eye + self.camera().ray(at).normalize() * (hit.t - BEFORE).max(0.0);
-        let Some(cell) = self.document.cell_of(&self.renderer.culling.culler, place.as_vec3()) else { return };
+        let Some(cell) = self.renderer.culling.culler.cell_of(place.as_vec3()) else { return };
         if self.selection.picked.len() == 2 {
             self.selection.picked.clear();
             self.selection.why = None;
@@ -126,7 +126,7 @@ impl Session<'_> {
 
     /// Does the walker's cell see what is ahead?
     pub(super) fn ask_ahead(&mut self) {
-        let home = self.document.cell_of(&self.renderer.culling.culler, self.motion.walker.eye.as_vec3());
+        let home = self.renderer.culling.culler.cell_of(self.motion.walker.eye.as_vec3());
         if let (Some(home), Some(hit)) = (home, self.ahead(DVec2::ZERO)) {
             self.selection.picked = vec![(home, hit)];
             self.selection.select(self.document.building, vec![hit.object], Vec::new(), Some((hit.object, home)));

@@ -152,8 +152,10 @@ fn the_alarm_sees_a_portal_that_is_shut_while_its_leaf_is_open() {
         assert_eq!(visit.missed(Mode::Portals).pixels, 0);
         let open = visit.session.renderer.triangles();
         let portals = visit.doors()[door].portals.clone();
-        let culler = &mut visit.session.renderer.culling.culler;
-        portals.iter().for_each(|&portal| culler.set_open(portal, false));
+        let view = &mut visit.session.renderer.culling.view;
+        let mut doors = view.doors().clone();
+        portals.iter().for_each(|&portal| doors.set_open(portal, false));
+        view.set_doors(&doors);
         seen += usize::from(visit.missed(Mode::Portals).pixels > 100);
         // With its leaf in it, the same portal misses nothing, and less is drawn.
         visit.turn_door(door);

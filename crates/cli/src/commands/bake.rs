@@ -210,7 +210,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     kept.ends();
     baked.file.save(&output).map_err(|e| at(&output, e))?;
     kept.done()?;
-    let bytes = load_bytes(&output).map_err(|e| at(&output, e))?;
+    let bytes = load_bytes(&output)?;
     let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
     let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
         .map_err(|e| at(&output, e))?;

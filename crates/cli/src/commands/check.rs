@@ -77,7 +77,7 @@ fn check_file(args: &Args) -> Result<Outcome, CliError> {
         return Err(at(rows, "--rows are tested with a .prt or .bsp, not with a .pvs"));
     }
     let Some(model) = &args.model else { return Err(at(&args.file, "is tested against its model: --model INPUT")) };
-    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let file = PvsFile::load(&args.file)?;
     let scene = import(model, &args.files.again(&file.import)).map_err(|e| at(model, e))?;
     let options = CheckOptions { rays: args.rays, views: args.views, seed: args.run.seed, leaks: args.leak.is_some() };
     let report = check(&file, &scene, &options).map_err(|e| match e {

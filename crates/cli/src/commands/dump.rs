@@ -1,7 +1,7 @@
 //! `enfilade dump`.
 
 use super::files::Files;
-use super::{CliError, Outcome, at};
+use super::{CliError, Outcome};
 use enfilade::BitMatrix;
 use enfilade::file::{FileCell, FileObject, FilePortal, FileViewCell, PvsFile};
 use glam::{DVec3, Vec3, Vec4};
@@ -43,7 +43,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let file = PvsFile::load(&args.file)?;
     let mut out = BufWriter::new(io::stdout().lock());
     let written = if args.json { json(&file, args.rows, &mut out) } else { text(&file, args.rows, &mut out) };
     match written.and_then(|()| out.flush()) {
@@ -70,8 +70,9 @@ fn text(file: &PvsFile, rows: Option<Rows>, out: &mut impl Write) -> io::Result<
             let open = if c.open { ", open" } else { "" };
             writeln!(out, "cell {i} {:?}: {} pieces{open}", c.name, c.pieces.len())?;
         }
-        for (i, p) in file.portals.iter().enumerate() {
-            writeln!(out, "portal {i}: {} - {}, {} corners, {:?}", p.cells[0], p.cells[1], p.winding.len(), p.kind)?;
+        for (i, (p, key)) in file.portals.iter().zip(file.portal_keys()).enumerate() {
+            let corners = p.winding.len();
+            writeln!(out, "portal {i} {key:?}: {} - {}, {corners} corners, {:?}", p.cells[0], p.cells[1], p.kind)?;
         }
         for (i, o) in file.objects.iter().enumerate() {
             writeln!(out, "object {i} {:?}: {} triangles", o.node, o.triangles)?;
@@ -193,9 +194,10 @@ impl Serialize for Document<'_> {
         let pieces = |pieces: &[Vec<Vec4>]| pieces.iter().map(piece).collect::<Vec<_>>();
         let cell = |i: usize, c: &FileCell| json!({ "id": i, "open": c.open, "name": c.name, "source": c.source, "pieces": pieces(&c.pieces) });
         let view_cell = |_: usize, v: &FileViewCell| json!({ "id": v.id, "pieces": pieces(&v.pieces) });
+        let keys = file.portal_keys();
         let portal = |i: usize, p: &FilePortal| {
             let winding = corners(origin, &p.winding);
-            json!({ "id": i, "cells": p.cells, "plane": plane(origin, &p.plane), "winding": winding, "kind": p.kind, "state": p.state, "source": p.source })
+            json!({ "id": i, "key": keys[i], "cells": p.cells, "plane": plane(origin, &p.plane), "winding": winding, "kind": p.kind, "state": p.state, "source": p.source })
         };
         let object = |i: usize, o: &FileObject| json!({ "id": i, "node": o.node, "triangles": o.triangles });
         let has_views = !file.views.cells.is_empty();

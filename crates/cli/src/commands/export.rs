@@ -41,7 +41,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     if !output.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb")) {
         return Err(at(&output, "export writes binary glTF; give a name that ends in .glb"));
     }
-    let file = PvsFile::load(&path).map_err(|e| at(&path, e))?;
+    let file = PvsFile::load(&path)?;
     let made = export(&model, &files.again(&file.import), &file).map_err(|e| match e {
         ExportError::OtherModel { .. } => at(&model, format!("{}: {e}", path.display())),
         e => at(&model, e),

@@ -35,7 +35,7 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let bytes = load_bytes(&args.file).map_err(|e| at(&args.file, e))?;
+    let bytes = load_bytes(&args.file)?;
     let container = Container::parse(&bytes).map_err(|e| at(&args.file, e))?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&args.file, e))?;
     let report = InfoReport { file: FileSummary::of(&container, &file), expected_draw: expected_draw(&file) };

@@ -23,7 +23,7 @@ pub mod vis;
 pub mod walk;
 pub mod why;
 
-use enfilade::file::Import;
+use enfilade::file::{FileError, Import};
 use enfilade::scene::ImportOptions;
 use std::fmt;
 use std::io::Write;
@@ -54,6 +54,13 @@ impl fmt::Display for CliError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // One line, whatever the library's message holds.
         f.write_str(&self.0.split_whitespace().collect::<Vec<_>>().join(" "))
+    }
+}
+
+/// What is wrong with a file; its path is part of that.
+impl From<FileError> for CliError {
+    fn from(error: FileError) -> Self {
+        Self(error.to_string())
     }
 }
 

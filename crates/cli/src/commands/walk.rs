@@ -11,6 +11,7 @@ use enfilade::runtime::Mode;
 use enfilade::scene::{ImportOptions, Picture, Scene};
 use enfilade_formats::import;
 use enfilade_measure::verify::random_path;
+use enfilade_measure::walkthrough::crowd::CrowdSeen;
 use enfilade_measure::walkthrough::mode::WalkMode;
 use enfilade_measure::walkthrough::path::CameraPath;
 use enfilade_measure::walkthrough::tour::tour;
@@ -51,6 +52,9 @@ pub struct Args {
     /// Leave out objects whose boxes cover fewer than N pixels; 1 leaves out those that cover none, 0 is no limit. Each value is a separate walk
     #[arg(long, value_name = "N,N,...", value_delimiter = ',', default_value = "0")]
     min_pixels: Vec<u32>,
+    /// Boxes that walk about through doors, 0 to 100,000; their pixels are compared, too, and a missed one fails
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000), value_name = "N")]
+    movers: u32,
     /// Compare every frame with a picture of everything; exit 1 if a conservative file misses a pixel, or --min-pixels pixels of
     /// one object
     #[arg(long)]
@@ -140,9 +144,9 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         let pictures = frames.flat_map(|frame| modes.iter().map(move |mode| picture_path(folder, frame, *mode)));
         make_folder(folder, files.reads_too(&named), pictures)?;
     }
-    let (verify_pixels, pictures) = (args.verify_pixels, args.frames);
+    let (verify_pixels, pictures, movers) = (args.verify_pixels, args.frames, args.movers as usize);
     let doors_as_found = args.doors == Doors::AsFound;
-    let options = WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, min_pixels };
+    let options = WalkOptions { modes, width, height, verify_pixels, pictures, every, doors_as_found, min_pixels, movers };
     let mut printed = Ok(());
     let mut print = |line: &FrameLine| {
         if printed.is_ok() && args.json {
@@ -162,7 +166,8 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     // A sampled file doesn't promise every pixel, so its misses are no failure; nor are misses below `min_pixels`.
     let fails = |s: &Summary| {
         let misses = s.most_missed_pixels.is_some_and(|most| most >= u64::from(s.min_pixels.max(1)));
-        args.verify_pixels && misses || s.lost_objects.is_some_and(|lost| lost > 0)
+        let missed_movers = s.movers.is_some_and(|seen| seen.missed_mover_pixels > 0);
+        args.verify_pixels && misses || missed_movers || s.lost_objects.is_some_and(|lost| lost > 0)
     };
     let failed = file.guarantee == Guarantee::Conservative && summaries.iter().any(fails);
     Ok(if failed { Outcome::Failed } else { Outcome::Done })
@@ -170,7 +175,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
 
 /// The file and its model.
 fn read(args: &Args) -> Result<(PvsFile, Scene), CliError> {
-    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let file = PvsFile::load(&args.file)?;
     // Pictures must not overwrite the model's own.
     let options = ImportOptions { trace: args.frames.is_some(), ..args.files.again(&file.import) };
     let scene = import(&args.model, &options).map_err(|e| at(&args.model, e))?;
@@ -220,6 +225,15 @@ fn prose(s: &Summary, all_triangles: u64) -> String {
     if let (Some(missed), Some(cracks), Some(exact)) = (s.missed_pixels, s.crack_pixels, s.exact_triangles_mean) {
         let closed = s.closed_pixels.map_or(String::new(), |closed| format!(", {closed} behind closed holes"));
         line += &format!(", {missed} missed pixels, {cracks} at cracks{closed}, {exact:.0} exactly visible triangles");
+    }
+    if let Some(seen) = s.movers {
+        let CrowdSeen { movers, movers_shown, missed_mover_pixels, crack_mover_pixels } = seen;
+        let mean = |sum: u64| sum as f64 / s.frames.max(1) as f64;
+        line += &format!(
+            ", {:.1} movers for {:.1} that show, {missed_mover_pixels} missed pixels of movers, {crack_mover_pixels} at cracks",
+            mean(movers),
+            mean(movers_shown)
+        );
     }
     line
 }

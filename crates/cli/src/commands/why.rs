@@ -125,7 +125,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
         }
         return level::run(&args);
     }
-    let file = PvsFile::load(&args.file).map_err(|e| at(&args.file, e))?;
+    let file = PvsFile::load(&args.file)?;
     let (from, to) = (cell(&file, &args.from), goal(&file, &args.to));
     let (from, to) = (from.map_err(|e| at(&args.file, e))?, to.map_err(|e| at(&args.file, e))?);
     let model = args.model.as_ref();

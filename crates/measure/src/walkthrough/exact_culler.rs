@@ -1,11 +1,11 @@
 //! Frames of a walk by the exact judge.
 
 use super::raster::View;
-use super::timed_culler::{Times, draw_rest};
+use super::timed_culler::{Seen, Times, draw_rest};
 use crate::exact::{ExactScene, Judge, MOST_SPLITS};
 use enfilade::ObjectId;
 use enfilade::occlusion::depth::DepthBuffer;
-use enfilade::runtime::{FrameStats, VisibleSet};
+use enfilade::runtime::FrameStats;
 use enfilade::types::scene::Scene;
 use glam::Vec3;
 use std::time::Instant;
@@ -30,7 +30,7 @@ impl<'s> ExactCuller<'s> {
     }
 
     /// Culls a frame and draws the remaining objects into the oracle, if there is one.
-    pub fn cull(&mut self, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> (VisibleSet<'_>, Judged, Times) {
+    pub fn cull(&mut self, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> (Seen<'_>, Judged, Times) {
         let start = Instant::now();
         let us = || start.elapsed().as_nanos() as f64 / 1e3;
         let camera = &view.camera;
@@ -49,7 +49,7 @@ impl<'s> ExactCuller<'s> {
             triangles: self.objects.iter().map(triangles).sum(),
             ..FrameStats::default()
         };
-        let visible = VisibleSet { objects: &self.objects, cells: &[], portals: &[], home: None, stats };
+        let visible = Seen { objects: &self.objects, cells: &[], portals: &[], home: None, stats };
         let judged = Judged { visible: seen.visible.len() as u64, undecided: seen.undecided.len() as u64 };
         (visible, judged, Times { cull, frame })
     }

@@ -2,7 +2,7 @@
 
 use super::tour::tour;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, Mode, Scratch};
+use enfilade::runtime::{Culler, Mode, View};
 pub use enfilade::types::expected::ExpectedDraw;
 
 /// Width over height of the screen.
@@ -17,13 +17,12 @@ pub fn expected_draw(file: &PvsFile) -> Option<ExpectedDraw> {
     if path.frames.is_empty() {
         return None;
     }
-    let culler = Culler::new(file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let mut view = View::new(&Culler::new(file));
     let mut triangles = [0u64; 4];
     for frame in 0..path.frames.len() {
         let camera = path.camera(frame, file.origin, ASPECT);
         for (sum, mode) in triangles.iter_mut().zip([Mode::Frustum, Mode::Portals, Mode::Pvs, Mode::PortalsAndPvs]) {
-            *sum += culler.cull(&camera, mode, &mut scratch).stats.triangles;
+            *sum += view.cull(&camera, mode).stats.triangles;
         }
     }
     let [frustum, portals, pvs, both] = triangles.map(|sum| sum as f64);

@@ -27,7 +27,7 @@ use glam::{DVec2, DVec3};
 pub const SPREAD: f64 = 0.02;
 
 /// Offsets of the test rays around a pixel's centre.
-const AROUND: [DVec2; 8] = [
+pub(super) const AROUND: [DVec2; 8] = [
     DVec2::new(1.0, 0.0),
     DVec2::new(1.0, 1.0),
     DVec2::new(0.0, 1.0),

@@ -1,12 +1,13 @@
 //! Walks a camera through a model with each culling mode, measures the frames, and draws them.
 
+pub mod crowd;
 mod exact_culler;
 pub mod expected;
 pub mod loading;
 mod lost;
 pub mod missed;
 pub mod mode;
-pub mod overlay;
+mod overlay;
 pub mod path;
 pub mod picture;
 pub mod plan;

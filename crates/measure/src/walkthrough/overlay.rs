@@ -5,14 +5,15 @@ use super::picture::{CHARACTER, Picture};
 use super::plan::{PlanView, portal_colour};
 use super::raster::{View, draw};
 use super::shade::{MAGENTA, shade};
+use super::timed_culler::Seen;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Mode, Rect, VisibleSet};
+use enfilade::runtime::{Mode, Rect};
 use enfilade::scene::Scene;
 use enfilade::{CellId, ObjectId};
 use glam::DVec2;
 
 /// The contents of the picture.
-pub struct Overlay<'a> {
+pub(super) struct Overlay<'a> {
     /// The model.
     pub scene: &'a Scene,
     /// Its file.
@@ -22,7 +23,7 @@ pub struct Overlay<'a> {
     /// How it was culled.
     pub mode: Mode,
     /// The visible set.
-    pub visible: VisibleSet<'a>,
+    pub visible: Seen<'a>,
     /// Missed pixels.
     pub missed: &'a Missed,
     /// The line at the bottom.

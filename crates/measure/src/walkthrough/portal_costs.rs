@@ -3,7 +3,7 @@
 use super::tour::tour;
 use enfilade::PortalId;
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Culler, Mode, Scratch};
+use enfilade::runtime::{Culler, Doors, Mode, View};
 pub use enfilade::types::portal::PortalCost;
 
 /// Width over height of the screen.
@@ -13,20 +13,22 @@ const ASPECT: f64 = 16.0 / 9.0;
 /// the walk sees through; the most expensive first, without those that cost nothing.
 pub fn portal_costs(file: &PvsFile, seed: u64) -> Vec<PortalCost> {
     let path = tour(file, seed);
-    let mut culler = Culler::new(file);
-    let mut scratch = Scratch::for_culler(&culler);
+    let culler = Culler::new(file);
+    let (mut view, mut doors) = (View::new(&culler), Doors::open(&culler));
     let mut saved = vec![0u64; file.portals.len()];
     for frame in 0..path.frames.len() {
         let camera = path.camera(frame, file.origin, ASPECT);
-        let seen = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch);
+        view.set_doors(&doors);
+        let seen = view.cull(&camera, Mode::PortalsAndPvs);
         let all = seen.stats.triangles;
         let mut portals: Vec<PortalId> = seen.portals.iter().map(|crossed| crossed.portal.portal()).collect();
         portals.sort_unstable();
         portals.dedup();
         for portal in portals {
-            culler.set_open(portal, false);
-            let rest = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).stats.triangles;
-            culler.set_open(portal, true);
+            doors.set_open(portal, false);
+            view.set_doors(&doors);
+            let rest = view.cull(&camera, Mode::PortalsAndPvs).stats.triangles;
+            doors.set_open(portal, true);
             saved[portal.index()] += all.saturating_sub(rest);
         }
     }

@@ -2,6 +2,7 @@
 
 mod lines;
 
+use super::crowd::Crowd;
 use super::exact_culler::{ExactCuller, Judged};
 use super::lost::Witnesses;
 use super::missed::{Missed, missed_pixels, objects_shown, with_holes};
@@ -9,13 +10,13 @@ use super::mode::WalkMode;
 use super::overlay::Overlay;
 use super::path::CameraPath;
 use super::raster::{IdBuffer, View, draw};
-use super::timed_culler::{TimedCuller, Times, nearer};
+use super::timed_culler::{Seen, TimedCuller, Times, nearer};
 use crate::exact::ExactScene;
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::runtime::{Culler, MinPixels, Mode, VisibleSet};
+use enfilade::runtime::{Culler, Doors, MinPixels, Mode};
 use enfilade::scene::rays::RayScene;
 use enfilade::scene::{Role, Scene};
 pub use lines::{FrameLine, Summary};
@@ -43,6 +44,8 @@ pub struct WalkOptions {
     pub doors_as_found: bool,
     /// Objects with fewer pixels, by their boxes, are left out; 0 leaves none out. Each mode is walked with each limit.
     pub min_pixels: Vec<u32>,
+    /// Number of movers that walk about; modes but the exact one see them, too.
+    pub movers: usize,
 }
 
 /// A mode and a limit.
@@ -60,22 +63,10 @@ impl Setting {
     }
 }
 
-/// A mode and a limit with their culler.
-struct Run {
-    setting: Setting,
-    culler: Culler,
-}
-
 /// Each mode with each limit.
-fn runs(culler: &Culler, options: &WalkOptions) -> Vec<Run> {
-    let picture = [options.width, options.height].map(|side| side as u32);
-    let run = |setting: Setting| {
-        let mut culler = culler.clone();
-        culler.set_min_pixels(MinPixels { pixels: setting.min_pixels, picture });
-        Run { setting, culler }
-    };
+fn runs(options: &WalkOptions) -> Vec<Setting> {
     let of = |&mode| options.min_pixels.iter().map(move |&min_pixels| Setting { mode, min_pixels });
-    options.modes.iter().flat_map(of).map(run).collect()
+    options.modes.iter().flat_map(of).collect()
 }
 
 /// Walks along a path. Calls `line` with each frame, for each mode in order.
@@ -86,15 +77,10 @@ pub fn walk(
     options: &WalkOptions,
     line: &mut dyn FnMut(&FrameLine),
 ) -> io::Result<Vec<Summary>> {
-    let mut culler = Culler::new(file);
-    let solid;
-    let scene = if options.doors_as_found {
-        culler.shut_as_found();
-        solid = with_solid_doors(scene);
-        &solid
-    } else {
-        scene
-    };
+    let culler = Culler::new(file);
+    let doors = if options.doors_as_found { Doors::as_found(&culler) } else { Doors::open(&culler) };
+    let solid = options.doors_as_found.then(|| with_solid_doors(scene));
+    let scene = solid.as_ref().unwrap_or(scene);
     let views: Vec<(usize, View)> = (0..path.frames.len())
         .step_by(options.every.max(1))
         .map(|frame| (frame, view(file, path, frame, options)))
@@ -104,10 +90,13 @@ pub fn walk(
     let ready = || exact.get_or_init(|| ExactScene::new(scene));
     let in_parts = OnceCell::new();
     let tree = || Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene);
-    let runs = runs(&culler, options);
-    let walker = |run: &Run| match run.setting.mode {
+    let runs = runs(options);
+    let picture = [options.width, options.height].map(|side| side as u32);
+    let walker = |run: &Setting| match run.mode {
         WalkMode::Culled(mode) => {
-            Walker::Culled(Box::new(TimedCuller::new(mode, &run.culler, || in_parts.get_or_init(tree).clone())))
+            let limit = MinPixels { pixels: run.min_pixels, picture };
+            let tree = || in_parts.get_or_init(tree).clone();
+            Walker::Culled(Box::new(TimedCuller::new(mode, &culler, &doors, limit, tree)))
         }
         WalkMode::Exact => Walker::Exact(Box::new(ExactCuller::new(scene, ready()))),
     };
@@ -115,13 +104,14 @@ pub fn walk(
     // 1. Times, undisturbed by comparisons.
     let has_queries_anywhere = options.modes.iter().any(|mode| mode.has_queries());
     let mut oracle = has_queries_anywhere.then(|| DepthBuffer::new(scene, options.width, options.height));
-    let times: Vec<Vec<Times>> = runs.iter().map(|run| timed(&|| walker(run), run, &views, oracle.as_mut())).collect();
+    let times: Vec<Vec<Times>> = runs.iter().map(|run| timed(&|| walker(run), *run, &views, oracle.as_mut())).collect();
 
     // 2. The same frames again: counters, and pixels on request.
     let walkers: Vec<Walker> = runs.iter().map(&walker).collect();
     let judges = options.modes.contains(&WalkMode::Exact);
     let witnesses = judges.then(|| Witnesses::new(ready(), RayScene::new(scene), file.clearance()));
-    Comparison { scene, file, options, walkers, witnesses, oracle }.all(&runs, &views, &times, line)
+    let crowd = (options.movers > 0).then(|| Crowd::new(file, &culler, options.movers, 0));
+    Comparison { scene, file, options, walkers, witnesses, oracle, crowd }.all(&runs, &views, &times, line)
 }
 
 /// Compares frames with what is visible.
@@ -134,61 +124,66 @@ struct Comparison<'c> {
     /// What is exactly visible, if a mode of the walk asks for it.
     witnesses: Option<Witnesses<'c>>,
     oracle: Option<DepthBuffer<'c>>,
+    crowd: Option<Crowd>,
 }
 
 impl Comparison<'_> {
     /// All frames in all runs.
     fn all(
         mut self,
-        runs: &[Run],
+        runs: &[Setting],
         views: &[(usize, View)],
         times: &[Vec<Times>],
         line: &mut dyn FnMut(&FrameLine),
     ) -> io::Result<Vec<Summary>> {
-        let compare = self.options.verify_pixels || self.options.pictures.is_some();
+        let compare = self.options.verify_pixels || self.options.pictures.is_some() || self.crowd.is_some();
         let rays = compare.then(|| with_holes(self.scene, self.file));
         let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); runs.len()];
         let (mut exact_triangles, mut capped) = (0u64, vec![0u64; runs.len()]);
         for (i, (frame, view)) in views.iter().enumerate() {
             let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
+            self.crowd.iter_mut().for_each(Crowd::go_on);
             self.witnesses.iter_mut().for_each(|witnesses| witnesses.look(view));
             exact_triangles += truth.as_ref().map_or(0, |truth| truth.triangles(self.file));
             for (m, run) in runs.iter().enumerate() {
-                let (frame_line, is_capped) = self.one(m, run, (*frame, view), times[m][i], truth.as_ref())?;
+                let (frame_line, is_capped) = self.one(m, *run, (*frame, view), times[m][i], truth.as_ref())?;
                 capped[m] += u64::from(is_capped);
                 line(&frame_line);
                 lines[m].push(frame_line);
             }
         }
         let exact_mean = compare.then(|| exact_triangles as f64 / views.len().max(1) as f64);
-        Ok((0..runs.len()).map(|m| summary(runs[m].setting, &lines[m], exact_mean, capped[m])).collect())
+        Ok((0..runs.len()).map(|m| summary(runs[m], &lines[m], exact_mean, capped[m])).collect())
     }
 
     /// One frame in a run, with its picture if there are some; and whether a limit of work was met.
     fn one(
         &mut self,
         m: usize,
-        run: &Run,
+        run: Setting,
         (frame, view): (usize, &View),
         times: Times,
         truth: Option<&Truth<'_>>,
     ) -> io::Result<(FrameLine, bool)> {
-        let Self { scene, file, options, walkers, witnesses, oracle } = self;
-        oracle.iter_mut().for_each(|oracle| oracle.set_min_pixels(run.setting.min_pixels));
+        let Self { scene, file, options, walkers, witnesses, oracle, crowd } = self;
+        oracle.iter_mut().for_each(|oracle| oracle.set_min_pixels(run.min_pixels));
         let CulledFrame { visible, method, judged, .. } =
-            walkers[m].cull(&run.culler, view, oracle.as_mut().filter(|_| run.setting.mode.has_queries()));
+            walkers[m].cull(view, oracle.as_mut().filter(|_| run.mode.has_queries()));
         let is_capped = visible.stats.capped > 0;
         let missed = truth.map(|truth| truth.missed(visible.objects));
-        let mut line = frame_line(frame, run.setting, &visible.stats, times, missed.as_ref());
-        line.method = (run.setting.mode == Mode::Auto.into()).then(|| method.name());
-        line.lost_objects =
-            witnesses.as_ref().filter(|_| run.setting.keeps_all()).map(|witnesses| witnesses.lost(visible.objects));
+        let mut line = frame_line(frame, run, &visible.stats, times, missed.as_ref());
+        line.method = (run.mode == Mode::Auto.into()).then(|| method.name());
+        line.lost_objects = witnesses.as_ref().filter(|_| run.keeps_all()).map(|witnesses| witnesses.lost(visible.objects));
         line.visible_triangles = judged.map(|judged| judged.visible);
         line.undecided_triangles = judged.map(|judged| judged.undecided);
         if let (Some(folder), Some(missed)) = (&options.pictures, &missed) {
             let text = caption(&line, file.objects.iter().map(|o| u64::from(o.triangles)).sum());
             let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
-            overlay.picture().save(&picture_path(folder, frame, run.setting.mode))?;
+            overlay.picture().save(&picture_path(folder, frame, run.mode))?;
+        }
+        if let (Some(crowd), Some(truth), Walker::Culled(walker)) = (crowd, truth, &mut walkers[m]) {
+            let set = walker.movers(&crowd.movers, oracle.as_mut().filter(|_| run.mode.has_queries()));
+            line.movers = Some(crowd.compare(truth.rays, &truth.view, &truth.full, set));
         }
         Ok((line, is_capped))
     }
@@ -197,24 +192,24 @@ impl Comparison<'_> {
 /// Times of the frames in a mode, in order.
 fn timed<'s>(
     walker: &dyn Fn() -> Walker<'s>,
-    run: &Run,
+    run: Setting,
     views: &[(usize, View)],
     oracle: Option<&mut DepthBuffer<'_>>,
 ) -> Vec<Times> {
-    let (culler, has_queries) = (&run.culler, run.setting.mode.has_queries());
+    let has_queries = run.mode.has_queries();
     let mut times = vec![Times::default(); views.len()];
     // Drawing would evict the culler from the caches, so modes without queries are timed first without drawing.
     if !has_queries {
         let mut walker = walker();
         for (times, (_, view)) in times.iter_mut().zip(views) {
-            *times = walker.cull(culler, view, None).times;
+            *times = walker.cull(view, None).times;
         }
     }
     if let Some(oracle) = oracle {
-        oracle.set_min_pixels(run.setting.min_pixels);
+        oracle.set_min_pixels(run.min_pixels);
         let mut walker = walker();
         for (times, (_, view)) in times.iter_mut().zip(views) {
-            let with = walker.cull(culler, view, Some(oracle)).times;
+            let with = walker.cull(view, Some(oracle)).times;
             *times = Times { cull: if has_queries { with.cull } else { times.cull }, ..with };
         }
     }
@@ -229,7 +224,7 @@ enum Walker<'s> {
 
 /// A culled frame.
 struct CulledFrame<'w> {
-    visible: VisibleSet<'w>,
+    visible: Seen<'w>,
     /// The mode that was used; `none` for the exact judge.
     method: Mode,
     judged: Option<Judged>,
@@ -237,10 +232,10 @@ struct CulledFrame<'w> {
 }
 
 impl Walker<'_> {
-    fn cull(&mut self, culler: &Culler, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> CulledFrame<'_> {
+    fn cull(&mut self, view: &View, oracle: Option<&mut DepthBuffer<'_>>) -> CulledFrame<'_> {
         match self {
             Self::Culled(walker) => {
-                let (visible, method, times) = walker.cull(culler, view, oracle);
+                let (visible, method, times) = walker.cull(view, oracle);
                 CulledFrame { visible, method, judged: None, times }
             }
             Self::Exact(walker) => {

@@ -4,7 +4,7 @@ use super::super::bake::size;
 use super::{Args, Doors, Views, at, print_json};
 use crate::commands::{CliError, Outcome};
 use enfilade::file::PvsFile;
-use enfilade::runtime::Culler;
+use enfilade::runtime::{Culler, Doors as DoorStates};
 use enfilade_measure::walkthrough::loading::{
     LoadingOptions, LoadingSummary, Method, RATE, WALK, object_bytes, walk_loading,
 };
@@ -26,7 +26,7 @@ pub struct Flags {
         long,
         value_name = "SIZE|PERCENT%",
         value_parser = budget,
-        conflicts_with_all = ["modes", "frames", "size", "verify_pixels", "min_pixels", "every"]
+        conflicts_with_all = ["modes", "frames", "size", "verify_pixels", "min_pixels", "movers", "every"]
     )]
     budget: Option<Budget>,
     /// The disk: bytes per second, and extra seconds per load
@@ -87,14 +87,15 @@ pub fn run(args: &Args, file: &PvsFile) -> Result<Outcome, CliError> {
         Some(Budget::Percent(percent)) => (all as f64 * percent / 1e2) as u64,
         None => all,
     };
-    let mut culler = Culler::new(file);
-    if args.doors == Doors::AsFound {
-        culler.shut_as_found();
-    }
+    let culler = Culler::new(file);
+    let doors = match args.doors {
+        Doors::AsFound => DoorStates::as_found(&culler),
+        Doors::Open => DoorStates::open(&culler),
+    };
     let Disk { bandwidth, latency } = args.loading.disk;
     let options = LoadingOptions { budget, bandwidth: bandwidth as f64, latency, aspect: ASPECT };
     for method in [Method::Rows, Method::OnDemand] {
-        let summary = walk_loading(file, &culler, &bytes, &stroll, (method, &options), &mut |_| ());
+        let summary = walk_loading(file, (&culler, &doors), &bytes, &stroll, (method, &options), &mut |_| ());
         if args.json {
             print_json(&json!({ "loading": summary, "budget": budget, "bytes_all": all }))?;
         } else {

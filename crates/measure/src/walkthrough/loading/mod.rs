@@ -7,10 +7,11 @@ use super::stroll::Stroll;
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
 use enfilade::runtime::prefetch::{Prefetcher, Step};
-use enfilade::runtime::{Camera, Culler, Mode, Motion, Scratch};
+use enfilade::runtime::{Camera, Culler, Doors, Mode, Motion, View};
 use loader::Loader;
 use on_demand::OnDemand;
 use serde::Serialize;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Walking speed, metres a second.
@@ -99,14 +100,15 @@ pub fn object_bytes(file: &PvsFile) -> Vec<u64> {
 /// Walks at [`RATE`]. `on_frame` receives each frame as drawn, with the objects loaded by then.
 pub fn walk_loading(
     file: &PvsFile,
-    culler: &Culler,
+    (culler, doors): (&Arc<Culler>, &Doors),
     bytes: &[u64],
     stroll: &Stroll,
     (method, options): (Method, &LoadingOptions),
     on_frame: &mut dyn FnMut(&LoadingFrame<'_>),
 ) -> LoadingSummary {
-    let mut client = Client::new(method, file, culler, bytes, options);
-    let mut scratch = Scratch::for_culler(culler);
+    let mut client = Client::new(method, file, (culler, doors), bytes, options);
+    let mut view = View::new(culler);
+    view.set_doors(doors);
     let mut times = Vec::with_capacity(stroll.frames());
     let mut frame = 0u64;
     for leg in &stroll.legs {
@@ -117,8 +119,8 @@ pub fn walk_loading(
             let now = frame as f64 / RATE;
             let camera = stroll.camera(place, file.origin, options.aspect);
             motion.see(&camera, now);
-            let visible = culler.cull(&camera, Mode::PortalsAndPvs, &mut scratch).objects;
-            times.push(client.load(culler, &camera, &motion, visible, now));
+            let visible = view.cull(&camera, Mode::PortalsAndPvs).objects;
+            times.push(client.load(&camera, &motion, visible, now));
             let missing = visible.iter().filter(|object| !client.in_memory[object.index()]).count() as u64;
             is_settled |= missing == 0;
             client.count(visible, missing, is_settled);
@@ -150,10 +152,20 @@ struct Client<'b> {
 }
 
 impl<'b> Client<'b> {
-    fn new(method: Method, file: &PvsFile, culler: &Culler, bytes: &'b [u64], options: &LoadingOptions) -> Self {
+    fn new(
+        method: Method,
+        file: &PvsFile,
+        (culler, doors): (&Arc<Culler>, &Doors),
+        bytes: &'b [u64],
+        options: &LoadingOptions,
+    ) -> Self {
         let budget = options.budget;
         let policy = match method {
-            Method::Rows => Policy::Rows(Box::new(Prefetcher::new(file, culler, bytes, budget))),
+            Method::Rows => {
+                let mut prefetcher = Prefetcher::new(file, culler, bytes, budget);
+                prefetcher.set_doors(doors);
+                Policy::Rows(Box::new(prefetcher))
+            }
             Method::OnDemand => Policy::OnDemand(Box::new(OnDemand::new(bytes, budget))),
         };
         let summary = LoadingSummary {
@@ -173,10 +185,10 @@ impl<'b> Client<'b> {
     }
 
     /// Loads for a frame; returns the microseconds of deciding.
-    fn load(&mut self, culler: &Culler, camera: &Camera, motion: &Motion, visible: &[ObjectId], now: f64) -> f64 {
+    fn load(&mut self, camera: &Camera, motion: &Motion, visible: &[ObjectId], now: f64) -> f64 {
         self.take_in(now);
         let mut us = self.timed(|policy| match policy {
-            Policy::Rows(rows) => drop(rows.frame(culler, camera.eye, motion, visible)),
+            Policy::Rows(rows) => drop(rows.frame(camera.eye, motion, visible)),
             Policy::OnDemand(plain) => plain.frame(visible),
         });
         // Requests enough to keep the loader busy until the next frame.

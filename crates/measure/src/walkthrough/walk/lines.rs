@@ -1,5 +1,6 @@
 //! What a walk tells: a line a frame, and a summary a mode.
 
+use super::super::crowd::CrowdSeen;
 use super::{Missed, Setting, Times, WalkMode};
 use enfilade::runtime::FrameStats;
 use serde::Serialize;
@@ -58,6 +59,9 @@ pub struct FrameLine {
     /// Missed pixels of the object with most of them; absent if pixels were not compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub most_missed_pixels: Option<u64>,
+    /// Movers; absent without them, and in the mode `exact`.
+    #[serde(flatten)]
+    pub movers: Option<CrowdSeen>,
 }
 
 /// Whether there is no limit.
@@ -120,6 +124,9 @@ pub struct Summary {
     pub undecided_triangles_mean: Option<f64>,
     /// Frames that met a limit of work and therefore kept more.
     pub capped_frames: u64,
+    /// Sums of [`FrameLine::movers`].
+    #[serde(flatten)]
+    pub movers: Option<CrowdSeen>,
 }
 
 pub(super) fn frame_line(
@@ -150,6 +157,7 @@ pub(super) fn frame_line(
         crack_pixels: missed.map(|m| m.cracks),
         closed_pixels: missed.map(|m| m.closed).filter(|&closed| closed > 0),
         most_missed_pixels: missed.map(|m| m.most_of_one),
+        movers: None,
     }
 }
 
@@ -201,6 +209,7 @@ pub(super) fn summary(
         visible_triangles_mean: judged(|l| l.visible_triangles).filter(|_| is_exact),
         undecided_triangles_mean: judged(|l| l.undecided_triangles).filter(|_| is_exact),
         capped_frames,
+        movers: lines.iter().map(|l| l.movers).sum(),
     }
 }
 
