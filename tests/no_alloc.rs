@@ -62,7 +62,7 @@ fn culling_allocates_nothing() {
     let mirror = [Mirror::new(boxes::A, &corners).unwrap()];
     let (mut reflected, mut shut) = (0, 0);
     let mut beside = |step: u32| {
-        doors.set_open(PortalId(0), step % 7 != 0);
+        doors.set_open(PortalId(0), !step.is_multiple_of(7));
         view.set_doors(&doors);
         let eye = boxes::p(0.5 + f64::from(step % 90) * 0.1, 1.6, 3.9) - file.origin;
         std::hint::black_box(view.around(eye.as_vec3()).objects.len());
@@ -91,7 +91,7 @@ fn movers_allocate_nothing_after_the_first_frame() {
     let mirror = [Mirror::new(boxes::A, &corners).unwrap()];
     let at = |k: u32, step: u32| {
         // Some go everywhere, all at once: into one cell, too.
-        let x = if step % 10 == 0 { 1.5 } else { f64::from((k * 7 + step) % 140) * 0.1 - 2.0 };
+        let x = if step.is_multiple_of(10) { 1.5 } else { f64::from((k * 7 + step) % 140) * 0.1 - 2.0 };
         let middle = boxes::p(x, 1.0, f64::from((k * 3 + step) % 60) * 0.1) - file.origin;
         [middle - 0.3, middle + 0.3].map(|q| q.as_vec3())
     };
@@ -99,7 +99,7 @@ fn movers_allocate_nothing_after_the_first_frame() {
     let mut frame = |step: u32| {
         for (k, id) in (0..).zip(&mut ids) {
             movers.set(*id, at(k, step)).unwrap();
-            if (k + step) % 13 == 0 {
+            if (k + step).is_multiple_of(13) {
                 movers.remove(*id).unwrap();
                 *id = movers.insert(at(k, step + 1)).unwrap();
             }

@@ -262,7 +262,8 @@ mod tests {
     #[test]
     fn engines_with_other_axes_have_the_same_camera() {
         // Each engine's coordinates of a file's point, written out.
-        let engines: [(Axes, fn(Vec3) -> Vec3); 5] = [
+        type OfFile = fn(Vec3) -> Vec3;
+        let engines: [(Axes, OfFile); 5] = [
             (Axes::YUp, |p| p),
             (Axes::ZUp, |p| Vec3::new(p.x, -p.z, p.y)),
             (Axes::MirroredX, |p| Vec3::new(-p.x, p.y, p.z)),

@@ -130,7 +130,8 @@ fn what_is_seen_around_an_eye_is_what_it_sees_in_all_directions() {
             doors.set_see_through(side, random.unit() < 0.4);
         }
         view.set_doors(&doors);
-        let mut known: Vec<((Vec<CellId>, Vec<PortalId>), Vec<ObjectId>)> = Vec::new();
+        type Place = (Vec<CellId>, Vec<PortalId>);
+        let mut known: Vec<(Place, Vec<ObjectId>)> = Vec::new();
         let mut last = None;
         for _ in 0..30 {
             let (camera, eye, i) = camera(&grid, &file, &mut random);

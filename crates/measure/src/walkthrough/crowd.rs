@@ -81,7 +81,7 @@ impl Crowd {
         let start = (golden_turn(k) * self.places.len() as f64) as usize;
         // Every other one goes the other way.
         let steps = self.steps[k] % self.places.len();
-        let at = if k % 2 == 0 { start + steps } else { start + self.places.len() - steps };
+        let at = if k.is_multiple_of(2) { start + steps } else { start + self.places.len() - steps };
         let size = DVec3::from(SIZES[k % SIZES.len()]);
         let feet = self.places[at % self.places.len()] - DVec3::Y * EYE;
         let half = DVec3::new(0.5 * size.x, 0.0, 0.5 * size.z);
