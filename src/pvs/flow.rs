@@ -8,9 +8,10 @@
 //!    views are short, all later stages run in `parts` of the graph.
 //! 2. `cells`: for each undecided pair of cells, from the cheaper side, because a pair hidden from one side is hidden: first `shafts`, a
 //!    flood through the portals inside the hull of both cells' portals, which decides most of them; then a search for a passable chain of
-//!    portals among those that shafts leave. `search` narrows the source and the last portal of a chain, and floods inside its planes; `stab` tests the whole
-//!    chain before it counts. A caller may use the line that `stab` finds as a proof (`goals::Prover`): `enfilade-levels` does, a bake has
-//!    its own. It may also test chains that `stab` leaves open exactly, by their windings: `exact`.
+//!    portals among those that shafts leave. `search` narrows the source and the last portal of a chain, and floods inside its planes;
+//!    `stab` tests the whole chain before it counts. A caller may use the line that `stab` finds as a proof (`goals::Prover`):
+//!    `enfilade-levels` does, and aims lines where shafts leave a pair open; a bake has its own. It may also test chains that `stab` leaves
+//!    open exactly, by their windings: `exact`.
 //! 3. `objects`: the same search for the boxes of objects in the remaining cells.
 //!
 //! # Why nothing visible is missing
