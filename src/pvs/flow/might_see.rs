@@ -37,10 +37,9 @@ impl MightSee {
     pub fn of(net: &Net, rows: BitMatrix) -> Self {
         let n = net.portals();
         let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
-        let mut all = Self { rows, before: BitMatrix::default(), open };
-        all.mirror(net);
-        all.before = all.rows.transposed();
-        all
+        let transposed = rows.transposed();
+        let (rows, before) = (mirrored(net, &rows, &transposed), mirrored(net, &transposed, &rows));
+        Self { rows, before, open }
     }
 
     /// The portals that may come after `portal`.
@@ -58,20 +57,6 @@ impl MightSee {
     /// Number of portals that may come after `portal`.
     pub fn count(&self, portal: usize) -> u64 {
         self.rows.count_row(portal)
-    }
-
-    /// Keeps (p, q) only if (q reversed, p reversed) is also set.
-    fn mirror(&mut self, net: &Net) {
-        let old = &self.rows;
-        self.rows = from_rows(
-            old.rows(),
-            old.columns(),
-            || (),
-            |(), a, row| {
-                let back = net.twin[a] as usize;
-                bits::ones(old.row(a)).filter(|&b| old.get(net.twin[b] as usize, back)).for_each(|b| set(row, b));
-            },
-        );
     }
 
     /// Drops all portals after `portal` that lead into one of `cells`, a row of bits.
@@ -100,49 +85,47 @@ impl MightSee {
                 unset(row, net.twin[p] as usize);
             }
         });
-        self.drop_closed(net);
+        self.drop_closed(net, |_| true);
     }
 
     /// As [`MightSee::drop_all_hidden`], for a list of pairs, each one way or both.
     pub fn drop_hidden(&mut self, net: &Net, hidden: &[(usize, usize)]) {
-        let few = hidden.len() * BITS_A_PAIR < self.rows.rows() * self.rows.columns() / 64;
+        let mut changed = vec![false; net.cells];
         for &(i, j) in hidden {
             for (cell, other) in [(i, j), (j, i)] {
+                changed[cell] = true;
                 for p in net.out(other) {
                     self.open.clear(cell, p);
                     self.open.clear(cell, net.twin[p] as usize);
-                    if few {
-                        for q in net.out(cell).flat_map(|q| [q, net.twin[q] as usize]) {
-                            for p in [p, net.twin[p] as usize] {
-                                self.clear(p, q);
-                                self.clear(q, p);
-                            }
-                        }
-                    }
                 }
             }
         }
-        if !few {
-            self.drop_closed(net);
-        }
+        self.drop_closed(net, |cell| changed[cell as usize]);
     }
 
-    /// Drops pairs that connect a cell to a portal that is not open to it.
-    fn drop_closed(&mut self, net: &Net) {
+    /// Drops pairs that connect a cell to a portal that is not open to it, for the cells of which that has `changed`.
+    fn drop_closed(&mut self, net: &Net, changed: impl Fn(u32) -> bool + Sync) {
         let open = &self.open;
         for matrix in [&mut self.rows, &mut self.before] {
             parallel::for_each_mut(&mut matrix.rows_mut(), |p, row| {
-                let (a, b) = (open.row(net.source[p] as usize), open.row(net.target[p] as usize));
-                for (word, (a, b)) in row.iter_mut().zip(a.iter().zip(b)) {
-                    *word &= a & b;
+                let ends = [net.source[p], net.target[p]];
+                for cell in ends.into_iter().filter(|&cell| changed(cell)) {
+                    row.iter_mut().zip(open.row(cell as usize)).for_each(|(a, b)| *a &= b);
                 }
             });
         }
     }
 }
 
-/// Cost of a hidden pair of cells, portal by portal, in words of whole rows.
-const BITS_A_PAIR: usize = 256;
+/// Bit b of row a of `rows`, if the opposite direction is there, too: bit b' of row a' of its transpose, with the twins a' and b'.
+fn mirrored(net: &Net, rows: &BitMatrix, transposed: &BitMatrix) -> BitMatrix {
+    let fill = |(): &mut (), a: usize, row: &mut [u64]| {
+        let back = transposed.row(net.twin[a] as usize);
+        bits::ones(rows.row(a)).filter(|&b| get(back, net.twin[b] as usize)).for_each(|b| set(row, b));
+    };
+    from_rows(rows.rows(), rows.columns(), || (), fill)
+}
+
 /// Number of directed portals from which windows are tried. Smaller graphs take seconds for all pairs; windows would take five times as
 /// long in a level of a tenth of that, where much is in sight.
 pub(super) const MANY: usize = 16_384;
