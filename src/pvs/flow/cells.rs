@@ -131,7 +131,7 @@ impl<'a> Cells<'a> {
 
     /// Runs the tasks of the next round in parallel. Results are in the order of the tasks. `None` after the last round.
     pub fn next<P: Prover>(&self, prover: &P, stage: &str, work: &Job<'_>) -> Result<Option<Vec<Found<P::Proof>>>, Stopped> {
-        let before = before_cells(self.net, &self.might_see);
+        let before = before_cells(self.net, &self.might_see, &self.goals_of_round());
         let shafts = || Shafts::new(self.net, &self.might_see, &before);
         if let Some(round) = self.shafts.get(self.done) {
             let rounds = (self.shafts.len() + ROUNDS) as f64;
@@ -155,9 +155,26 @@ impl<'a> Cells<'a> {
         run(round, scratch, |memory, task| self.search_from(memory, task, prover, work), work).map(Some)
     }
 
+    /// The cells that the next round asks about, as bits.
+    fn goals_of_round(&self) -> Vec<u64> {
+        let mut goals = vec![0; self.net.cells.div_ceil(64)];
+        for cell in self.round().iter().map(|task| task.cell) {
+            let rows = [&self.wanted, &self.settled, &self.hidden].map(|matrix| matrix.row(cell));
+            for (i, goal) in goals.iter_mut().enumerate() {
+                *goal |= rows[0][i] & !(rows[1][i] | rows[2][i]);
+            }
+        }
+        goals
+    }
+
+    /// The tasks of the next round; none after the last.
+    fn round(&self) -> &[Task] {
+        self.shafts.iter().chain(&self.searches).nth(self.done).map_or(&[], |round| round)
+    }
+
     /// Merges the results of the round.
     pub fn merge<P>(&mut self, found: &[Found<P>]) {
-        let round = self.shafts.iter().chain(&self.searches).nth(self.done).cloned().unwrap_or_default();
+        let round = self.round().to_vec();
         self.done += 1;
         for (task, found) in round.iter().zip(found) {
             found.settled.iter().for_each(|&j| set_both(&mut self.settled, task.cell, j as usize));

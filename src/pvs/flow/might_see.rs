@@ -37,9 +37,10 @@ impl MightSee {
     pub fn of(net: &Net, rows: BitMatrix) -> Self {
         let n = net.portals();
         let open = from_rows(net.cells, n, || (), |(), _, row| words_of(0..n).for_each(|(word, mask)| row[word] = mask));
-        let transposed = rows.transposed();
-        let (rows, before) = (mirrored(net, &rows, &transposed), mirrored(net, &transposed, &rows));
-        Self { rows, before, open }
+        let before = rows.transposed();
+        let mut all = Self { rows, before, open };
+        all.mirror(net);
+        all
     }
 
     /// The portals that may come after `portal`.
@@ -57,6 +58,17 @@ impl MightSee {
     /// Number of portals that may come after `portal`.
     pub fn count(&self, portal: usize) -> u64 {
         self.rows.count_row(portal)
+    }
+
+    /// Keeps (p, q) only if (q reversed, p reversed) is also set: then the portals before p reversed are those after p, reversed.
+    fn mirror(&mut self, net: &Net) {
+        let mut before: Vec<Option<&mut [u64]>> = self.before.rows_mut().into_iter().map(Some).collect();
+        let rows = self.rows.rows_mut().into_iter().enumerate();
+        let mut pairs: Vec<_> = rows.filter_map(|(p, row)| Some((row, before[net.twin[p] as usize].take()?))).collect();
+        parallel::for_each_mut(&mut pairs, |_, (after, before)| {
+            keep_twins(net, after, before);
+            keep_twins(net, before, after);
+        });
     }
 
     /// Drops all portals after `portal` that lead into one of `cells`, a row of bits.
@@ -117,13 +129,15 @@ impl MightSee {
     }
 }
 
-/// Bit b of row a of `rows`, if the opposite direction is there, too: bit b' of row a' of its transpose, with the twins a' and b'.
-fn mirrored(net: &Net, rows: &BitMatrix, transposed: &BitMatrix) -> BitMatrix {
-    let fill = |(): &mut (), a: usize, row: &mut [u64]| {
-        let back = transposed.row(net.twin[a] as usize);
-        bits::ones(rows.row(a)).filter(|&b| get(back, net.twin[b] as usize)).for_each(|b| set(row, b));
-    };
-    from_rows(rows.rows(), rows.columns(), || (), fill)
+/// Keeps the portals of a row whose twin is in another.
+fn keep_twins(net: &Net, row: &mut [u64], other: &[u64]) {
+    for (i, word) in row.iter_mut().enumerate() {
+        for bit in bits::ones(&[*word]) {
+            if !get(other, net.twin[i * 64 + bit] as usize) {
+                *word &= !(1 << bit);
+            }
+        }
+    }
 }
 
 /// Number of directed portals from which windows are tried. Smaller graphs take seconds for all pairs; windows would take five times as

@@ -23,18 +23,14 @@ const GROWTH: f64 = 4.0;
 /// a plane has one at infinity.
 type Planes = [Lanes; 3];
 
-/// Cells x directed portals: the portals that may come before one that leads into the cell.
-pub(super) fn before_cells(net: &Net, might_see: &MightSee) -> BitMatrix {
-    from_rows(
-        net.cells,
-        net.portals(),
-        || (),
-        |(), cell, row| {
-            for p in net.out(cell) {
-                row.iter_mut().zip(might_see.before(net.twin[p] as usize)).for_each(|(a, b)| *a |= b);
-            }
-        },
-    )
+/// Cells x directed portals: the portals that may come before one that leads into the cell, for the cells of `goals`, a row of bits.
+pub(super) fn before_cells(net: &Net, might_see: &MightSee, goals: &[u64]) -> BitMatrix {
+    let fill = |(): &mut (), cell: usize, row: &mut [u64]| {
+        for p in net.out(cell).filter(|_| get(goals, cell)) {
+            row.iter_mut().zip(might_see.before(net.twin[p] as usize)).for_each(|(a, b)| *a |= b);
+        }
+    };
+    from_rows(net.cells, net.portals(), || (), fill)
 }
 
 /// Most words of 64 portals for the ways from one cell. More: memory of each thread. Fewer: searches go where no goal is.
@@ -110,7 +106,7 @@ impl pulp::WithSimd for Question<'_, '_> {
 }
 
 impl<'n> Shafts<'n> {
-    /// Shafts over one net; `before` as [`before_cells`] of the same pairs.
+    /// Shafts over one net; `before` as [`before_cells`] of the same pairs, for all cells that are asked.
     pub fn new(net: &'n Net, might_see: &'n MightSee, before: &'n BitMatrix) -> Self {
         let (cell, after, allowed, left, crossed, queue, ends) = Default::default();
         Self { net, might_see, before, cell, after, allowed, left, crossed, queue, ends }
@@ -275,7 +271,7 @@ mod tests {
     /// The goals that shafts from a cell leave open, each with the portals on its ways.
     fn open(net: &Net, cell: usize) -> Vec<(usize, Vec<usize>)> {
         let might_see = MightSee::new(net);
-        let before = before_cells(net, &might_see);
+        let before = before_cells(net, &might_see, &vec![u64::MAX; net.cells.div_ceil(64)]);
         let (mut shafts, mut ways) = (Shafts::new(net, &might_see, &before), Ways::default());
         shafts.start(cell);
         let apart = |goal: &usize| *goal != cell && net.out(cell).all(|p| net.target[p] as usize != *goal);
