@@ -131,9 +131,12 @@ impl<'n> Walker<'n> {
         if goal.is_some_and(|goal| !walk.portals.iter().any(|&p| self.net.target[p as usize] == goal)) {
             return false;
         }
-        let mut before = Vec::new();
-        let start = -self.follow(self.net.twin[portal] as usize, -t, a, -direction, &mut before);
-        walk.portals.splice(0..0, before.iter().rev().map(|&p| self.net.twin[p as usize]));
+        let after = walk.portals.len();
+        let start = -self.follow(self.net.twin[portal] as usize, -t, a, -direction, &mut walk.portals);
+        let before = &mut walk.portals[after..];
+        before.reverse();
+        before.iter_mut().for_each(|p| *p = self.net.twin[*p as usize]);
+        walk.portals.rotate_left(after);
         walk.ends = [start, end].map(|t| a + direction * t + self.net.origin);
         true
     }
