@@ -3,7 +3,7 @@
 export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
 
 # Everything, in CI's order.
-ci: fmt clippy doc features readme test-full bevy guides package
+ci: fmt clippy doc features readme test-full c bevy guides package
 
 fmt:
     cargo fmt --all -- --check
@@ -33,6 +33,10 @@ features:
 # of its own. Both in one build; optimised, since the library is slow otherwise.
 test-full:
     cargo test --release --workspace --exclude bevy_enfilade --exclude enfilade-studies --features enfilade-cli/full
+
+# The library for C: its programs say what Rust says, under AddressSanitizer and valgrind.
+c:
+    bash scripts/c.sh
 
 # The plugin for Bevy, without a window.
 bevy:

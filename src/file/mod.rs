@@ -11,6 +11,7 @@ mod frame;
 #[cfg(feature = "bake")]
 mod graph;
 mod keys;
+mod lines;
 mod load;
 mod read;
 mod rows;

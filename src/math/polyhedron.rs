@@ -5,8 +5,8 @@
 //! number of planes, which is small for pieces ([`MAX_PLANES`]).
 
 #[cfg(feature = "bake")]
-use super::geom::{Aabb, middle};
-use super::geom::{Plane, clip};
+use super::geom::middle;
+use super::geom::{Aabb, Plane, clip};
 use glam::DVec3;
 
 /// Most planes of a piece that a user may give.
@@ -14,7 +14,6 @@ use glam::DVec3;
 pub const MAX_PLANES: usize = 128;
 
 /// Largest relative error of a corner after clipping.
-#[cfg(feature = "bake")]
 const ROUNDING: f64 = 1e-12;
 
 /// Directions whose angle has a smaller sine than this are parallel.
@@ -94,7 +93,6 @@ fn bounded(planes: &[Plane], most: &Aabb, eps: f64) -> Option<Aabb> {
 
 /// The faces of the polyhedron within a box: a polygon for each plane, then for each side of the box; empty without a face. An empty
 /// intersection has no faces.
-#[cfg(feature = "bake")]
 pub fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
     let all: Vec<Plane> = planes.iter().copied().chain(sides(within)).collect();
     let size = within.diagonal();
@@ -102,7 +100,6 @@ pub fn faces(planes: &[Plane], within: &Aabb) -> Vec<Vec<DVec3>> {
 }
 
 /// The half-spaces of a box.
-#[cfg(feature = "bake")]
 pub fn sides(b: &Aabb) -> impl Iterator<Item = Plane> {
     let (min, max) = (b.min, b.max);
     DVec3::AXES.into_iter().flat_map(move |n| [Plane { n, d: n.dot(max) }, Plane { n: -n, d: -n.dot(min) }])

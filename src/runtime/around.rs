@@ -7,6 +7,7 @@
 
 use super::culler::{Culler, directed_plane, target};
 use super::doors::Doors;
+use super::locate::MOST_HOMES;
 use super::scratch::Scratch;
 use super::visible::near_doors;
 use crate::{CellId, ObjectId, PortalId};
@@ -37,29 +38,34 @@ struct Place {
 #[derive(Clone, Debug)]
 pub(super) struct Surroundings {
     place: Place,
-    known: Option<Place>,
+    known: Place,
+    /// False before the first call.
+    is_known: bool,
     objects: Vec<ObjectId>,
 }
 
 impl Surroundings {
     pub fn for_culler(culler: &Culler) -> Self {
-        let place = Place { cells: Vec::new(), doorways: Vec::new(), doors: Doors::open(culler), learned: 0 };
-        Self { place, known: None, objects: Vec::with_capacity(culler.object_count()) }
+        let place = || Place {
+            cells: Vec::with_capacity(MOST_HOMES),
+            doorways: Vec::with_capacity(culler.portal_count()),
+            doors: Doors::open(culler),
+            learned: 0,
+        };
+        Self { place: place(), known: place(), is_known: false, objects: Vec::with_capacity(culler.object_count()) }
     }
 
     /// Finds the objects around an eye, with the doors of `scratch`. Linear in the number of shut portals if the place is the last one.
     pub fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) -> Around<'_> {
         self.place.find(culler, eye, scratch);
-        let is_new = self.known.as_ref() != Some(&self.place);
+        let is_new = !self.is_known || self.known != self.place;
         if is_new {
             self.place.see(culler, scratch);
             self.objects.clear();
             self.objects.extend_from_slice(&scratch.objects);
             // Both keep their memory.
-            match &mut self.known {
-                Some(known) => std::mem::swap(known, &mut self.place),
-                known => *known = Some(self.place.clone()),
-            }
+            std::mem::swap(&mut self.known, &mut self.place);
+            self.is_known = true;
         }
         Around { objects: &self.objects, is_new }
     }

@@ -85,7 +85,7 @@ impl View {
     pub fn cull(&mut self, camera: &Camera, mode: Mode) -> VisibleSet<'_> {
         self.last = Some(Last { camera: *camera, mode, near: None });
         self.culler.cull(camera, mode, &mut self.frame);
-        self.visible(camera)
+        self.set(camera)
     }
 
     /// Culls a frame with an oracle. Modes with queries begin its frame, with a near plane at `near` metres, above 0, draw into it and return
@@ -107,10 +107,16 @@ impl View {
             oracle.begin(&view);
             online.cull(&self.culler, &view, mode, &mut oracle, &mut self.frame);
         }
-        self.visible(camera)
+        self.set(camera)
     }
 
-    fn visible(&mut self, camera: &Camera) -> VisibleSet<'_> {
+    /// The result of the last frame again; none before the first.
+    pub fn visible(&mut self) -> Option<VisibleSet<'_>> {
+        let camera = self.last?.camera;
+        Some(self.set(&camera))
+    }
+
+    fn set(&mut self, camera: &Camera) -> VisibleSet<'_> {
         let Scratch { objects, cells, crossed, homes, stats, doors, .. } = &self.frame;
         let (culler, lists) = (&*self.culler, &mut self.lists);
         VisibleSet { objects, cells, portals: crossed, homes, stats: *stats, eye: camera.eye, culler, doors, lists }
