@@ -95,14 +95,15 @@ fn apart(winding: &[DVec3], eps: f64) -> Vec<DVec3> {
     kept
 }
 
-/// The parts of a wall without opaque triangles, as convex polygons.
+/// The parts of a wall without opaque triangles that face its leaf, as convex polygons.
 fn bare_parts(wall: &[DVec3], opaque: &Opaque, tolerance: &Tolerance) -> Vec<Vec<DVec3>> {
     let n = newell(wall).normalize();
     let plane = Plane::through(wall[0], n);
     let (u, v) = (n.any_orthonormal_vector(), n.cross(n.any_orthonormal_vector()));
     let flat = |p: DVec3| DVec2::new((p - wall[0]).dot(u), (p - wall[0]).dot(v));
-    // Vertices of levels are rounded, too.
-    let lies_on = |t: &[DVec3; 3]| t.iter().all(|&p| plane.distance(p).abs() <= tolerance.clearance);
+    // Vertices of levels are rounded, too. What faces the other way is the far wall of a narrow gap.
+    let lies_on =
+        |t: &[DVec3; 3]| newell(t).dot(n) > 0.0 && t.iter().all(|&p| plane.distance(p).abs() <= tolerance.clearance);
     let bounds = Aabb::of(wall.iter().copied()).inflated(tolerance.clearance);
     let drawn: Vec<[DVec2; 3]> = opaque.in_box(&bounds).into_iter().filter(lies_on).map(|t| t.map(flat)).collect();
     let face: Vec<DVec2> = wall.iter().map(|&p| flat(p)).collect();

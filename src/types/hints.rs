@@ -54,7 +54,7 @@ pub struct Leaves {
     pub leaves: Vec<Vec<Plane>>,
     /// Portals between leaves.
     pub portals: Vec<LevelPortal>,
-    /// Convex polygons between leaves and solid space, most of them behind drawn surfaces.
+    /// Convex polygons between leaves and solid space, counter-clockwise seen from the leaf, most of them behind drawn surfaces.
     pub walls: Vec<Vec<DVec3>>,
     /// Closable portals according to the author: their numbers, ascending, and the name of the shutter.
     pub shutters: Vec<(u32, String)>,

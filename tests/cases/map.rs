@@ -217,6 +217,31 @@ fn case_63_tiny_bsp() {
     passes(&baked(&scene), &scene);
 }
 
+/// A gap of 4 mm between two walls, of which one is drawn, as seen from the gap: the other one is bare, though triangles lie that near to it.
+#[test]
+fn the_far_wall_of_a_gap_is_not_the_near_one() {
+    let wall = |x: f64| [(0., 0.), (0., 500.), (500., 500.), (500., 0.)].map(|(z, y)| DVec3::new(x, y, z)).to_vec();
+    let backwards = |mut wall: Vec<DVec3>| {
+        wall.reverse();
+        wall
+    };
+    let [left, right] = [backwards(wall(0.0)), wall(0.004)];
+    for (drawn, bare) in [(vec![left.clone()], 1), (vec![right.clone()], 1), (vec![left.clone(), right.clone()], 0)] {
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        for positions in drawn.iter().cloned() {
+            let triangles = vec![[0, 1, 2], [0, 2, 3]];
+            builder.add(Mesh { node: "wall".into(), role: Role::Structure, opaque: true, positions, triangles }).unwrap();
+        }
+        let far = [(DVec3::NEG_Y, 0.0), (DVec3::Y, 500.0), (DVec3::NEG_Z, 0.0), (DVec3::Z, 500.0)];
+        let gap = far.into_iter().chain([(DVec3::NEG_X, 0.0), (DVec3::X, 0.004)]).map(|(n, d)| Plane { n, d }).collect();
+        let walls = vec![left.clone(), right.clone()];
+        builder.hints.leaves = Some(Leaves { leaves: vec![gap], portals: Vec::new(), walls, shutters: Vec::new() });
+        let scene = builder.finish("gap").unwrap();
+        assert!(scene.tolerance().clearance > 0.004, "{}", scene.tolerance().clearance);
+        assert_eq!(cells(&scene).closed_holes.len(), bare, "{} drawn", drawn.len());
+    }
+}
+
 #[test]
 fn case_64_unsealed_map() {
     let folder = folder("unsealed");

@@ -31,7 +31,7 @@ pub(crate) struct Piece {
 pub(crate) struct Between {
     /// Between open leaves of two cells.
     pub portals: Vec<LevelPortal>,
-    /// Between open and solid leaves.
+    /// Between open and solid leaves, counter-clockwise seen from the open one.
     pub walls: Vec<Vec<DVec3>>,
     /// Number of skipped slivers.
     pub slivers: usize,
@@ -68,8 +68,9 @@ pub(crate) fn derive(tree: &Tree, with_walls: bool) -> Between {
                     Some((back_cell, front_cell)) => {
                         out.portals.push(LevelPortal { cells: [back_cell, front_cell], winding: back.winding });
                     }
-                    None if !is_sliver => out.walls.push(back.winding),
-                    None => {}
+                    None if is_sliver => {}
+                    None if back.cell.is_some() => out.walls.push(back.winding.into_iter().rev().collect()),
+                    None => out.walls.push(back.winding),
                 }
             }
         }
