@@ -10,7 +10,7 @@ use glam::{DMat2, DVec2, DVec3};
 /// Factor by which the barrier falls from stage to stage. Larger: more stages. Smaller: more steps in each.
 const FALL: f64 = 0.2;
 /// Steps of a stage. More: closer to the middle line. Fewer: proofs that are weaker.
-const STEPS: usize = 3;
+const STEPS: usize = 8;
 /// The last barrier, for each edge of a portal on the line, metres. Larger: longer lines are told. Smaller: steps lost in rounding.
 const LAST: f64 = 1e-7;
 /// Share of the way to an edge that a step goes at most.

@@ -104,8 +104,8 @@ impl Net<'_> {
                     continue;
                 }
                 for (k, strip) in self.strips[place as usize].iter().enumerate() {
-                    // Rounded down, so that it stays a bound.
-                    let way = (metres + gap(here, strip)) * (1.0 - 2.0 * f32::EPSILON);
+                    // Rounded down, so that it stays a bound; but not below what is on the way, so that rounds end.
+                    let way = ((metres + gap(here, strip)) * (1.0 - 2.0 * f32::EPSILON)).max(metres);
                     let node = place as usize * MOST_STRIPS + k;
                     if way < known[node] {
                         known[node] = way;
