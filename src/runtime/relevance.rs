@@ -45,7 +45,7 @@ impl Relevance {
                 scope.spawn(move || {
                     let mut reach = Reach::for_culler(culler);
                     for row in part {
-                        let reached = reach.from_cell(culler, doors, row.cell, metres);
+                        let reached = reach.of_cell(culler, doors, row.cell, metres);
                         row.fill(culler, reached);
                     }
                 });
@@ -172,7 +172,7 @@ impl Reach {
     }
 
     /// The cells that a body may get into from anywhere in a cell.
-    fn from_cell(&mut self, culler: &Culler, doors: &Doors, cell: CellId, metres: f64) -> &[CellId] {
+    fn of_cell(&mut self, culler: &Culler, doors: &Doors, cell: CellId, metres: f64) -> &[CellId] {
         self.begin();
         self.enter(cell);
         for &portal in culler.cell_portals.get(cell.index()) {
@@ -182,7 +182,7 @@ impl Reach {
     }
 
     /// The cells that a body may get into from anywhere in a box. None: it is in no cell.
-    pub fn from_box(&mut self, culler: &Culler, doors: &Doors, bounds: [Vec3; 2], metres: f64) -> &[CellId] {
+    pub fn of_box(&mut self, culler: &Culler, doors: &Doors, bounds: [Vec3; 2], metres: f64) -> &[CellId] {
         self.begin();
         culler.locator.met_by(&Span::new(bounds), PLACED * culler.tolerance, &mut |_, cell| self.enter(cell));
         for i in 0..self.reached.len() {

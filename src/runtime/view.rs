@@ -231,7 +231,7 @@ impl View {
     /// portals: for servers that know where it was ([`Culler::may_see`]). Those that the box meets come first; none, if there are none.
     pub fn within_metres(&mut self, bounds: [Vec3; 2], metres: f64) -> &[CellId] {
         let (culler, _, Aside { scratch, reach, .. }) = self.aside();
-        reach.from_box(culler, &scratch.doors, bounds, metres)
+        reach.of_box(culler, &scratch.doors, bounds, metres)
     }
 
     /// Objects whose box intersects a convex volume: `planes` are `(n, d)` with `n . p <= d` inside, metres relative to the file's origin,

@@ -87,9 +87,9 @@ impl Net<'_> {
     fn fill(&self, from: usize, row: &mut [f32], known: &mut [f32]) {
         known.fill(f32::INFINITY);
         let mut queue = BinaryHeap::new();
-        for strip in from * MOST_STRIPS..from * MOST_STRIPS + self.strips[from].len() {
-            known[strip] = 0.0;
-            queue.push(Reverse((0, strip as u32)));
+        for k in 0..self.strips[from].len() {
+            known[from * MOST_STRIPS + k] = 0.0;
+            queue.push(Reverse((0, (from * MOST_STRIPS + k) as u32)));
         }
         while let Some(Reverse((bits, at))) = queue.pop() {
             let (metres, place) = (f32::from_bits(bits), at as usize / MOST_STRIPS);
