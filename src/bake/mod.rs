@@ -17,13 +17,14 @@ pub use without_rows::without_rows;
 use crate::cells::small_holes;
 use crate::cells::validate::stage;
 use crate::cells::{Audit, CellGraph, SplitError, SplitOptions, Strategy, ViewCell, audit, coarsen};
-use crate::file::PvsFile;
+use crate::file::{FileRelevance, PvsFile};
 use crate::job::{Digest, Job, Stopped};
 use crate::pvs::budget::Budget;
 use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
 use crate::pvs::{self, Guarantee, Pvs, PvsOptions, SamplingEnd};
+use crate::runtime::{Culler, Doors, Relevance};
 use crate::scene::rays::RayScene;
 use crate::scene::{ImportOptions, Scene};
 use crate::types::note::{Note, details};
@@ -54,6 +55,8 @@ pub struct BakeOptions {
     pub view_cells: Vec<ViewCell>,
     /// If set, space is divided into view cells by cost, with about this many bytes in the file; see [`pvs::partition`].
     pub view_cell_bytes: Option<u64>,
+    /// If set, the file keeps rows for bodies that go so many metres ([`Relevance`]).
+    pub relevance: Option<f64>,
     /// Memory limit for rows and proofs during the bake, bytes. If matrices over all cells would take more than half of it, neighbouring
     /// cells are merged; proofs beyond a quarter of it are left out, and their pairs stay undecided. The split has its own limit,
     /// [`SplitOptions::memory`]; neither includes the scene and its hierarchies.
@@ -75,6 +78,7 @@ impl Default for BakeOptions {
             clusters: None,
             view_cells: Vec::new(),
             view_cell_bytes: None,
+            relevance: None,
             memory: MEMORY,
         }
     }
@@ -210,10 +214,18 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     if let Some(views) = &views {
         file.add_views(&view_cells, views, options.keep_bounds);
     }
+    file.relevance = options.relevance.map(|metres| relevance(&file, metres));
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
     let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
     Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, budget, seconds })
+}
+
+/// Rows for bodies that go so many metres through doors, all of them open, and through no window.
+fn relevance(file: &PvsFile, metres: f64) -> FileRelevance {
+    let culler = Culler::new(file);
+    let rows = Relevance::new(&culler, metres, &Doors::passable(&culler));
+    FileRelevance { metres, cells: rows.cells().clone(), objects: rows.objects().clone() }
 }
 
 /// The given cells, or those of the split; without holes narrower than this, metres.

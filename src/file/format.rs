@@ -75,11 +75,17 @@ pub enum SectionId {
     ClosedHoles,
     /// Number of cells joined into each cell.
     Clusters,
+    /// How far a body goes.
+    Relevance,
+    /// The cells that may be seen from where a body may soon be.
+    RelevantCells,
+    /// The same, objects.
+    RelevantObjects,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 26] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -103,6 +109,9 @@ impl SectionId {
         Self::Placed,
         Self::ClosedHoles,
         Self::Clusters,
+        Self::Relevance,
+        Self::RelevantCells,
+        Self::RelevantObjects,
     ];
 
     /// The number in the file.
@@ -119,7 +128,7 @@ impl SectionId {
     pub(super) fn is_matrix(self) -> bool {
         let of_cells =
             matches!(self, Self::Placement | Self::CellRows | Self::ObjectRows | Self::CellBounds | Self::ObjectBounds);
-        of_cells || matches!(self, Self::ViewRows | Self::ViewBounds)
+        of_cells || matches!(self, Self::ViewRows | Self::ViewBounds | Self::RelevantCells | Self::RelevantObjects)
     }
 
     /// A file cannot be used without these sections if they are not empty.
@@ -155,6 +164,9 @@ impl fmt::Display for SectionId {
             Self::Placed => "placed",
             Self::ClosedHoles => "closed-holes",
             Self::Clusters => "clusters",
+            Self::Relevance => "relevance",
+            Self::RelevantCells => "relevant-cells",
+            Self::RelevantObjects => "relevant-objects",
         })
     }
 }

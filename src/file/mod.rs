@@ -103,6 +103,8 @@ pub struct PvsFile {
     pub gap: Option<Gap>,
     /// View cells with their rows.
     pub views: Views,
+    /// Rows of bodies that go some metres, if kept.
+    pub relevance: Option<FileRelevance>,
 }
 
 impl PvsFile {
@@ -111,6 +113,17 @@ impl PvsFile {
         let corners = self.objects.iter().flat_map(|o| o.bounds).map(|p| p.as_dvec3());
         Tolerance::for_extent(Aabb::of(corners).diagonal()).clearance
     }
+}
+
+/// What may be seen from where a body may soon be ([`Relevance`](crate::runtime::Relevance)), according to [`PvsFile::guarantee`].
+#[derive(Clone, PartialEq, Debug)]
+pub struct FileRelevance {
+    /// How far a body goes through doors, metres; 0 or more.
+    pub metres: f64,
+    /// Cells x cells.
+    pub cells: BitMatrix,
+    /// Cells x objects.
+    pub objects: BitMatrix,
 }
 
 /// View cells and their visibility. Without view cells, all other fields are empty.

@@ -5,7 +5,10 @@ use super::codes::{HOLE, NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, 
 use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::{Guide, decode_guided, matrix_bytes};
-use super::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds, Views};
+use super::{
+    Bounds, FileCell, FileObject, FilePortal, FileRelevance, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds,
+    Views,
+};
 use crate::types::bounds::Unseen;
 use crate::types::guarantee::Guarantee;
 use crate::types::placed::PlacedBox;
@@ -59,6 +62,7 @@ impl PvsFile {
             unseen: reader.unseen(cells, budget)?,
             gap: reader.gap(budget)?,
             views: Views::default(),
+            relevance: None,
         };
         file.placement = reader.placement(cells, objects, budget)?;
         file.placed = reader.placed(file.placement.count_ones(), budget)?;
@@ -69,6 +73,7 @@ impl PvsFile {
         file.bounds = reader.bounds(cells, objects, budget)?;
         file.views = reader.views(objects, file.guarantee, budget)?;
         file.clusters = reader.clusters(cells, budget)?;
+        file.relevance = reader.relevance(cells, objects, budget)?;
         check_pairs(&file)?;
         Ok(file)
     }
@@ -275,6 +280,23 @@ impl<'a> SectionReader<'_, 'a> {
             (0..cells).map(|_| count(c)).collect()
         })?;
         Ok(clusters.unwrap_or_default())
+    }
+
+    /// Three sections, or none.
+    fn relevance(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<FileRelevance>, FileError> {
+        let metres = self.section(SectionId::Relevance, budget, |c, _| match c.f64s()? {
+            [metres] if metres >= 0.0 => Ok(metres),
+            _ => Err(c.error("a negative length")),
+        })?;
+        let by_cells = self.matrix(SectionId::RelevantCells, cells, cells, budget)?;
+        let by_objects = self.matrix(SectionId::RelevantObjects, cells, objects, budget)?;
+        match (metres, by_cells, by_objects) {
+            (None, None, None) => Ok(None),
+            (Some(metres), Some(cells), Some(objects)) => Ok(Some(FileRelevance { metres, cells, objects })),
+            (None, ..) => Err(FileError::Missing { section: SectionId::Relevance }),
+            (_, None, _) => Err(FileError::Missing { section: SectionId::RelevantCells }),
+            (_, _, None) => Err(FileError::Missing { section: SectionId::RelevantObjects }),
+        }
     }
 
     fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {

@@ -113,7 +113,6 @@ impl BitMatrix {
     }
 
     /// All rows, mutable, for parallel writes. Bits past `columns` must stay zero.
-    #[cfg(feature = "bake")]
     pub(crate) fn rows_mut(&mut self) -> Vec<&mut [u64]> {
         if self.stride == 0 {
             return (0..self.rows).map(|_| Default::default()).collect();

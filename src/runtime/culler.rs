@@ -7,6 +7,7 @@ use crate::math::bits::BitMatrix;
 use crate::math::geom::Aabb;
 use crate::math::tolerance::single_precision;
 use crate::types::guarantee::Guarantee;
+use crate::types::portal::PortalKind;
 use crate::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{Vec3, Vec4};
 use std::ops::Range;
@@ -20,7 +21,7 @@ pub(super) struct Lists<T> {
 }
 
 impl<T> Lists<T> {
-    fn new<I: IntoIterator<Item = T>>(lists: impl IntoIterator<Item = I>) -> Self {
+    pub fn new<I: IntoIterator<Item = T>>(lists: impl IntoIterator<Item = I>) -> Self {
         let (mut starts, mut items) = (vec![0], Vec::new());
         for list in lists {
             items.extend(list);
@@ -81,6 +82,7 @@ pub struct Culler {
     pub(super) portal_corners: Lists<Vec3>,
     /// Portals shut by a solid leaf in the model.
     pub(super) found_shut: Vec<PortalId>,
+    pub(super) windows: Vec<PortalId>,
     pub(super) boxes: Boxes,
     /// Boxes of objects' parts, in the order of `cell_objects`.
     pub(super) placed: Boxes,
@@ -138,6 +140,11 @@ impl Culler {
             found_shut: (0u32..)
                 .zip(&file.portals)
                 .filter(|(_, p)| p.state.shut && !p.state.see_through && !p.state.ajar)
+                .map(|(i, _)| PortalId(i))
+                .collect(),
+            windows: (0u32..)
+                .zip(&file.portals)
+                .filter(|(_, p)| p.kind == PortalKind::Window)
                 .map(|(i, _)| PortalId(i))
                 .collect(),
             boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),

@@ -40,6 +40,13 @@ impl Doors {
         doors
     }
 
+    /// What a body passes: all portals are open but windows, which are shut.
+    pub fn passable(culler: &Culler) -> Self {
+        let mut doors = Self::open(culler);
+        culler.windows.iter().for_each(|&portal| doors.set_open(portal, false));
+        doors
+    }
+
     /// Opens or shuts a portal in both directions.
     ///
     /// # Panics
@@ -84,6 +91,15 @@ impl Doors {
     pub(super) fn assign(&mut self, other: &Self) {
         assert_eq!(self.portals, other.portals, "doors of another culler");
         self.shut.copy_from_slice(&other.shut);
+    }
+
+    /// Checks that they may be of a culler.
+    ///
+    /// # Panics
+    ///
+    /// If its number of portals differs.
+    pub(super) fn assert_of(&self, culler: &Culler) {
+        assert_eq!(self.portals, culler.portal_count(), "doors of another culler");
     }
 }
 

@@ -11,6 +11,7 @@ use super::mode::Mode;
 use super::movers::{Collected, How, MoverId, Movers};
 use super::objects::Opened;
 use super::online::OnlineCuller;
+use super::relevance::Reach;
 use super::scratch::Scratch;
 use super::small::MinPixels;
 use super::visible::{Lists, VisibleSet};
@@ -53,6 +54,7 @@ struct Aside {
     reflections: Reflections,
     around: Surroundings,
     movers: Collected,
+    reach: Reach,
 }
 
 impl View {
@@ -157,7 +159,8 @@ impl View {
         let culler = &*self.culler;
         let aside = self.aside.get_or_insert_with(|| {
             let (scratch, around) = (Scratch::for_culler(culler), Surroundings::for_culler(culler));
-            Box::new(Aside { scratch, reflections: Reflections::default(), around, movers: Collected::default() })
+            let (reflections, movers) = Default::default();
+            Box::new(Aside { scratch, reflections, around, movers, reach: Reach::for_culler(culler) })
         });
         aside.scratch.doors.assign(&self.frame.doors);
         aside.scratch.min_pixels = self.frame.min_pixels;
@@ -228,6 +231,13 @@ impl View {
         let (culler, _, Aside { scratch, .. }) = self.aside();
         culler.hop(from, hops, scratch);
         &scratch.hops
+    }
+
+    /// The cells that a body may get into from anywhere in its box (metres, relative to the file's origin) within so many metres, through open
+    /// portals: for servers that know where it was ([`Culler::may_see`]). Those that the box meets come first; none, if there are none.
+    pub fn within_metres(&mut self, bounds: [Vec3; 2], metres: f64) -> &[CellId] {
+        let (culler, _, Aside { scratch, reach, .. }) = self.aside();
+        reach.of_box(culler, &scratch.doors, bounds, metres)
     }
 
     /// Objects whose box intersects a convex volume: `planes` are `(n, d)` with `n . p <= d` inside, metres relative to the file's origin,

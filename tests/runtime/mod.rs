@@ -4,6 +4,8 @@ mod frames;
 mod locate;
 mod mirrors;
 mod movers;
+mod paths;
 mod prefetch;
+mod relevance;
 mod view;
 mod worlds;

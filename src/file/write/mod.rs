@@ -13,7 +13,7 @@ pub use rows::encode_rows;
 use super::codes::{HOLE, NO_TUBES, TUBE_RADIUS, UNIT, Z_UP, portal_kind_code, state_code, strategy_code};
 use super::format::SectionId;
 use super::rows::Guide;
-use super::{Gap, Import, PvsFile};
+use super::{FileRelevance, Gap, Import, PvsFile};
 use crate::BitMatrix;
 use crate::types::bounds::Unseen;
 use crate::types::portal::PortalState;
@@ -73,6 +73,11 @@ impl PvsFile {
         add(SectionId::ClosedHoles, !self.closed_holes.is_empty(), &|| self.closed_hole_list());
         let clusters = || self.clusters.iter().flat_map(|cells| cells.to_le_bytes()).collect();
         add(SectionId::Clusters, !self.clusters.is_empty(), &clusters);
+        if let Some(FileRelevance { metres, cells, objects }) = &self.relevance {
+            add(SectionId::Relevance, true, &|| metres.to_le_bytes().to_vec());
+            add(SectionId::RelevantCells, true, &|| encode_rows(cells));
+            add(SectionId::RelevantObjects, true, &|| encode_rows(objects));
+        }
         assemble(self.model_hash, self.guarantee, &sections)
     }
 

@@ -42,6 +42,7 @@ pub fn bare() -> PvsFile {
         gap: None,
         stats: PvsStats::default(),
         views: Default::default(),
+        relevance: None,
     }
 }
 

@@ -3,8 +3,8 @@
 
 use crate::random::Random;
 use enfilade::cells::{PortalKind, PortalState, Strategy};
-use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileViewCell, Gap, Import, PairCounts, PvsFile};
-use enfilade::file::{ViewBounds, Views};
+use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileRelevance, FileViewCell, Gap, Import, PairCounts};
+use enfilade::file::{PvsFile, ViewBounds, Views};
 use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
 use enfilade::types::placed::PlacedBox;
 use enfilade::{BitMatrix, CellId, ObjectId};
@@ -325,7 +325,14 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         views: views(r, objects, guarantee, shape.keep_bounds),
         closed_holes: (0..r.below(3)).map(|_| (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect()).collect(),
         clusters: if r.below(2) > 0 { (0..cells).map(|_| 1 + r.below(9) as u32).collect() } else { Vec::new() },
+        relevance: relevance(r, cells, objects),
     }
+}
+
+/// In every other file.
+fn relevance(r: &mut Random, cells: usize, objects: usize) -> Option<FileRelevance> {
+    let (is_kept, metres) = (r.below(2) == 1, r.signed().abs());
+    is_kept.then(|| FileRelevance { metres, cells: r.matrix(cells, cells, 4), objects: r.matrix(cells, objects, 4) })
 }
 
 /// Up to three view cells, ids apart.

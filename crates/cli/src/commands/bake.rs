@@ -37,6 +37,9 @@ pub struct Args {
     /// The bound in the rows; both: conservative rows, and the file keeps both bounds and the witnesses for `why`
     #[arg(long, value_enum, default_value = "conservative", help_heading = "Rows")]
     rows: Rows,
+    /// Also rows for servers: what may be seen from wherever somebody in a cell may be after so many metres through doors, as in 2m
+    #[arg(long, value_name = "METRES", value_parser = metres, help_heading = "Rows")]
+    relevance: Option<f64>,
     /// Memory for rows and proofs during the bake, as in 512M; cells are joined to fit
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G", help_heading = "Run")]
     memory: u64,
@@ -165,6 +168,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
         clusters: None,
         view_cells,
         view_cell_bytes,
+        relevance: args.relevance,
         import,
         memory: args.memory,
     })
@@ -233,6 +237,12 @@ pub(super) const RAYS_TO_A_GOAL: u64 = 1_000_000_000;
 fn percent(text: &str) -> Result<f64, String> {
     let number = text.strip_suffix('%').and_then(|number| number.trim_end().parse::<f64>().ok());
     number.map(|p| p / 100.0).filter(|&p| p > 0.0 && p < 1.0).ok_or_else(|| "takes a percentage, as in 0.01%".into())
+}
+
+/// A length, as `2m` or `2`.
+fn metres(text: &str) -> Result<f64, String> {
+    let number = text.strip_suffix('m').unwrap_or(text).trim_end().parse::<f64>().ok();
+    number.filter(|&m| (0.0..=f64::MAX).contains(&m)).ok_or_else(|| "takes metres, 0 or more, as in 2m".into())
 }
 
 /// Bytes, as `512M`; powers of 1024.
