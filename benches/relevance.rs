@@ -110,13 +110,13 @@ impl<'f> Net<'f> {
     /// Somewhere in a portal.
     fn point(&self, portal: usize, random: &mut Prng) -> Vec3 {
         let corners = &self.file.portals[portal].winding;
-        let i = 1 + random.below(corners.len() as u32 - 2) as usize;
+        let i = 1 + random.below(corners.len() - 2);
         corners[0].lerp(corners[i].lerp(corners[i + 1], random.unit() as f32), random.unit().sqrt() as f32)
     }
 
     /// Somebody in a portal.
     fn start(&self, random: &mut Prng) -> Player {
-        let portal = random.below(self.file.portals.len() as u32) as usize;
+        let portal = random.below(self.file.portals.len());
         let at = self.point(portal, random);
         self.enter(Player { at, cell: self.file.portals[portal].cells[0], portal, to: at }, random)
     }
@@ -126,7 +126,7 @@ impl<'f> Net<'f> {
         let cells = self.file.portals[player.portal].cells;
         let cell = cells[usize::from(cells[0] == player.cell)];
         let out = &self.portals[cell.index()];
-        let portal = out[random.below(out.len() as u32) as usize];
+        let portal = out[random.below(out.len())];
         Player { at: player.to, cell, portal, to: self.point(portal, random) }
     }
 
