@@ -33,35 +33,59 @@ struct Place {
     learned: usize,
 }
 
+/// What lies in front of a shut leaf: beyond the plane `(n, d)`, at most so many metres.
+pub(super) type Doorway = (Vec3, f32, f32);
+
 /// The objects around the last eye, and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Surroundings {
     place: Place,
     known: Option<Place>,
+    /// Whether the objects are others than those that were told last.
+    is_new: bool,
     objects: Vec<ObjectId>,
+    /// The cells that are reached; none if the place is in none.
+    pub cells: Vec<CellId>,
+    /// Doorways of shut portals, with the cells behind.
+    pub doorways: Vec<(CellId, Doorway)>,
 }
 
 impl Surroundings {
     pub fn for_culler(culler: &Culler) -> Self {
         let place = Place { cells: Vec::new(), doorways: Vec::new(), doors: Doors::open(culler), learned: 0 };
-        Self { place, known: None, objects: Vec::with_capacity(culler.object_count()) }
+        let (cells, portals) = (culler.cell_count(), culler.portal_count());
+        Self {
+            place,
+            known: None,
+            is_new: true,
+            objects: Vec::with_capacity(culler.object_count()),
+            cells: Vec::with_capacity(cells),
+            doorways: Vec::with_capacity(2 * portals),
+        }
     }
 
-    /// Finds the objects around an eye, with the doors of `scratch`. Linear in the number of shut portals if the place is the last one.
-    pub fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) -> Around<'_> {
+    /// Finds what is around an eye, with the doors of `scratch`. Linear in the number of shut portals if the place is the last one.
+    pub fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) {
         self.place.find(culler, eye, scratch);
-        let is_new = self.known.as_ref() != Some(&self.place);
-        if is_new {
-            self.place.see(culler, scratch);
+        if self.known.as_ref() != Some(&self.place) {
+            self.is_new = true;
+            self.doorways.clear();
+            self.place.see(culler, scratch, &mut self.doorways);
             self.objects.clear();
             self.objects.extend_from_slice(&scratch.objects);
+            self.cells.clear();
+            self.cells.extend_from_slice(&scratch.cells);
             // Both keep their memory.
             match &mut self.known {
                 Some(known) => std::mem::swap(known, &mut self.place),
                 known => *known = Some(self.place.clone()),
             }
         }
-        Around { objects: &self.objects, is_new }
+    }
+
+    /// Tells the objects.
+    pub fn tell(&mut self) -> Around<'_> {
+        Around { objects: &self.objects, is_new: std::mem::take(&mut self.is_new) }
     }
 }
 
@@ -81,8 +105,8 @@ impl Place {
     }
 
     /// Fills a scratch with the potentially visible objects: those of the rows that are in cells reachable through open portals, or in the
-    /// doorways of shut ones. All objects, if the place is in no cell.
-    fn see(&self, culler: &Culler, scratch: &mut Scratch) {
+    /// doorways of shut ones, which are listed. All objects, if the place is in no cell.
+    fn see(&self, culler: &Culler, scratch: &mut Scratch, doorways: &mut Vec<(CellId, Doorway)>) {
         scratch.begin();
         culler.join_rows(&self.cells, scratch);
         if self.cells.is_empty() {
@@ -103,7 +127,8 @@ impl Place {
                 } else {
                     let (n, d) = directed_plane(culler, portal);
                     let doorway = (n, d, culler.doorway(portal));
-                    culler.take_in_cell(target, |object| culler.is_in(doorway, object), scratch);
+                    doorways.push((target, doorway));
+                    culler.take_in_cell(target, |object| culler.is_in(doorway, culler.boxes.get(object.index())), scratch);
                 }
             }
         }
@@ -122,10 +147,9 @@ impl Culler {
         }
     }
 
-    /// True if a part of an object's box is beyond a plane, at most `depth` metres, to within twice a frame's tolerance.
-    fn is_in(&self, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
+    /// True if a part of a box, given by centre and half size, is in a doorway, to within twice a frame's tolerance.
+    pub(super) fn is_in(&self, (n, d, depth): Doorway, (centre, half): (Vec3, Vec3)) -> bool {
         let behind = d - 6.0 * self.tolerance as f32;
-        let (centre, half) = self.boxes.get(object.index());
         let (at, reach) = (n.dot(centre), n.abs().dot(half) + 3.0 * self.tolerance as f32);
         at + reach >= behind && at - reach <= d + depth
     }
