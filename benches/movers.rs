@@ -83,9 +83,10 @@ fn compare(scene: &Scene, culler: &Arc<Culler>, crowd: &mut Crowd, cameras: &[Ca
         go_on(crowd);
         let picture = View { camera: *camera, near: 1e-3, width: SIZE[0], height: SIZE[1] };
         let full = draw(scene, &picture, &|_| true);
+        let shown = crowd.shown(&picture, &full);
         for (mode, seen) in MODES.into_iter().zip(&mut seen) {
             view.cull(camera, mode);
-            let found = crowd.compare(&rays, &picture, &full, view.movers(&crowd.movers));
+            let found = crowd.compare(&rays, &shown, view.movers(&crowd.movers));
             assert_eq!(found.missed_mover_pixels, 0, "{mode}: from {}", camera.eye);
             seen.push(found);
         }

@@ -112,6 +112,7 @@ fn movers_allocate_nothing_after_the_first_frame() {
             seen += view.movers_with(&movers, &mut buffer).len() + view.movers(&movers).len();
             seen += view.mirrors(&mirror, 2, Some(&movers)).map(|reflection| reflection.movers.len()).sum::<usize>();
         }
+        seen += view.movers_around(&movers, camera.eye).len();
         seen + view.movers_in_volume(&movers, &[glam::Vec4::X], &[boxes::A]).len()
     };
     (0..100).for_each(|step| _ = frame(step));

@@ -1,7 +1,11 @@
-//! The building that is walked through.
+//! The building that is walked through, as a resource and as an asset.
 
 use crate::EnfiladeObject;
+#[cfg(feature = "gizmos")]
+use crate::gizmos::Outlines;
+use bevy_asset::Asset;
 use bevy_ecs::resource::Resource;
+use bevy_reflect::TypePath;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Culler, Doors};
 use enfilade::{DirectedPortal, ObjectId, PortalId};
@@ -13,15 +17,17 @@ use std::sync::Arc;
 /// as in Bevy. Bevy's positions are `f32`: beyond some kilometres from the world's origin they are coarser than [`Culler::tolerance`], and an
 /// eye beside a wall may be taken to be behind it.
 ///
-/// Inserting another one replaces it. Without one, everything is visible.
-#[derive(Resource)]
+/// Inserting another one replaces it. Without one, everything is visible. As an asset, it is inserted by [`LevelHandle`](crate::LevelHandle).
+#[derive(Resource, Asset, TypePath, Clone)]
 pub struct Building {
     culler: Arc<Culler>,
     doors: Doors,
     /// Of the file's coordinates in the model's own, metres.
     pub(crate) origin: [f64; 3],
     /// The first and the last object by node.
-    nodes: HashMap<String, [ObjectId; 2]>,
+    nodes: Arc<HashMap<String, [ObjectId; 2]>>,
+    #[cfg(feature = "gizmos")]
+    pub(crate) outlines: Arc<Outlines>,
 }
 
 /// The building has no such portal.
@@ -53,7 +59,14 @@ impl Building {
             nodes.entry(object.node.clone()).or_insert([id; 2])[1] = id;
         }
         let culler = Culler::new(file);
-        Self { doors: Doors::open(&culler), culler, origin: file.origin.to_array(), nodes }
+        Self {
+            doors: Doors::open(&culler),
+            culler,
+            origin: file.origin.to_array(),
+            nodes: Arc::new(nodes),
+            #[cfg(feature = "gizmos")]
+            outlines: Arc::new(Outlines::new(file)),
+        }
     }
 
     /// The component for the mesh, or the meshes, of a node of the model, by its name; for IFC, its GlobalId. `None` where there is no such
@@ -98,6 +111,18 @@ impl Building {
     pub fn shut_as_found(&mut self) -> usize {
         self.doors = Doors::as_found(&self.culler);
         self.doors.shut().count()
+    }
+
+    /// Shuts the portals that are shut in another bake of the model, by their keys, and opens all others.
+    pub(crate) fn take_doors(&mut self, other: &Self) {
+        let mut doors = Doors::open(&self.culler);
+        for portal in other.doors.shut() {
+            if let Some(same) = self.culler.portal(other.culler.portal_key(portal)) {
+                (0..2)
+                    .for_each(|side| doors.set_see_through(same.directed(side), other.doors.is_open(portal.directed(side))));
+            }
+        }
+        self.doors = doors;
     }
 
     fn check(&self, portal: PortalId) -> Result<(), NoSuchPortal> {

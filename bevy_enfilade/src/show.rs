@@ -15,7 +15,7 @@ use enfilade::runtime::{self, Culler, Mode, View};
 use std::sync::Arc;
 
 /// What decides.
-type Cameras<'w, 's> =
+pub(crate) type Cameras<'w, 's> =
     Query<'w, 's, (&'static PortalCamera, &'static Camera, &'static Projection, &'static GlobalTransform)>;
 /// What may ask for something to be written, beside the cameras: new objects, and others above or below them.
 type Moved = Or<(Changed<EnfiladeObject>, Changed<ChildOf>)>;
@@ -42,7 +42,7 @@ pub(crate) fn show(
 
 /// What a camera asks.
 #[derive(Clone, Copy)]
-enum Question {
+pub(crate) enum Question {
     /// Nothing that can be answered.
     Everything,
     /// What is there to be seen around here?
@@ -144,7 +144,7 @@ impl Known {
     /// Writes what is seen, where it differs.
     fn write(&mut self, entities: &mut Entities<'_, '_>, parents: &Query<'_, '_, &ChildOf>) {
         // 1. What is above something that shows can't be hidden, or that would be hidden with it.
-        let (mut above, mut strangers, mut first) = (EntityHashSet::default(), 0, None);
+        let (mut kept, mut strangers, mut first) = (EntityHashSet::default(), 0, None);
         for (entity, object, _) in entities.iter() {
             let is_seen = self.is_seen(object);
             if is_seen.is_none() {
@@ -152,14 +152,13 @@ impl Known {
                 first.get_or_insert((entity, object.last));
             }
             if is_seen != Some(false) {
-                // What is above what is known to be above something is known, too.
-                let _ = parents.iter_ancestors(entity).try_for_each(|parent| above.insert(parent).then_some(()));
+                above(entity, parents, &mut kept);
             }
         }
 
         // 2. Each entity; those that stay as they are don't count as changed.
         for (entity, object, mut visibility) in entities.iter_mut() {
-            let is_hidden = self.is_seen(object) == Some(false) && !above.contains(&entity);
+            let is_hidden = self.is_seen(object) == Some(false) && !kept.contains(&entity);
             visibility.set_if_neq(if is_hidden { Visibility::Hidden } else { object.shown });
         }
 
@@ -176,8 +175,14 @@ impl Known {
     }
 }
 
+/// Adds what is above an entity.
+pub(crate) fn above(entity: Entity, parents: &Query<'_, '_, &ChildOf>, to: &mut EntityHashSet) {
+    // What is above what is there already is there, too.
+    let _ = parents.iter_ancestors(entity).try_for_each(|parent| to.insert(parent).then_some(()));
+}
+
 /// What the active cameras ask; never empty.
-fn questions(building: &Building, cameras: &Cameras<'_, '_>) -> Vec<Question> {
+pub(crate) fn questions(building: &Building, cameras: &Cameras<'_, '_>) -> Vec<Question> {
     let mut questions = Vec::new();
     for (rule, _, projection, transform) in cameras.iter().filter(|(_, camera, ..)| camera.is_active) {
         questions.push(match (rule, view(building, projection, transform)) {

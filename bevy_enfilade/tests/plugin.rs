@@ -1,5 +1,7 @@
 //! The plugin in a world without a window: buildings whose answers are known, and what is written, counted.
 
+mod rooms;
+
 use bevy_app::{App, Last};
 use bevy_camera::visibility::Visibility::{self, Hidden, Inherited, Visible};
 use bevy_camera::{Camera, OrthographicProjection, PerspectiveProjection, Projection};
@@ -8,13 +10,12 @@ use bevy_enfilade::{Building, EnfiladeObject, EnfiladePlugin, NoSuchPortal, Port
 use bevy_math::Vec3;
 use bevy_transform::TransformPlugin;
 use bevy_transform::components::Transform;
-use enfilade::cells::PortalKind;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Culler, Mode, View};
 use enfilade::{ObjectId, PortalId};
 use glam::DVec3;
-use testing::boxes;
-use testing::boxes::{block, flat, p};
+use rooms::{CORNER, EYES, at, bevy, three_rooms};
+use testing::boxes::{flat, p};
 
 /// Entities whose visibility was written since the update before.
 #[derive(Resource, Default)]
@@ -24,33 +25,6 @@ fn note(changed: Query<Entity, Changed<Visibility>>, mut written: ResMut<Written
     written.0.extend(&changed);
 }
 
-/// The corner of the first room, metres: far enough from zero that the file's origin matters.
-const CORNER: DVec3 = DVec3::new(100.0, 20.0, -300.0);
-/// Eyes in the three rooms, metres from [`CORNER`].
-const EYES: [f32; 3] = [1.0, 6.0, 11.0];
-
-/// Three rooms in a row along x, each 4 m square and 3 m high, with a door between neighbours and an object in each. The doors are in line,
-/// but the rows say that the outer rooms don't see each other.
-fn three_rooms() -> PvsFile {
-    let mut b = boxes::Building::default();
-    let at = |x: f64, y: f64, z: f64| CORNER + p(x, y, z);
-    let rooms = [0., 4., 8.].map(|x| b.cell("", vec![block(at(x, 0., 0.), at(x + 4., 3., 4.))]));
-    for i in 0..2 {
-        let x = rooms[1 + i].0 as f64 * 4.0;
-        b.portal(rooms[i], rooms[i + 1], at(x, 0., 1.5), at(x, 2.1, 2.5), PortalKind::Door);
-    }
-    for (x, name) in [(1.5, "bed"), (5.5, "table"), (9.5, "bath")] {
-        b.thing(name, at(x, 0.01, 3.), at(x + 1., 0.8, 3.8));
-    }
-    let (_, file) = b.finish_with(|cells, objects| {
-        for (a, b) in [(0, 2), (2, 0)] {
-            cells.clear(a, b);
-            objects.clear(a, b);
-        }
-    });
-    file
-}
-
 /// The app, with an entity for each of `ids`.
 fn app(file: &PvsFile, ids: impl IntoIterator<Item = u32>) -> (App, Vec<Entity>) {
     let mut app = App::new();
@@ -58,15 +32,6 @@ fn app(file: &PvsFile, ids: impl IntoIterator<Item = u32>) -> (App, Vec<Entity>)
     app.insert_resource(Building::new(file));
     let entities = ids.into_iter().map(|id| app.world_mut().spawn(EnfiladeObject::new(ObjectId(id))).id()).collect();
     (app, entities)
-}
-
-fn bevy(v: DVec3) -> Vec3 {
-    Vec3::from_array(v.as_vec3().to_array())
-}
-
-/// Where an eye at `x` in the row of rooms is: off the doors' line.
-fn at(x: f32) -> Transform {
-    Transform::from_translation(bevy(CORNER) + Vec3::new(x, 1.6, 3.5))
 }
 
 fn camera(app: &mut App, x: f32) -> Entity {

@@ -107,7 +107,7 @@ impl BitMatrix {
     }
 
     /// Replaces the words of a row. Bits past `columns` must be zero.
-    pub fn assign_row(&mut self, row: usize, words: &[u64]) {
+    pub(crate) fn assign_row(&mut self, row: usize, words: &[u64]) {
         assert_eq!(words.len(), self.stride, "a row's words");
         copy(self.row_mut(row), words);
     }

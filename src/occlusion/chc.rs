@@ -45,7 +45,7 @@ impl Chc {
     }
 
     /// The same for a part of a tree.
-    pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+    pub(crate) fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         self.memory.states.resize(scope.tree.nodes().len(), State::default());
         self.walk.run(scope, &mut self.memory, oracle)
     }

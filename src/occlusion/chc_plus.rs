@@ -159,7 +159,7 @@ impl ChcPlus {
     }
 
     /// The same for a part of a tree.
-    pub fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
+    pub(crate) fn cull_of(&mut self, scope: &Scope<'_>, oracle: &mut impl OcclusionOracle) -> &[ObjectId] {
         let tree = scope.tree;
         self.begin(tree);
         self.walk.begin(scope);

@@ -34,6 +34,9 @@ struct Place {
     learned: usize,
 }
 
+/// What lies in front of a shut leaf: beyond the plane `(n, d)`, at most so many metres.
+pub(super) type Doorway = (Vec3, f32, f32);
+
 /// The objects around the last eye, and its place.
 #[derive(Clone, Debug)]
 pub(super) struct Surroundings {
@@ -41,33 +44,55 @@ pub(super) struct Surroundings {
     known: Place,
     /// False before the first call.
     is_known: bool,
+    /// Whether the objects are others than those that were told last.
+    is_new: bool,
     objects: Vec<ObjectId>,
+    /// The cells that are reached; none if the place is in none.
+    pub cells: Vec<CellId>,
+    /// Doorways of shut portals, with the cells behind.
+    pub doorways: Vec<(CellId, Doorway)>,
 }
 
 impl Surroundings {
     pub fn for_culler(culler: &Culler) -> Self {
+        let (cells, portals) = (culler.cell_count(), culler.portal_count());
         let place = || Place {
             cells: Vec::with_capacity(MOST_HOMES),
-            doorways: Vec::with_capacity(culler.portal_count()),
+            doorways: Vec::with_capacity(portals),
             doors: Doors::open(culler),
             learned: 0,
         };
-        Self { place: place(), known: place(), is_known: false, objects: Vec::with_capacity(culler.object_count()) }
+        Self {
+            place: place(),
+            known: place(),
+            is_known: false,
+            is_new: true,
+            objects: Vec::with_capacity(culler.object_count()),
+            cells: Vec::with_capacity(cells),
+            doorways: Vec::with_capacity(2 * portals),
+        }
     }
 
-    /// Finds the objects around an eye, with the doors of `scratch`. Linear in the number of shut portals if the place is the last one.
-    pub fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) -> Around<'_> {
+    /// Finds what is around an eye, with the doors of `scratch`. Linear in the number of shut portals if the place is the last one.
+    pub fn find(&mut self, culler: &Culler, eye: Vec3, scratch: &mut Scratch) {
         self.place.find(culler, eye, scratch);
-        let is_new = !self.is_known || self.known != self.place;
-        if is_new {
-            self.place.see(culler, scratch);
+        if !self.is_known || self.known != self.place {
+            self.is_new = true;
+            self.doorways.clear();
+            self.place.see(culler, scratch, &mut self.doorways);
             self.objects.clear();
             self.objects.extend_from_slice(&scratch.objects);
+            self.cells.clear();
+            self.cells.extend_from_slice(&scratch.cells);
             // Both keep their memory.
             std::mem::swap(&mut self.known, &mut self.place);
             self.is_known = true;
         }
-        Around { objects: &self.objects, is_new }
+    }
+
+    /// Tells the objects.
+    pub fn tell(&mut self) -> Around<'_> {
+        Around { objects: &self.objects, is_new: std::mem::take(&mut self.is_new) }
     }
 }
 
@@ -87,8 +112,8 @@ impl Place {
     }
 
     /// Fills a scratch with the potentially visible objects: those of the rows that are in cells reachable through open portals, or in the
-    /// doorways of shut ones. All objects, if the place is in no cell.
-    fn see(&self, culler: &Culler, scratch: &mut Scratch) {
+    /// doorways of shut ones, which are listed. All objects, if the place is in no cell.
+    fn see(&self, culler: &Culler, scratch: &mut Scratch, doorways: &mut Vec<(CellId, Doorway)>) {
         scratch.begin();
         culler.join_rows(&self.cells, scratch);
         if self.cells.is_empty() {
@@ -109,7 +134,8 @@ impl Place {
                 } else {
                     let (n, d) = directed_plane(culler, portal);
                     let doorway = (n, d, culler.doorway(portal));
-                    culler.take_in_cell(target, |object| culler.is_in(doorway, object), scratch);
+                    doorways.push((target, doorway));
+                    culler.take_in_cell(target, |object| culler.is_in(doorway, culler.boxes.get(object.index())), scratch);
                 }
             }
         }
@@ -128,10 +154,9 @@ impl Culler {
         }
     }
 
-    /// True if a part of an object's box is beyond a plane, at most `depth` metres, to within twice a frame's tolerance.
-    fn is_in(&self, (n, d, depth): (Vec3, f32, f32), object: ObjectId) -> bool {
+    /// True if a part of a box, given by centre and half size, is in a doorway, to within twice a frame's tolerance.
+    pub(super) fn is_in(&self, (n, d, depth): Doorway, (centre, half): (Vec3, Vec3)) -> bool {
         let behind = d - 6.0 * self.tolerance as f32;
-        let (centre, half) = self.boxes.get(object.index());
         let (at, reach) = (n.dot(centre), n.abs().dot(half) + 3.0 * self.tolerance as f32);
         at + reach >= behind && at - reach <= d + depth
     }

@@ -152,7 +152,7 @@ impl Rect {
     /// The whole screen.
     pub const FULL: Self = Self { min: Vec2::NEG_ONE, max: Vec2::ONE };
     /// Nothing.
-    pub const EMPTY: Self = Self { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
+    pub(super) const EMPTY: Self = Self { min: Vec2::INFINITY, max: Vec2::NEG_INFINITY };
 
     /// True if it contains no point.
     pub fn is_empty(&self) -> bool {
@@ -160,7 +160,7 @@ impl Rect {
     }
 
     /// The intersection.
-    pub fn intersection(self, other: Self) -> Self {
+    pub(super) fn intersection(self, other: Self) -> Self {
         Self { min: self.min.max(other.min), max: self.max.min(other.max) }
     }
 

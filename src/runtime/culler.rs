@@ -166,7 +166,7 @@ impl Culler {
     }
 
     /// Whether a cell is open: outdoors, or without a roof.
-    pub fn is_open_cell(&self, cell: CellId) -> bool {
+    pub(super) fn is_open_cell(&self, cell: CellId) -> bool {
         self.open_cells[cell.index()]
     }
 

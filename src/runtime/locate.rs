@@ -1,4 +1,5 @@
-//! Finds the eye's cells: first the piece of the last frame, then a tree over bounded pieces, then the unbounded ones.
+//! Finds the eye's cells: first the piece of the last frame, then a tree over pieces. Of an unbounded piece the tree has what is in a cube
+//! around the model; beyond the cube, all unbounded pieces are looked at.
 //!
 //! A point within the tolerance of several cells is in all of them. So the rows do not depend on rounding or on previous frames.
 
@@ -40,6 +41,10 @@ impl<Id: Copy + Default + PartialEq> Homes<Id> {
     }
 }
 
+/// Half a side of the cube in which unbounded pieces are in a tree, in largest distances of the model from the origin: at most 2, where
+/// [`piece_bounds`] ends. Larger: nothing, for boxes of pieces that overlap less. Smaller: what moves around the building is looked for slowly.
+const REACH: f64 = 1.5;
+
 /// A box, for tests against planes.
 pub(super) struct Span {
     bounds: Aabb,
@@ -69,8 +74,12 @@ pub(super) struct Locator<Id = CellId> {
     /// Start of each piece's planes, and the end of the last.
     starts: Vec<u32>,
     cells: Vec<Id>,
-    tree: BoxTree,
+    /// Bounded pieces; and what unbounded ones have in `cube`. Those are large, and would be met everywhere in one tree with the others.
+    trees: [BoxTree; 2],
+    cube: Aabb,
     unbounded: Vec<u32>,
+    /// Unbounded pieces in no tree.
+    unknown: Vec<u32>,
 }
 
 impl<Id: Copy + Default + PartialEq> Locator<Id> {
@@ -79,18 +88,39 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
     pub fn new<'c>(cells: impl IntoIterator<Item = (Id, &'c [Vec<Vec4>])>, extent: f64, tolerance: f64) -> Self {
         let (mut planes_of, mut starts, mut cells_of) = (Vec::new(), vec![0], Vec::new());
         let (mut boxes, mut bounded, mut unbounded) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut within, mut unknown) = (Vec::new(), Vec::new());
+        let reach = (REACH * extent) as f32;
         for (cell, pieces) in cells {
             for planes in pieces {
                 let piece = cells_of.len() as u32;
                 cells_of.push(cell);
                 planes_of.extend(planes);
                 starts.push(planes_of.len() as u32);
-                let bounds = piece_bounds(planes, extent);
-                if bounds.is_some() { &mut bounded } else { &mut unbounded }.push(piece);
+                let whole = piece_bounds(planes, extent);
+                let bounds = whole.or_else(|| piece_bounds(&cut(planes, reach), extent));
+                if whole.is_none() {
+                    unbounded.push(piece);
+                }
+                match (whole, bounds) {
+                    (Some(_), _) => bounded.push(piece),
+                    (None, Some(_)) => within.push(piece),
+                    (None, None) => unknown.push(piece),
+                }
                 boxes.push(bounds.unwrap_or(Aabb::EMPTY).inflated(tolerance));
             }
         }
-        Self { planes: planes_of, starts, cells: cells_of, tree: BoxTree::new(&boxes, bounded), unbounded }
+        let trees = [bounded, within].map(|items| BoxTree::new(&boxes, items));
+        // What is near to a point of it is within, too.
+        let inner = DVec3::splat(f64::from(reach) - 2.0 * tolerance);
+        let cube = Aabb { min: -inner, max: inner };
+        Self { planes: planes_of, starts, cells: cells_of, trees, cube, unbounded, unknown }
+    }
+
+    /// Visits the pieces whose boxes touch a box, all that may meet it among them; some twice.
+    fn near(&self, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
+        self.trees.iter().for_each(|tree| tree.in_box(bounds, visit));
+        let is_within = self.cube.min.cmple(bounds.min).all() && bounds.max.cmple(self.cube.max).all();
+        if is_within { &self.unknown } else { &self.unbounded }.iter().copied().for_each(visit);
     }
 
     /// The largest distance of `p` outside the piece's planes, metres; negative inside.
@@ -107,7 +137,7 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
         self.planes_of(piece).iter().all(|plane| span.ends(plane)[1] < -margin).then_some(cell)
     }
 
-    /// Visits the pieces that a box may meet, to within `margin` metres, with their cells.
+    /// Visits the pieces that a box may meet, some twice, to within `margin` metres, with their cells.
     pub fn met_by(&self, span: &Span, margin: f64, visit: &mut impl FnMut(u32, Id)) {
         let mut test = |piece: u32| {
             // NaN counts as met.
@@ -115,8 +145,7 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
                 visit(piece, self.cells[piece as usize]);
             }
         };
-        self.tree.in_box(&span.bounds.inflated(margin), &mut test);
-        self.unbounded.iter().copied().for_each(test);
+        self.near(&span.bounds.inflated(margin), &mut test);
     }
 
     fn planes_of(&self, piece: u32) -> &[Vec4] {
@@ -149,10 +178,15 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
                 }
             }
         };
-        self.tree.in_box(&Aabb { min: point, max: point }, &mut visit);
-        self.unbounded.iter().copied().for_each(visit);
+        self.near(&Aabb { min: point, max: point }, &mut visit);
         homes
     }
+}
+
+/// The planes of a piece's part in the cube of `reach` metres around the origin.
+fn cut(planes: &[Vec4], reach: f32) -> Vec<Vec4> {
+    let sides = Vec3::AXES.into_iter().flat_map(|n| [n, -n]).map(|n| n.extend(reach));
+    planes.iter().copied().chain(sides).collect()
 }
 
 /// The box around a convex piece, from its faces; `None` if a face leaves the cube of `extent` metres around the origin, or if there is no
@@ -219,6 +253,54 @@ mod tests {
             assert_eq!(both, [CellId(6), CellId(7)]);
         }
         assert_eq!(locator.locate(Vec3::NAN, 1e-4, &mut last).as_slice(), []);
+    }
+
+    /// Pieces of one to five planes, most of them unbounded, and boxes within the cube, across its sides, and far beyond: what holds a point of
+    /// the box is met, what a plane keeps off is not, and points are where looking at every piece finds them.
+    #[test]
+    fn unbounded_pieces_are_found_in_the_cube_and_beyond() {
+        let mut state = 7u64;
+        let mut next = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 40) as f64 / (1u64 << 23) as f64 - 1.0
+        };
+        let (mut met, mut kept_off, mut beyond) = (0, 0, 0);
+        for round in 0..40 {
+            let mut plane = || {
+                let n = DVec3::new(next(), next(), next()).normalize_or(DVec3::X);
+                n.as_vec3().extend((next() * 8.0) as f32)
+            };
+            let cells: Vec<Vec<Vec<Vec4>>> = (0..40).map(|k| vec![(0..k % 5 + 1).map(|_| plane()).collect()]).collect();
+            let locator = locator(&cells, 10.0);
+            assert!(locator.unbounded.len() > 20 && locator.unknown.len() < 20, "{:?}", locator.unknown);
+            let is_in = |cell: usize, p: DVec3| {
+                cells[cell][0].iter().all(|plane| plane.truncate().as_dvec3().dot(p) <= f64::from(plane.w))
+            };
+            for _ in 0..200 {
+                let middle = DVec3::new(next(), next(), next()) * [9.0, 16.0, 200.0][round % 3];
+                let half = DVec3::new(next().abs(), next().abs(), next().abs())
+                    * [0.1, 1.0, 20.0][(next().abs() * 3.0) as usize % 3];
+                let corners = [(middle - half).as_vec3(), (middle + half).as_vec3()];
+                let span = Span::new(corners);
+                let mut found = Vec::new();
+                locator.met_by(&span, 1e-3, &mut |piece, _| found.push(piece as usize));
+                for (cell, pieces) in cells.iter().enumerate() {
+                    let is_off = pieces[0].iter().any(|plane| span.ends(plane)[0] > 1e-3);
+                    assert!(!(is_off && found.contains(&cell)), "round {round}: {cell} is off {corners:?}");
+                    let holds_some = (0..20).any(|_| is_in(cell, middle + half * DVec3::new(next(), next(), next())));
+                    assert!(!holds_some || found.contains(&cell), "round {round}: {cell} meets {corners:?}");
+                    met += usize::from(holds_some);
+                    kept_off += usize::from(!found.contains(&cell));
+                    beyond += usize::from(holds_some && middle.abs().max_element() > 20.0);
+                }
+                let point = middle.as_vec3();
+                let homes = locator.locate(point, 1e-4, &mut u32::MAX.clone());
+                let all = (0..cells.len()).filter(|&cell| is_in(cell, point.as_dvec3()));
+                let has = |cell: usize| homes.as_slice().contains(&CellId(cell as u32)) || homes.overflow;
+                assert!(all.into_iter().all(has), "round {round}: {point}");
+            }
+        }
+        assert!(met > 10_000 && kept_off > 10_000 && beyond > 1000, "{met} {kept_off} {beyond}");
     }
 
     #[test]

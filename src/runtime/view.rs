@@ -222,7 +222,22 @@ impl View {
     /// cells that are in cells reachable through open portals, or in the doorways of shut ones. All objects, if the eye is in no cell.
     pub fn around(&mut self, eye: Vec3) -> Around<'_> {
         let (culler, _, Aside { scratch, around, .. }) = self.aside();
-        around.find(culler, eye, scratch)
+        around.find(culler, eye, scratch);
+        around.tell()
+    }
+
+    /// The movers around an eye, as [`View::around`]: those in cells reachable through open portals within the rows of the eye's cells, or in
+    /// the doorways of shut ones. All movers, if the eye is in no cell.
+    ///
+    /// # Panics
+    ///
+    /// If they are of another culler.
+    pub fn movers_around(&mut self, movers: &Movers, eye: Vec3) -> &[MoverId] {
+        let (culler, _, Aside { scratch, around, movers: collected, .. }) = self.aside();
+        around.find(culler, eye, scratch);
+        collected.ids.clear();
+        collected.add_around(movers, culler, around);
+        &collected.ids
     }
 
     /// The cells reachable from `from` through at most `hops` open portals, independent of visibility: for sounds and for loading. Ordered

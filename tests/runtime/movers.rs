@@ -3,7 +3,7 @@
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, MoverError, MoverId, Movers, Reflection, View};
-use enfilade::{CellId, ObjectId, PortalId};
+use enfilade::{CellId, DirectedPortal, ObjectId, PortalId};
 use glam::{DVec2, DVec3, Vec3, Vec4};
 use std::collections::BTreeSet;
 use testing::boxes::{A, B, CORRIDOR, OUTSIDE, flat, p};
@@ -347,4 +347,52 @@ fn whoever_a_ray_reaches_is_among_the_movers() {
         }
     }
     assert!(met > 1000 && kept < objects + objects / 20, "{met} met, {kept} movers for {objects} objects");
+}
+
+/// With doors that are open, shut, or shut one way: the movers around an eye are those of all its views, and more than its objects.
+#[test]
+fn movers_around_an_eye_are_those_that_it_sees_in_any_direction() {
+    let mut random = Places::new(29);
+    let (mut kept, mut all, mut in_views) = (0, 0, 0);
+    for round in 0..60 {
+        let grid = Grid::random(&mut random);
+        let (_, file) = grid.building();
+        let culler = Culler::new(&file);
+        let (mut view, mut movers, mut doors) = (View::new(&culler), Movers::new(&culler), Doors::open(&culler));
+        for side in (0..2 * file.portals.len() as u32).map(DirectedPortal) {
+            doors.set_see_through(side, random.unit() < 0.4);
+        }
+        view.set_doors(&doors);
+        for object in &file.objects {
+            movers.insert(object.bounds).unwrap();
+        }
+        for _ in 0..20 {
+            let (low, high) = grid.bounds(random.below(grid.faces.len()));
+            let eye = random.between(low.lerp(high, 0.01), high.lerp(low, 0.01));
+            let at = (eye - file.origin).as_vec3();
+            let around: BTreeSet<ObjectId> = view.movers_around(&movers, at).iter().map(|id| ObjectId(id.slot)).collect();
+            let seen = view.around(at);
+            assert!(seen.objects.iter().all(|object| around.contains(object)), "round {round}: from {eye}");
+            for _ in 0..6 {
+                view.cull(&camera(&file, eye, eye + random.between(DVec3::NEG_ONE, DVec3::ONE)), Mode::PortalsAndPvs);
+                let seen = view.movers(&movers);
+                assert!(seen.iter().all(|id| around.contains(&ObjectId(id.slot))), "round {round}: from {eye}");
+                in_views += seen.len();
+            }
+            (kept, all) = (kept + around.len(), all + file.objects.len());
+        }
+    }
+    assert!(in_views > 1000 && kept * 10 < all * 9, "{in_views}; {kept} of {all}");
+    // In no cell: everything.
+    let (_, file) = flat().0.finish();
+    let culler = Culler::new(&file);
+    let (mut view, mut movers) = (View::new(&culler), Movers::new(&culler));
+    let walker = movers.insert(person(&file, 8.0, 2.0)).unwrap();
+    let [nowhere, in_a] = [p(5.0, 1.0, 2.0), p(1.5, 1.6, 2.0)].map(|q| (q - file.origin).as_vec3());
+    assert_eq!(view.movers_around(&movers, nowhere), [walker]);
+    // Asking for movers does not tell the objects.
+    assert!(view.around(in_a).is_new);
+    assert_eq!(view.movers_around(&movers, nowhere), [walker]);
+    assert_eq!(view.movers_around(&movers, in_a), [walker], "through two doors");
+    assert_eq!([view.around(in_a).is_new, view.around(in_a).is_new], [true, false]);
 }

@@ -127,6 +127,8 @@ pub enum Shown {
     Section,
     /// Names of rooms in the scene.
     Names,
+    /// People that walk about.
+    People,
     /// Tiles of the ground.
     Ground,
     /// Sides of tubes.

@@ -139,6 +139,8 @@ pub enum Action {
     Measure,
     /// Asks which other file to open.
     Open,
+    /// People that walk about.
+    People,
     /// Tiles of the ground.
     Ground,
     /// Sides of tubes.
@@ -204,7 +206,7 @@ const fn entry(
 const NEVER: fn(&Session<'_>) -> bool = |_| false;
 
 /// All actions that have a key.
-pub static TABLE: [Entry; 45] = [
+pub static TABLE: [Entry; 46] = [
     entry((KeyCode::Digit1, "1"), Action::Mode(0), "None", "cull nothing", |s| s.has_mode(0))
         .with_shift(Action::OtherMode(0)),
     entry((KeyCode::Digit2, "2"), Action::Mode(1), "Frustum", "cull by the view frustum", |s| s.has_mode(1))
@@ -325,6 +327,7 @@ pub static TABLE: [Entry; 45] = [
     entry((KeyCode::F1, "F1"), Action::Layer(Shown::Keys), "Keys", "this list", |s| s.view.keys),
     entry((KeyCode::F2, "F2"), Action::Screenshot, "Screenshot", "save a picture without the panels", NEVER),
     entry((KeyCode::F3, "F3"), Action::Menu, "Menu", "buttons for all these actions", |s| s.view.menu),
+    entry((KeyCode::F4, "F4"), Action::People, "People", "people that walk about", |s| s.view.people),
     entry((KeyCode::F5, "F5"), Action::Record, "Record", "record a path, or stop and save it", |s| {
         s.motion.paths.is_recording()
     }),

@@ -7,7 +7,7 @@ use crate::mode::ViewMode;
 use enfilade::file::PvsFile;
 use enfilade::occlusion::depth::DepthBuffer;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
-use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameStats, MinPixels, Mode, View};
+use enfilade::runtime::{Camera, CrossedPortal, Culler, FrameStats, MinPixels, Mode, MoverId, Movers, View};
 use enfilade::{CellId, ObjectId};
 use std::sync::Arc;
 use std::time::Instant;
@@ -162,8 +162,16 @@ pub struct Culling<'b> {
 impl<'b> Culling<'b> {
     /// For pictures of `size` pixels.
     pub fn new(building: &'b Building, oracle: Oracle, size: [u32; 2]) -> Self {
-        let culler = Culler::new(&building.file);
-        let mut view = View::new(&culler);
+        Self::of(building, &Culler::new(&building.file), oracle, size)
+    }
+
+    /// Another one of the same culler.
+    pub fn another(&self, size: [u32; 2]) -> Self {
+        Self::of(self.building, &self.culler, self.oracle, size)
+    }
+
+    fn of(building: &'b Building, culler: &Arc<Culler>, oracle: Oracle, size: [u32; 2]) -> Self {
+        let mut view = View::new(culler);
         let scene = &*building.scene;
         if scene.tubes.tubes.is_empty() {
             view.prepare_queries(Some(Hierarchy::build(scene, &HierarchyOptions::default()).with_parts(scene)));
@@ -172,7 +180,7 @@ impl<'b> Culling<'b> {
             view.prepare_queries(None);
         }
         Self {
-            culler,
+            culler: culler.clone(),
             view,
             delayed: DelayedQueries::new(&building.file),
             oracle,
@@ -238,6 +246,14 @@ impl<'b> Culling<'b> {
         }
         decision.ms = start.elapsed().as_secs_f64() * 1e3;
         decision
+    }
+
+    /// The movers that the last frame may show.
+    pub fn movers(&mut self, movers: &Movers) -> &[MoverId] {
+        match self.depth.as_mut().filter(|_| self.oracle == Oracle::Software) {
+            Some(depth) => self.view.movers_with(movers, depth),
+            None => self.view.movers(movers),
+        }
     }
 
     /// As if no frame had been drawn yet.

@@ -31,6 +31,7 @@ pub mod mode;
 pub mod opening;
 pub mod output_files;
 pub mod overlays;
+pub mod people;
 pub mod pick;
 pub mod plan_file;
 pub mod plan_picture;

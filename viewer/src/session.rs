@@ -283,6 +283,7 @@ impl<'b> Session<'b> {
     /// Draws what `camera` sees, the overlay, and the panels.
     fn picture(&mut self, picture: &TextureView, camera: Camera, has_panels: bool) -> Result<(), String> {
         self.renderer.set_section(self.section());
+        self.renderer.set_people(self.view.people);
         let detail = if self.view.tints == Tints::Roles { self.view.detail } else { Detail::Plain };
         self.renderer.set_detail(detail)?;
         self.renderer.shows_culled = self.is_frozen() && self.view.culled;

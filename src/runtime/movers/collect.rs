@@ -1,11 +1,12 @@
 //! Collects the movers of a frame: those in the lists of reached cells whose boxes are within the rectangles of portals, in blocks of boxes.
 
-use super::super::boxes::{Boxes, HalfSpaces, LANES};
+use super::super::around::Surroundings;
+use super::super::boxes::{HalfSpaces, LANES};
 use super::super::culler::Culler;
 use super::super::mode::Mode;
 use super::super::objects::Opened;
 use super::super::scratch::Scratch;
-use super::{MOST_CELLS, MoverId, Movers, NONE};
+use super::{MoverId, Movers};
 use crate::CellId;
 use crate::math::bits::ones;
 use crate::math::geom::Aabb;
@@ -40,22 +41,13 @@ impl How {
 }
 
 /// The movers of frames, in memory for as many as there are.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(in super::super) struct Collected {
     /// By slot: the last collection that took it.
     taken: Vec<u32>,
     collection: u32,
     pub ids: Vec<MoverId>,
-    block: Boxes,
     queries: Vec<Option<QueryId>>,
-}
-
-impl Default for Collected {
-    fn default() -> Self {
-        let mut block = Boxes::default();
-        block.resize(LANES);
-        Self { taken: Vec::new(), collection: 0, ids: Vec::new(), block, queries: Vec::new() }
-    }
 }
 
 impl Collected {
@@ -100,11 +92,47 @@ impl Collected {
         self.begin(movers);
         for slot in ones(&movers.used) {
             let (centre, half) = movers.boxes.get(slot);
-            let lists = movers.slots[slot].lists();
-            let is_lit = lists == [movers.anywhere()] || lists.iter().any(|&cell| is_in_row(cell));
+            let cells = movers.slots[slot].cells();
+            let is_lit = cells == [movers.anywhere()] || cells.iter().any(|&cell| is_in_row(cell));
             if is_lit && !is_outside(centre, half) {
                 self.ids.push(movers.id(slot as u32));
             }
+        }
+    }
+
+    /// Adds the movers around an eye: those in its surroundings' cells and doorways; all, if it is in no cell.
+    pub fn add_around(&mut self, movers: &Movers, culler: &Culler, around: &Surroundings) {
+        assert!(std::ptr::eq(culler, &*movers.culler), "movers of another culler");
+        self.begin(movers);
+        if around.cells.is_empty() {
+            return self.ids.extend(ones(&movers.used).map(|slot| movers.id(slot as u32)));
+        }
+        for list in [movers.anywhere()].iter().chain(&around.cells) {
+            self.take_in_list(movers, *list, |_| true);
+        }
+        for &(cell, doorway) in &around.doorways {
+            self.take_in_list(movers, cell, |place| culler.is_in(doorway, movers.lists.boxes.get(place)));
+        }
+    }
+
+    /// Adds the movers of a list whose place in it is wanted, if they are not taken yet.
+    fn take_in_list(&mut self, movers: &Movers, list: CellId, is_wanted: impl Fn(usize) -> bool) {
+        for (start, owners) in movers.lists.blocks(list.index()) {
+            for (lane, owner) in owners.iter().enumerate() {
+                if is_wanted(start + lane) {
+                    self.take(movers, owner.slot);
+                }
+            }
+        }
+    }
+
+    /// Adds a mover, if it is not taken yet.
+    #[inline(always)]
+    fn take(&mut self, movers: &Movers, slot: u32) {
+        let taken = &mut self.taken[slot as usize];
+        if *taken != self.collection {
+            *taken = self.collection;
+            self.ids.push(movers.id(slot));
         }
     }
 
@@ -193,7 +221,7 @@ impl Vectorize for InCells<'_> {
         }
         for i in 0..self.scratch.reached.len() {
             let cell = self.scratch.reached[i];
-            let is_empty = self.movers.heads[cell.index()] == NONE;
+            let is_empty = self.movers.lists.is_empty(cell.index());
             // The eye's own cell is complete on the screen.
             if !is_empty && (self.seen.front.is_some() || !self.scratch.homes.contains(&cell)) {
                 let around = self.seen.open(cell, self.scratch);
@@ -208,29 +236,17 @@ impl InCells<'_> {
     #[inline(always)]
     fn take(&mut self, list: CellId, around: HalfSpaces) {
         let Self { movers, scratch, out, .. } = self;
-        let mut next = movers.heads[list.index()];
-        while next != NONE {
-            let (mut slots, mut count) = ([0u32; LANES], 0);
-            while next != NONE && count < LANES {
-                let (entry, slot) = (&movers.entries[next as usize], next / MOST_CELLS as u32);
-                if out.taken[slot as usize] != out.collection {
-                    out.block.put(count, entry.part);
-                    slots[count] = slot;
-                    count += 1;
-                }
-                next = entry.next;
-            }
-            if count == 0 {
-                return;
-            }
-            let mut wanted = around.meet(&out.block, 0) & (u32::MAX >> (32 - count));
+        for (start, owners) in movers.lists.blocks(list.index()) {
+            let mut wanted = around.meet(&movers.lists.boxes, start) & (u32::MAX >> (32 - owners.len()));
             if scratch.spaces.len() > 1 && wanted != 0 {
-                let any = scratch.spaces.iter().fold(0, |seen, space| seen | space.meet(&out.block, 0));
-                wanted &= any;
+                let meet = |seen: u32, space: &HalfSpaces| {
+                    let is_all = wanted & !seen == 0;
+                    if is_all { seen } else { seen | space.meet(&movers.lists.boxes, start) }
+                };
+                wanted &= scratch.spaces.iter().fold(0, meet);
             }
             for i in ones(&[u64::from(wanted)]) {
-                out.taken[slots[i] as usize] = out.collection;
-                out.ids.push(movers.id(slots[i]));
+                out.take(movers, owners[i].slot);
             }
         }
     }

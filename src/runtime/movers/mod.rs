@@ -8,6 +8,7 @@
 //! A mover that meets no cell, or more than eight, such as a sky, is seen wherever it is in the frustum.
 
 mod collect;
+mod lists;
 mod locate;
 
 pub(super) use collect::{Collected, How};
@@ -16,6 +17,7 @@ use super::boxes::{Boxes, rounded};
 use super::culler::Culler;
 use crate::CellId;
 use glam::Vec3;
+use lists::{BoxLists, Owner};
 use std::fmt;
 use std::sync::Arc;
 
@@ -68,42 +70,35 @@ impl std::error::Error for MoverError {}
 pub struct Movers {
     culler: Arc<Culler>,
     slots: Vec<Slot>,
+    /// By slot: the number of movers that had it before.
+    lives: Vec<u32>,
     free: Vec<u32>,
     /// Slots in use, as bits.
     used: Vec<u64>,
     /// By slot.
     boxes: Boxes,
-    /// [`MOST_CELLS`] for each slot, one for each of its cells.
-    entries: Vec<Entry>,
-    /// By cell: its first entry. The last list is of movers that are anywhere.
-    heads: Vec<u32>,
+    /// By cell: the movers in it, each by the part of its box in the box around the cell. The last list is of movers that are anywhere.
+    lists: BoxLists,
 }
 
 /// A mover, or the place of one.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Slot {
-    life: u32,
-    is_used: bool,
     /// The piece that held the whole box, or a part of it, when it was last looked for.
     piece: u32,
-    /// Its lists: cells, or that of movers that are anywhere.
-    lists: [CellId; MOST_CELLS],
-    count: usize,
+    count: u32,
+    /// Its cells, or [`Movers::anywhere`].
+    cells: [CellId; MOST_CELLS],
+    /// Its place in the list of each.
+    places: [u32; MOST_CELLS],
 }
 
 impl Slot {
-    fn lists(&self) -> &[CellId] {
-        &self.lists[..self.count]
-    }
-}
+    const FREE: Self = Self { piece: u32::MAX, count: 0, cells: [CellId(0); MOST_CELLS], places: [NONE; MOST_CELLS] };
 
-/// A mover in a cell: an item of the cell's list.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    next: u32,
-    before: u32,
-    /// Centre and half size of the box's part in the box around the cell.
-    part: [Vec3; 2],
+    fn cells(&self) -> &[CellId] {
+        &self.cells[..self.count as usize]
+    }
 }
 
 impl Movers {
@@ -112,11 +107,11 @@ impl Movers {
         Self {
             culler: culler.clone(),
             slots: Vec::new(),
+            lives: Vec::new(),
             free: Vec::new(),
             used: Vec::new(),
             boxes: Boxes::default(),
-            entries: Vec::new(),
-            heads: vec![NONE; culler.cell_count() + 1],
+            lists: BoxLists::new(culler.cell_count() + 1),
         }
     }
 
@@ -129,19 +124,18 @@ impl Movers {
         check(bounds)?;
         let slot = self.free.pop().unwrap_or_else(|| {
             let slot = self.slots.len();
-            self.slots.push(Slot::default());
+            self.slots.push(Slot::FREE);
+            self.lives.push(0);
             self.used.resize(slot / 64 + 1, 0);
             self.boxes.resize(slot + 1);
-            self.entries.resize((slot + 1) * MOST_CELLS, Entry { next: NONE, before: NONE, part: [Vec3::ZERO; 2] });
+            self.lists.reserve((slot + 1) * MOST_CELLS);
             // Each slot may be free one day.
             self.free.reserve(slot + 1);
             slot as u32
         });
         self.used[slot as usize / 64] |= 1 << (slot % 64);
-        let place = &mut self.slots[slot as usize];
-        (place.is_used, place.piece, place.count) = (true, u32::MAX, 0);
         self.place(slot, bounds);
-        Ok(MoverId { slot, life: self.slots[slot as usize].life })
+        Ok(self.id(slot))
     }
 
     /// Moves a mover. One that stays within its piece of a cell is not looked for.
@@ -165,8 +159,9 @@ impl Movers {
         self.slot(id)?;
         self.unlink(id.slot);
         self.used[id.slot as usize / 64] &= !(1 << (id.slot % 64));
-        let slot = &mut self.slots[id.slot as usize];
-        (slot.is_used, slot.life) = (false, slot.life.wrapping_add(1));
+        self.slots[id.slot as usize].piece = u32::MAX;
+        let life = &mut self.lives[id.slot as usize];
+        *life = life.wrapping_add(1);
         self.free.push(id.slot);
         Ok(())
     }
@@ -178,8 +173,8 @@ impl Movers {
     ///
     /// [`MoverError::Removed`].
     pub fn cells(&self, id: MoverId) -> Result<&[CellId], MoverError> {
-        let lists = self.slot(id)?.lists();
-        Ok(if lists == [self.anywhere()] { &[] } else { lists })
+        let cells = self.slot(id)?.cells();
+        Ok(if cells == [self.anywhere()] { &[] } else { cells })
     }
 
     /// Number of slots: above those of all movers.
@@ -188,17 +183,19 @@ impl Movers {
     }
 
     fn slot(&self, id: MoverId) -> Result<&Slot, MoverError> {
-        let slot = self.slots.get(id.slot as usize).filter(|slot| slot.is_used && slot.life == id.life);
-        slot.ok_or(MoverError::Removed(id))
+        let slot = id.slot as usize;
+        let is_there = self.lives.get(slot) == Some(&id.life) && self.used[slot / 64] >> (slot % 64) & 1 != 0;
+        if is_there { Ok(&self.slots[slot]) } else { Err(MoverError::Removed(id)) }
     }
 
+    #[inline]
     fn id(&self, slot: u32) -> MoverId {
-        MoverId { slot, life: self.slots[slot as usize].life }
+        MoverId { slot, life: self.lives[slot as usize] }
     }
 
     /// The list of movers that are anywhere.
     fn anywhere(&self) -> CellId {
-        CellId(self.heads.len() as u32 - 1)
+        CellId(self.lists.len() as u32 - 1)
     }
 
     /// Puts a box into its cells' lists.
@@ -209,42 +206,30 @@ impl Movers {
         if found.is_anywhere() {
             found.set_only(self.anywhere());
         }
-        if found.cells() != now.lists() {
+        let stays = found.cells() == now.cells();
+        if !stays {
             self.unlink(slot);
-            self.link(slot, found.cells());
         }
-        self.slots[slot as usize].piece = found.piece;
+        let Self { culler, slots, lists, .. } = self;
+        let now = &mut slots[slot as usize];
         for (k, &cell) in found.cells().iter().enumerate() {
-            let around = self.culler.cell_boxes.get(cell.index()).copied().flatten();
-            self.entries[slot as usize * MOST_CELLS + k].part = rounded(super::culler::part(bounds, around));
-        }
-    }
-
-    fn link(&mut self, slot: u32, cells: &[CellId]) {
-        for (k, &cell) in cells.iter().enumerate() {
-            let entry = slot * MOST_CELLS as u32 + k as u32;
-            let head = &mut self.heads[cell.index()];
-            let next = std::mem::replace(head, entry);
-            (self.entries[entry as usize].next, self.entries[entry as usize].before) = (next, NONE);
-            if next != NONE {
-                self.entries[next as usize].before = entry;
+            let around = culler.cell_boxes.get(cell.index()).copied().flatten();
+            let part = rounded(super::culler::part(bounds, around));
+            if stays {
+                lists.boxes.put(now.places[k] as usize, part);
+            } else {
+                now.cells[k] = cell;
+                now.places[k] = lists.add(cell.index(), Owner { slot, number: k as u32 }, part);
             }
         }
-        let place = &mut self.slots[slot as usize];
-        place.lists[..cells.len()].copy_from_slice(cells);
-        place.count = cells.len();
+        (now.piece, now.count) = (found.piece, found.cells().len() as u32);
     }
 
     fn unlink(&mut self, slot: u32) {
-        let place = self.slots[slot as usize];
-        for (k, cell) in place.lists().iter().enumerate() {
-            let Entry { next, before, .. } = self.entries[slot as usize * MOST_CELLS + k];
-            match before {
-                NONE => self.heads[cell.index()] = next,
-                before => self.entries[before as usize].next = next,
-            }
-            if next != NONE {
-                self.entries[next as usize].before = before;
+        let Slot { cells, places, count, .. } = self.slots[slot as usize];
+        for k in 0..count as usize {
+            if let Some(Owner { slot, number }) = self.lists.remove(cells[k].index(), places[k]) {
+                self.slots[slot as usize].places[number as usize] = places[k];
             }
         }
         self.slots[slot as usize].count = 0;

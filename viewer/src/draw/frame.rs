@@ -114,6 +114,8 @@ pub struct FrameContext<'f> {
     pub tubes: Option<&'f TubeRenderer>,
     /// Lines and faces over the scene.
     pub overlay: &'f Overlay,
+    /// Bodies of people.
+    pub bodies: Option<&'f Overlay>,
     /// The plane that cuts.
     pub section: Option<Section>,
     /// How triangles are told apart.
@@ -168,7 +170,7 @@ impl FrameContext<'_> {
 
     /// Whether lines or mirrors are drawn over the scene.
     pub fn has_overlay(&self) -> bool {
-        self.has_mirrors || !self.overlay.is_empty()
+        self.has_mirrors || !self.overlay.is_empty() || self.bodies.is_some()
     }
 }
 
@@ -288,6 +290,9 @@ impl Renderer<'_> {
             return Ok(());
         }
         self.list(&request);
+        if let Some(people) = &mut self.people {
+            people.see(&mut self.culling);
+        }
         self.upload(&request);
         // 3. Passes.
         let mut commands = self.gpu.device.create_command_encoder(&Default::default());

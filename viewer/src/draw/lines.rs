@@ -1,4 +1,4 @@
-//! Lines and faces over the scene: portals, frusta, boxes, what was picked.
+//! Lines and faces over the scene: portals, frusta, boxes, what was picked; and bodies in it.
 
 use super::frame::{FrameContext, Passes, Timed};
 use super::pass::begin;
@@ -15,11 +15,13 @@ const PIECES: usize = 16;
 
 /// Lines and faces over the scene: corners by `Kind`.
 #[derive(Default)]
-pub struct Overlay([Vec<[u32; 4]>; 4]);
+pub struct Overlay([Vec<[u32; 4]>; 5]);
 
 /// Kinds of lines and faces, in the order in which they are drawn.
 #[derive(Clone, Copy)]
 enum Kind {
+    /// Faces that hide what is behind them.
+    Solid,
     Faces,
     Lines,
     /// Lines that show through walls.
@@ -36,7 +38,7 @@ fn corner(p: Vec3, tint: Tint) -> [u32; 4] {
 impl Overlay {
     /// Nothing.
     pub const fn new() -> Self {
-        Self([const { Vec::new() }; 4])
+        Self([const { Vec::new() }; 5])
     }
 
     /// Nothing from now on.
@@ -74,8 +76,17 @@ impl Overlay {
 
     /// A convex polygon.
     pub fn face(&mut self, corners: &[Vec3], tint: Tint) {
+        self.polygon(Kind::Faces, corners, tint);
+    }
+
+    /// A convex polygon that hides what is behind it.
+    pub fn solid(&mut self, corners: &[Vec3], tint: Tint) {
+        self.polygon(Kind::Solid, corners, tint);
+    }
+
+    fn polygon(&mut self, kind: Kind, corners: &[Vec3], tint: Tint) {
         for pair in corners.get(1..).unwrap_or_default().windows(2) {
-            self.0[Kind::Faces as usize].extend([corners[0], pair[0], pair[1]].map(|p| corner(p, tint)));
+            self.0[kind as usize].extend([corners[0], pair[0], pair[1]].map(|p| corner(p, tint)));
         }
     }
 
@@ -105,13 +116,14 @@ pub fn draw(frame: &FrameContext<'_>, passes: &mut Passes, commands: &mut wgpu::
     if frame.has_mirrors {
         passes.mirrors.draw(&mut pass, frame.eye);
     }
-    passes.lines.draw(frame.gpu, &mut pass, frame.eye, frame.overlay);
+    let overlays = frame.bodies.into_iter().chain([frame.overlay]);
+    passes.lines.draw(frame.gpu, &mut pass, frame.eye, overlays);
 }
 
 /// Draws overlays.
 pub struct Lines {
     /// By [`Kind`].
-    pipelines: [wgpu::RenderPipeline; 4],
+    pipelines: [wgpu::RenderPipeline; 5],
     buffer: Option<wgpu::Buffer>,
     /// Corners of a frame.
     all: Vec<[u32; 4]>,
@@ -121,7 +133,7 @@ impl Lines {
     /// On pictures of `format`.
     pub fn new(gpu: &Gpu, pipelines: &Pipelines, format: TextureFormat) -> Self {
         let module = shader(gpu, include_str!("overlay.wgsl"));
-        let pipeline = |topology, compare| {
+        let pipeline = |topology, compare, hides| {
             let blend = Some(wgpu::BlendState::ALPHA_BLENDING);
             PipelineDesc {
                 groups: &[Some(&pipelines.layout)],
@@ -131,7 +143,7 @@ impl Lines {
                     attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Unorm8x4],
                 }),
                 topology,
-                depth: Some(depth_state(false, compare)),
+                depth: Some(depth_state(hides, compare)),
                 pixel: Some(("pixel", wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })),
                 ..PipelineDesc::new(&module, "corner")
             }
@@ -139,21 +151,28 @@ impl Lines {
         };
         Self {
             pipelines: [
-                pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual),
-                pipeline(PrimitiveTopology::LineList, CompareFunction::GreaterEqual),
-                pipeline(PrimitiveTopology::LineList, CompareFunction::Always),
-                pipeline(PrimitiveTopology::TriangleList, CompareFunction::Always),
+                pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual, true),
+                pipeline(PrimitiveTopology::TriangleList, CompareFunction::GreaterEqual, false),
+                pipeline(PrimitiveTopology::LineList, CompareFunction::GreaterEqual, false),
+                pipeline(PrimitiveTopology::LineList, CompareFunction::Always, false),
+                pipeline(PrimitiveTopology::TriangleList, CompareFunction::Always, false),
             ],
             buffer: None,
             all: Vec::new(),
         }
     }
 
-    /// Draws one, in a pass with depth.
-    pub fn draw(&mut self, gpu: &Gpu, pass: &mut wgpu::RenderPass<'_>, eye: &CameraBinding, overlay: &Overlay) {
+    /// Draws some, one after the other, in a pass with depth.
+    pub fn draw<'o>(
+        &mut self,
+        gpu: &Gpu,
+        pass: &mut wgpu::RenderPass<'_>,
+        eye: &CameraBinding,
+        overlays: impl Iterator<Item = &'o Overlay> + Clone,
+    ) {
         let all = &mut self.all;
         all.clear();
-        all.extend(overlay.0.iter().flatten());
+        all.extend(overlays.clone().flat_map(|overlay| overlay.0.iter().flatten()));
         let bytes = 16 * all.len() as u64;
         if all.is_empty() || bytes > gpu.limits.max_buffer_size {
             return;
@@ -167,7 +186,7 @@ impl Lines {
         pass.set_bind_group(0, &eye.group, &[]);
         pass.set_vertex_buffer(0, buffer.slice(..));
         let mut start = 0;
-        for (pipeline, part) in self.pipelines.iter().zip(&overlay.0) {
+        for (pipeline, part) in overlays.flat_map(|overlay| self.pipelines.iter().zip(&overlay.0)) {
             let corners = start..start + part.len() as u32;
             start = corners.end;
             if !corners.is_empty() {

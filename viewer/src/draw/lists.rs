@@ -160,6 +160,8 @@ impl<'b> Renderer<'b> {
             terrain: self.terrain.as_ref(),
             tubes: self.tubes.as_ref(),
             overlay: request.overlay,
+            // A section would cut them, too.
+            bodies: self.people.as_ref().filter(|_| self.section.is_none()).map(|people| &people.bodies),
             section: self.section,
             marking: self.marking,
             is_full,

@@ -25,6 +25,7 @@ use crate::culling::{ByDevice, Culling, Oracle};
 use crate::doors::Doors;
 use crate::ground::{Land, Shown};
 use crate::looks::Detail;
+use crate::people::People;
 use enfilade::ObjectId;
 use enfilade::gpu::{Gpu, GpuError};
 use glam::DVec3;
@@ -81,6 +82,8 @@ pub struct Renderer<'b> {
     pub terrain: Option<Terrain>,
     /// Tubes, if there are any.
     pub tubes: Option<TubeRenderer>,
+    /// People, if they are shown.
+    pub people: Option<People>,
     /// Show culled objects.
     pub shows_culled: bool,
     pub(super) building: &'b Building,
@@ -139,6 +142,7 @@ impl<'b> Renderer<'b> {
             readback: Readback::default(),
             frame: 0,
             terrain: None,
+            people: None,
             shows_culled: false,
             hidden: Hidden::default(),
             detail: Detail::Plain,
@@ -234,7 +238,7 @@ impl<'b> Renderer<'b> {
 
     /// A second way to cull.
     pub fn cull_state(&self) -> CullState<'b> {
-        let mut culling = Culling::new(self.building, self.culling.oracle, self.targets.size);
+        let mut culling = self.culling.another(self.targets.size);
         self.doors.tell(&mut culling.view);
         let queries = Queries::new(&self.gpu, &self.pipelines, self.building.scene.objects.len());
         CullState { culling, readback: Readback::default(), queries, hiz: None, marks: None, shown: Shown::default() }
@@ -273,6 +277,15 @@ impl<'b> Renderer<'b> {
         self.pipelines.set_cut(&self.gpu, section.is_some());
         if let Some(full) = &mut self.passes.full {
             full.set_cut(&self.gpu, &self.pipelines, section.is_some());
+        }
+    }
+
+    /// Shows people from now on, or no longer.
+    pub fn set_people(&mut self, are_shown: bool) {
+        if !are_shown {
+            self.people = None;
+        } else if self.people.is_none() {
+            self.people = Some(People::new(&self.building.file, &self.culling.culler));
         }
     }
 

@@ -6,6 +6,7 @@ use crate::commands::Action;
 use crate::culling::{ByDevice, Decision};
 use crate::draw::marks::KINDS;
 use crate::mode::ViewMode;
+use crate::people::People;
 use crate::units::number;
 use enfilade::runtime::Mode;
 
@@ -32,6 +33,7 @@ impl Session<'_> {
             format!("{speed}, {:.0}° field of view", self.view.fov_y.to_degrees()),
             format!("{}: keys", self.user.keys.name_of(Action::Layer(Shown::Keys))),
         ]);
+        lines.extend(self.renderer.people.as_ref().filter(|_| !self.section.is_on).map(People::line));
         lines.extend(self.say_ground());
         lines.extend(self.say_tubes());
         lines.extend(self.say_path());

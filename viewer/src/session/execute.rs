@@ -104,6 +104,7 @@ impl Session<'_> {
             Action::TurnSection => self.turn_section(),
             Action::Measure => self.toggle_measuring(),
             Action::Open => self.window.open = true,
+            Action::People => view.people ^= true,
             Action::Ground => self.toggle_ground(),
             Action::Tubes => self.toggle_tubes(),
         }
@@ -129,6 +130,7 @@ impl Session<'_> {
             Shown::Profile => self.insight.shows_profile = true,
             Shown::Heat => self.turn_heat(),
             Shown::Section => self.set_section(false),
+            Shown::People => self.view.people = true,
             Shown::Ground => self.toggle_ground(),
             Shown::Tubes => self.toggle_tubes(),
             Shown::Why => self.ask_ahead(),

@@ -77,6 +77,7 @@ impl Session<'_> {
         if self.renderer.doors.step(seconds, walks) {
             self.doors_changed();
         }
+        self.renderer.people.iter_mut().for_each(|people| people.go(seconds));
         // 2. The walker: along a line, a path, or by keys.
         if !self.motion.fly_on(seconds) && !self.play(seconds) {
             self.walk(seconds, input);

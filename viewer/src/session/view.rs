@@ -22,6 +22,8 @@ pub struct ViewSettings {
     pub layers: Layers,
     /// While the culling is frozen, show what was culled.
     pub culled: bool,
+    /// People that walk about.
+    pub people: bool,
     /// Counters.
     pub hud: bool,
     /// The list of keys.
@@ -47,6 +49,7 @@ impl Default for ViewSettings {
             tints: Tints::default(),
             layers: Layers::NONE,
             culled: true,
+            people: false,
             hud: true,
             keys: false,
             menu: false,

@@ -109,31 +109,66 @@ impl Crowd {
         }
     }
 
-    /// Compares the movers of a set with the pixels of a picture of everything.
-    pub fn compare(&self, rays: &RayScene<'_>, view: &View, full: &IdBuffer, set: &[MoverId]) -> CrowdSeen {
+    /// What shows of the movers in a picture of everything.
+    pub fn shown<'v>(&self, view: &'v View, full: &'v IdBuffer) -> CrowdShown<'v> {
+        let sight = Sight { view, unproject: view.camera.unproject(), full, far: Far::of(full) };
+        let eye = view.camera.eye.as_dvec3();
+        let relative = |bounds: &[Vec3; 2]| bounds.map(|p| p.as_dvec3() - eye);
+        let shown = self.boxes.iter().map(|bounds| sight.pixels(&relative(bounds)).next().is_some()).collect();
+        CrowdShown { sight, shown }
+    }
+
+    /// Compares the movers of a set with what shows.
+    pub fn compare(&self, rays: &RayScene<'_>, CrowdShown { sight, shown }: &CrowdShown<'_>, set: &[MoverId]) -> CrowdSeen {
         let mut kept = vec![false; self.movers.slots()];
         set.iter().for_each(|id| kept[id.slot as usize] = true);
-        let mut seen = CrowdSeen { movers: set.len() as u64, ..CrowdSeen::default() };
-        let sight = Sight { view, unproject: view.camera.unproject() };
-        for (id, bounds) in self.ids.iter().zip(&self.boxes) {
-            let bounds = bounds.map(|p| p.as_dvec3() - view.camera.eye.as_dvec3());
-            let mut pixels = sight.pixels(&bounds, full).peekable();
-            seen.movers_shown += u64::from(pixels.peek().is_some());
-            if !kept[id.slot as usize] {
-                for pixel in pixels {
-                    let is_missed = sight.is_missed(&bounds, rays, pixel);
-                    *if is_missed { &mut seen.missed_mover_pixels } else { &mut seen.crack_mover_pixels } += 1;
-                }
+        let count = |is: &dyn Fn(usize) -> bool| (0..shown.len()).filter(|&k| is(k)).count() as u64;
+        let mut seen = CrowdSeen { movers: set.len() as u64, movers_shown: count(&|k| shown[k]), ..CrowdSeen::default() };
+        for k in (0..shown.len()).filter(|&k| shown[k] && !kept[self.ids[k].slot as usize]) {
+            let bounds = self.boxes[k].map(|p| p.as_dvec3() - sight.view.camera.eye.as_dvec3());
+            for pixel in sight.pixels(&bounds) {
+                let is_missed = sight.is_missed(&bounds, rays, pixel);
+                *if is_missed { &mut seen.missed_mover_pixels } else { &mut seen.crack_mover_pixels } += 1;
             }
         }
         seen
     }
 }
 
-/// Rays through the pixels of a view.
+/// What shows of movers in a picture.
+pub struct CrowdShown<'v> {
+    sight: Sight<'v>,
+    /// By number: whether a pixel shows it.
+    shown: Vec<bool>,
+}
+
+/// Side of a tile of [`Far`], pixels.
+const TILE: usize = 16;
+
+/// The largest depth in each tile of a picture: a box beyond it shows in none of its pixels.
+struct Far {
+    across: usize,
+    depths: Vec<f32>,
+}
+
+impl Far {
+    fn of(full: &IdBuffer) -> Self {
+        let across = full.width.div_ceil(TILE);
+        let mut depths = vec![0.0f32; across * full.height.div_ceil(TILE)];
+        for pixel in 0..full.width * full.height {
+            let tile = pixel / full.width / TILE * across + pixel % full.width / TILE;
+            depths[tile] = depths[tile].max(full.depth(pixel));
+        }
+        Self { across, depths }
+    }
+}
+
+/// Rays through the pixels of a view, and a picture of everything in it.
 struct Sight<'v> {
     view: &'v View,
     unproject: DMat3,
+    full: &'v IdBuffer,
+    far: Far,
 }
 
 impl Sight<'_> {
@@ -141,37 +176,50 @@ impl Sight<'_> {
         self.unproject * self.view.ndc(at).extend(1.0)
     }
 
-    /// The pixels that show a box, relative to the eye.
-    fn pixels<'s>(&'s self, bounds: &'s [DVec3; 2], full: &'s IdBuffer) -> impl Iterator<Item = usize> + 's {
-        let [left, top, right, bottom] = self.around(bounds);
-        let all = (top..bottom).flat_map(move |y| (left..right).map(move |x| [x, y]));
+    /// The pixels that show a box, relative to the eye, tile by tile.
+    fn pixels<'s>(&'s self, bounds: &'s [DVec3; 2]) -> impl Iterator<Item = usize> + 's {
+        let ([left, top, right, bottom], nearest) = self.around(bounds);
+        let tiles = (top / TILE..bottom.div_ceil(TILE))
+            .flat_map(move |y| (left / TILE..right.div_ceil(TILE)).map(move |x| [x, y]))
+            .filter(move |[x, y]| nearest <= f64::from(self.far.depths[y * self.far.across + x]));
+        let all = tiles.flat_map(move |[x, y]| {
+            let (x, y) = (x * TILE, y * TILE);
+            (y.max(top)..(y + TILE).min(bottom)).flat_map(move |y| (x.max(left)..(x + TILE).min(right)).map(move |x| [x, y]))
+        });
         let is_shown = |[x, y]: [usize; 2]| {
             let pixel = y * self.view.width + x;
             let t = enter(bounds, self.along(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)), self.view.near)?;
-            (t < f64::from(full.depth(pixel))).then_some(pixel)
+            (t < f64::from(self.full.depth(pixel))).then_some(pixel)
         };
         all.filter_map(is_shown)
     }
 
-    /// The pixels around a box: left, top, and right and bottom beyond them.
-    fn around(&self, bounds: &[DVec3; 2]) -> [usize; 4] {
+    /// The pixels around a box: left, top, and right and bottom beyond them; and its least depth.
+    fn around(&self, bounds: &[DVec3; 2]) -> ([usize; 4], f64) {
         let (camera, view) = (&self.view.camera, self.view);
-        let (mut low, mut high, mut behind) = (DVec2::INFINITY, DVec2::NEG_INFINITY, 0);
+        let (mut low, mut high, mut behind, mut nearest) = (DVec2::INFINITY, DVec2::NEG_INFINITY, 0, f64::INFINITY);
+        // Corners beyond each side of the picture, behind the eye, too.
+        let mut beside = [0; 4];
         for corner in 0..8 {
             let p = DVec3::from_array([0, 1, 2].map(|axis| bounds[corner >> axis & 1][axis]));
             let w = camera.w.as_dvec3().dot(p);
             behind += usize::from(w <= view.near);
-            let at = view.pixel(DVec2::new(camera.x.as_dvec3().dot(p), camera.y.as_dvec3().dot(p)) / w);
+            nearest = nearest.min(w);
+            let clip = DVec2::new(camera.x.as_dvec3().dot(p), camera.y.as_dvec3().dot(p));
+            let sides = [clip.x > w, -clip.x > w, clip.y > w, -clip.y > w];
+            (0..4).for_each(|side| beside[side] += usize::from(sides[side]));
+            let at = view.pixel(clip / w);
             (low, high) = (low.min(at), high.max(at));
         }
         match behind {
+            _ if behind == 8 || beside.contains(&8) => return ([0; 4], nearest),
             0 => {}
-            8 => return [0; 4],
-            _ => return [0, 0, view.width, view.height],
+            _ => return ([0, 0, view.width, view.height], nearest),
         }
         let size = DVec2::new(view.width as f64, view.height as f64);
         let (low, high) = (low.floor().clamp(DVec2::ZERO, size), high.ceil().clamp(DVec2::ZERO, size));
-        [low.x as usize, low.y as usize, high.x as usize, high.y as usize]
+        // Below what rounding adds.
+        ([low.x as usize, low.y as usize, high.x as usize, high.y as usize], nearest * (1.0 - 1e-6))
     }
 
     /// Whether all rays around a pixel's middle meet the box first.
@@ -196,4 +244,52 @@ fn enter(bounds: &[DVec3; 2], along: DVec3, near: f64) -> Option<f64> {
         to = to.min(ends[0].max(ends[1]));
     }
     (from <= to).then_some(from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::raster::draw;
+    use super::*;
+    use enfilade::runtime::Camera;
+    use enfilade::scene::{ImportOptions, Mesh, Role, SceneBuilder, Source};
+
+    /// Boxes before, behind and across a wall, around the eye, behind it and beside the picture: each shows in the pixels whose rays it stops
+    /// before the wall.
+    #[test]
+    fn boxes_show_in_the_pixels_whose_rays_meet_them_first() {
+        let positions = [(-3.0, -3.0), (2.0, -3.0), (2.0, 2.0), (-3.0, 2.0)].map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec();
+        let wall = Mesh {
+            node: "wall".into(),
+            role: Role::Structure,
+            opaque: true,
+            positions,
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        };
+        let mut builder = SceneBuilder::new(&ImportOptions::default(), Source::default());
+        builder.add(wall).unwrap();
+        let scene = builder.finish("wall").unwrap();
+        let eye = DVec3::new(0.3, 0.2, 4.0) - scene.origin;
+        let camera = Camera::look_at(eye, eye + DVec3::new(0.1, 0.05, -1.0), 1.0, 1.3);
+        let view = View { camera, near: 0.05, width: 83, height: 61 };
+        let full = draw(&scene, &view, &|_| true);
+        let sight = Sight { view: &view, unproject: camera.unproject(), full: &full, far: Far::of(&full) };
+        let (mut shown, mut hidden) = (0, 0);
+        for k in 0..400 {
+            let [x, y, z] = [0, 1, 2].map(|axis| golden_turn(k * 3 + axis));
+            let middle = DVec3::new(x * 12.0 - 6.0, y * 12.0 - 6.0, z * 9.0 - 7.0);
+            let half = DVec3::splat([0.05, 0.4, 1.5, 4.0][k % 4]);
+            let bounds = [middle - half, middle + half];
+            let stops = |pixel: &usize| {
+                let at = DVec2::new((pixel % view.width) as f64 + 0.5, (pixel / view.width) as f64 + 0.5);
+                let t = enter(&bounds, camera.ray(view.ndc(at)), view.near);
+                t.is_some_and(|t| t < f64::from(full.depth(*pixel)))
+            };
+            let all: Vec<usize> = (0..view.width * view.height).filter(stops).collect();
+            let mut found: Vec<usize> = sight.pixels(&bounds).collect();
+            found.sort_unstable();
+            assert_eq!(found, all, "{bounds:?}");
+            *if all.is_empty() { &mut hidden } else { &mut shown } += 1;
+        }
+        assert!(shown > 60 && hidden > 60, "{shown} {hidden}");
+    }
 }

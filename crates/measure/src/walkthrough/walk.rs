@@ -2,7 +2,7 @@
 
 mod lines;
 
-use super::crowd::Crowd;
+use super::crowd::{Crowd, CrowdShown};
 use super::exact_culler::{ExactCuller, Judged};
 use super::lost::Witnesses;
 use super::missed::{Missed, missed_pixels, objects_shown, with_holes};
@@ -141,12 +141,14 @@ impl Comparison<'_> {
         let mut lines: Vec<Vec<FrameLine>> = vec![Vec::new(); runs.len()];
         let (mut exact_triangles, mut capped) = (0u64, vec![0u64; runs.len()]);
         for (i, (frame, view)) in views.iter().enumerate() {
-            let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
             self.crowd.iter_mut().for_each(Crowd::go_on);
+            let truth = rays.as_ref().map(|rays| Truth::new(rays, view));
+            let shown = truth.as_ref().zip(self.crowd.as_ref()).map(|(truth, crowd)| crowd.shown(&truth.view, &truth.full));
             self.witnesses.iter_mut().for_each(|witnesses| witnesses.look(view));
             exact_triangles += truth.as_ref().map_or(0, |truth| truth.triangles(self.file));
             for (m, run) in runs.iter().enumerate() {
-                let (frame_line, is_capped) = self.one(m, *run, (*frame, view), times[m][i], truth.as_ref())?;
+                let (frame_line, is_capped) =
+                    self.one(m, *run, (*frame, view), times[m][i], truth.as_ref(), shown.as_ref())?;
                 capped[m] += u64::from(is_capped);
                 line(&frame_line);
                 lines[m].push(frame_line);
@@ -164,6 +166,7 @@ impl Comparison<'_> {
         (frame, view): (usize, &View),
         times: Times,
         truth: Option<&Truth<'_>>,
+        shown: Option<&CrowdShown<'_>>,
     ) -> io::Result<(FrameLine, bool)> {
         let Self { scene, file, options, walkers, witnesses, oracle, crowd } = self;
         oracle.iter_mut().for_each(|oracle| oracle.set_min_pixels(run.min_pixels));
@@ -181,9 +184,9 @@ impl Comparison<'_> {
             let overlay = Overlay { scene, file, view: *view, mode: method, visible, missed, text };
             overlay.picture().save(&picture_path(folder, frame, run.mode))?;
         }
-        if let (Some(crowd), Some(truth), Walker::Culled(walker)) = (crowd, truth, &mut walkers[m]) {
+        if let (Some(crowd), Some(truth), Some(shown), Walker::Culled(walker)) = (crowd, truth, shown, &mut walkers[m]) {
             let set = walker.movers(&crowd.movers, oracle.as_mut().filter(|_| run.mode.has_queries()));
-            line.movers = Some(crowd.compare(truth.rays, &truth.view, &truth.full, set));
+            line.movers = Some(crowd.compare(truth.rays, shown, set));
         }
         Ok((line, is_capped))
     }
