@@ -10,8 +10,7 @@ use bevy_ecs::query::{Added, Changed, Or, With};
 use bevy_ecs::reflect::{AppTypeRegistry, ReflectComponent};
 use bevy_ecs::system::{Commands, Local, Query, Res};
 use bevy_ecs::world::EntityRef;
-use bevy_reflect::structs::Struct;
-use bevy_reflect::{PartialReflect, TypeRegistry};
+use bevy_reflect::TypeRegistry;
 use enfilade::runtime::Culler;
 use std::sync::Arc;
 
