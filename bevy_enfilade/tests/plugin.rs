@@ -14,7 +14,7 @@ use enfilade::file::PvsFile;
 use enfilade::runtime::{Culler, Mode, View};
 use enfilade::{ObjectId, PortalId};
 use glam::DVec3;
-use rooms::{CORNER, EYES, at, bevy, three_rooms};
+use rooms::{EYES, at, bevy, three_rooms};
 use testing::boxes::{flat, p};
 
 /// Entities whose visibility was written since the update before.
