@@ -21,35 +21,49 @@ enfilade=${ENFILADE:-target/release/enfilade}
 "$enfilade" bake "$work/office.glb" -o "$work/office.pvs" --rays 200k >/dev/null
 cargo build --release --locked -q -p enfilade-capi --example walk
 "${CARGO_TARGET_DIR:-target}/release/examples/walk" "$work/office.pvs" >"$work/rust.txt"
-same() { diff "$work/rust.txt" - >/dev/null || { echo "$1 says something else than Rust" >&2; exit 1; } && echo "$1: as Rust"; }
+same() {
+  diff "$work/rust.txt" - >/dev/null || { echo "$1 says something else than Rust" >&2; exit 1; }
+  echo "$1: as Rust"
+}
 
-c walk static "${static[@]}" -Wl,--gc-sections && "$work/static" "$work/office.pvs" | same "C, static"
-c walk shared "${shared[@]}" && "$work/shared" "$work/office.pvs" | same "C, shared"
-c++ -std=c++17 "${warnings[@]}" "$programs/walk.cpp" -o "$work/cpp" "${shared[@]}" && "$work/cpp" "$work/office.pvs" | same "C++"
+c walk static "${static[@]}" -Wl,--gc-sections
+"$work/static" "$work/office.pvs" | same "C, static"
+c walk shared "${shared[@]}"
+"$work/shared" "$work/office.pvs" | same "C, shared"
+c++ -std=c++17 "${warnings[@]}" "$programs/walk.cpp" -o "$work/cpp" "${shared[@]}"
+"$work/cpp" "$work/office.pvs" | same "C++"
 python3 "$programs/walk.py" "$(ls "$work"/prefix/lib/libenfilade.{so,dylib} 2>/dev/null)" "$work/office.pvs" | same Python
 if command -v cmake >/dev/null; then
   printf '%s\n' 'cmake_minimum_required(VERSION 3.10)' 'project(walk C)' 'find_package(enfilade REQUIRED)' \
     "foreach(kind enfilade static)" "add_executable(walk_\${kind} \"$PWD/$programs/walk.c\")" \
     'target_link_libraries(walk_${kind} enfilade::${kind})' 'endforeach()' >"$work/CMakeLists.txt"
-  cmake -S "$work" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" >/dev/null && cmake --build "$work/build" >/dev/null
+  cmake -S "$work" -B "$work/build" -DCMAKE_PREFIX_PATH="$work/prefix" >/dev/null
+  cmake --build "$work/build" >/dev/null
   for kind in enfilade static; do "$work/build/walk_$kind" "$work/office.pvs" | same "CMake, $kind"; done
 else
   echo "not tried: CMake"
 fi
 
-c abuse abuse "${static[@]}" && "$work/abuse" "$work/office.pvs"
-c abuse sanitized -fsanitize=address,undefined "${static[@]}" && "$work/sanitized" "$work/office.pvs" >/dev/null && echo "AddressSanitizer: nothing"
+c abuse abuse "${static[@]}"
+"$work/abuse" "$work/office.pvs"
+c abuse sanitized -fsanitize=address,undefined "${static[@]}"
+"$work/sanitized" "$work/office.pvs" >/dev/null
+echo "AddressSanitizer: nothing"
 if command -v valgrind >/dev/null; then
-  valgrind -q --error-exitcode=1 --leak-check=full "$work/abuse" "$work/office.pvs" >/dev/null && echo "valgrind: nothing"
+  # The handle of a thread stays with it.
+  valgrind -q --error-exitcode=1 --leak-check=full --show-leak-kinds=definite --errors-for-leak-kinds=definite "$work/abuse" "$work/office.pvs" >/dev/null
+  echo "valgrind: nothing"
 else
   echo "not tried: valgrind"
 fi
 wrapped=(-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=posix_memalign)
-c allocations allocations "${static[@]}" "${wrapped[@]}" && "$work/allocations" "$work/office.pvs"
+c allocations allocations "${static[@]}" "${wrapped[@]}"
+"$work/allocations" "$work/office.pvs"
 
 # The program of the guide, as written there.
 sed -n '/^```c$/,/^```$/p' crates/capi/README.md | sed '/^```/d' >"$work/guide.c"
-cc -std=c11 "${warnings[@]}" "$work/guide.c" -o "$work/guide" "${shared[@]}" && "$work/guide" "$work/office.pvs"
+cc -std=c11 "${warnings[@]}" "$work/guide.c" -o "$work/guide" "${shared[@]}"
+"$work/guide" "$work/office.pvs"
 strip "$work/static"
 bytes=$(stat -c %s "$work/static")
 echo "a C program with the library: $bytes bytes"

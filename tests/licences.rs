@@ -129,7 +129,7 @@ fn expressions_are_read() {
 }
 
 #[test]
-fn every_crate_of_the_workspace_forbids_unsafe_code() {
+fn every_crate_but_that_for_c_forbids_unsafe_code() {
     let read = |path: &Path| std::fs::read_to_string(path).unwrap();
     let of_all = read(&root().join("Cargo.toml"));
     assert!(of_all.contains("[workspace.lints.rust]\nunsafe_code = \"forbid\""));
@@ -144,6 +144,11 @@ fn every_crate_of_the_workspace_forbids_unsafe_code() {
     for manifest in all.iter().map(|folder| folder.join("Cargo.toml")) {
         let text = read(&manifest);
         let own = text.contains("[lints.rust]\nunsafe_code = \"forbid\"");
+        // What C hands over is taken on trust, and each block says which.
+        if manifest.ends_with("capi/Cargo.toml") {
+            assert!(text.contains("undocumented_unsafe_blocks = \"deny\""), "unsafe blocks need a reason");
+            continue;
+        }
         assert!(own || text.contains("[lints]\nworkspace = true"), "{} doesn't forbid unsafe code", manifest.display());
     }
 }

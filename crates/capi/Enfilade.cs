@@ -19,6 +19,7 @@ namespace Enfilade
     [StructLayout(LayoutKind.Sequential)] public struct Mover { public uint Slot, Life; }
     [StructLayout(LayoutKind.Sequential)] public struct Crossed { public uint Portal, Side; public Rect Rect; }
     [StructLayout(LayoutKind.Sequential)] public struct Frame { public ulong Cells, Portals, Objects, Triangles, Small; }
+    [StructLayout(LayoutKind.Sequential)] public struct Path { public double Metres, AtLeast; }
     [StructLayout(LayoutKind.Sequential)] public struct Step { public uint Kind, Object; public float Metres; }
     [StructLayout(LayoutKind.Sequential)]
     public struct BuildingInfo { public uint Objects, Cells, Portals; public double Tolerance; public DVec3 Origin; }
@@ -94,5 +95,14 @@ namespace Enfilade
         [DllImport(Library)] public static extern Status enf_view_around(IntPtr view, Vec3 eye, [MarshalAs(UnmanagedType.I1)] out bool isNew, uint[] buffer, UIntPtr capacity, out UIntPtr count);
         [DllImport(Library)] public static extern Status enf_view_in_volume(IntPtr view, Plane[] planes, UIntPtr planeCount, uint[] fromCells, UIntPtr fromCount, uint[] buffer, UIntPtr capacity, out UIntPtr count);
         [DllImport(Library)] public static extern Status enf_view_movers_in_volume(IntPtr view, IntPtr movers, Plane[] planes, UIntPtr planeCount, uint[] fromCells, UIntPtr fromCount, Mover[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern IntPtr enf_paths_new(IntPtr building, IntPtr passable);
+        [DllImport(Library)] public static extern void enf_paths_free(IntPtr paths);
+        [DllImport(Library)] public static extern Status enf_paths_find(IntPtr paths, IntPtr doors, Vec3 start, Vec3 end, out Path path, Vec3[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern IntPtr enf_relevance_new(IntPtr building, double metres, IntPtr passable);
+        [DllImport(Library)] public static extern IntPtr enf_relevance_of_file(IntPtr building);
+        [DllImport(Library)] public static extern void enf_relevance_free(IntPtr relevance);
+        [DllImport(Library)] public static extern Status enf_relevance_may_see(IntPtr relevance, uint[] start, UIntPtr fromCount, uint[] end, UIntPtr toCount, [MarshalAs(UnmanagedType.I1)] out bool may);
+        [DllImport(Library)] public static extern Status enf_building_may_see(IntPtr building, uint[] start, UIntPtr fromCount, uint[] end, UIntPtr toCount, [MarshalAs(UnmanagedType.I1)] out bool may);
+        [DllImport(Library)] public static extern Status enf_view_within_metres(IntPtr view, Box bounds, double metres, uint[] buffer, UIntPtr capacity, out UIntPtr count);
     }
 }

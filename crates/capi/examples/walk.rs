@@ -2,7 +2,7 @@
 
 use runtime::file::PvsFile;
 use runtime::glam::Vec3;
-use runtime::runtime::{Camera, Culler, Doors, Mode, Movers, View};
+use runtime::runtime::{Camera, Culler, Doors, Mode, Movers, Pathfinder, View};
 use std::time::Instant;
 
 fn main() {
@@ -12,6 +12,7 @@ fn main() {
     let file = PvsFile::load(path.as_ref()).unwrap();
     let culler = Culler::new(&file);
     let (mut view, mut movers) = (View::new(&culler), Movers::new(&culler));
+    let (mut paths, open) = (Pathfinder::new(&culler, &Doors::passable(&culler)), Doors::open(&culler));
     view.set_doors(&Doors::as_found(&culler));
     println!("{} objects, {} cells, {} portals", culler.object_count(), culler.cell_count(), culler.portal_count());
     let middle = |p: usize| {
@@ -32,7 +33,10 @@ fn main() {
         let sum = frame.objects.iter().fold(0u32, |sum, object| sum.wrapping_mul(31).wrapping_add(object.0));
         let seen = view.movers(&movers).len();
         let (cells, portals) = (stats.cells, stats.portals);
-        println!("{p}: {cells} cells, {portals} portals, {count} objects in {runs} runs, {seen} movers, {sum:08x}");
+        let metres = paths.find(&open, middle(p), middle(p + 1)).map_or(0.0, |path| path.metres);
+        println!(
+            "{p}: {cells} cells, {portals} portals, {count} objects in {runs} runs, {seen} movers, {metres:.3} m, {sum:08x}"
+        );
         cameras.push(camera);
     }
     let start = Instant::now();

@@ -45,6 +45,12 @@ typedef struct EnfMirrors EnfMirrors;
 // The movers of a world, for any number of views of its building.
 typedef struct EnfMovers EnfMovers;
 
+// Finds shortest ways in a building.
+typedef struct EnfPaths EnfPaths;
+
+// Rows of what may be seen from where a body may soon be.
+typedef struct EnfRelevance EnfRelevance;
+
 // One camera's culling. Views of one building are independent of each other.
 typedef struct EnfView EnfView;
 
@@ -159,6 +165,14 @@ typedef struct {
   EnfVec3 min;
   EnfVec3 max;
 } EnfBox;
+
+// A way.
+typedef struct {
+  // Its length, metres.
+  double metres;
+  // No way is shorter than this, metres: less than `metres` where the search is cut short.
+  double at_least;
+} EnfPath;
 
 // The axes of an engine's coordinates, one of `ENF_AXES_...`.
 typedef uint32_t EnfAxes;
@@ -394,6 +408,68 @@ EnfStatus enf_movers_remove(EnfMovers *movers, EnfMover mover);
 //
 // `buffer` has room for `capacity` cells.
 EnfStatus enf_movers_cells(const EnfMovers *movers, EnfMover mover, uint32_t *buffer, size_t capacity, size_t *count);
+
+// Prepares for ways through what is open in `passable`; null: all but windows. That takes a while in a large building. Null if it fails.
+EnfPaths *enf_paths_new(const EnfBuilding *building, const EnfDoors *passable);
+
+// Frees what finds ways, or nothing.
+void enf_paths_free(EnfPaths *paths);
+
+// The shortest way between two points through portals that are open in `doors`, too; null: all are. The buffer takes where it starts, where it
+// passes each portal, and where it ends. ENF_STATUS_NOTHING: a point is in no cell, or there is no way.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` points.
+EnfStatus enf_paths_find(EnfPaths *paths,
+                         const EnfDoors *doors,
+                         EnfVec3 from,
+                         EnfVec3 to,
+                         EnfPath *path,
+                         EnfVec3 *buffer,
+                         size_t capacity,
+                         size_t *count);
+
+// The rows of bodies that go so many metres at most through what is open in `passable`; null: all but windows. Null if that fails.
+EnfRelevance *enf_relevance_new(const EnfBuilding *building, double metres, const EnfDoors *passable);
+
+// The rows that are in the building's file. Null if there are none.
+EnfRelevance *enf_relevance_of_file(const EnfBuilding *building);
+
+// Frees rows, or nothing.
+void enf_relevance_free(EnfRelevance *relevance);
+
+// Whether a body in some cells, or as far from them as bodies go, may see something in others (`enf_movers_cells`). No cells: anywhere, so it
+// may.
+//
+// # Safety
+//
+// The lists have as many items as the counts say.
+EnfStatus enf_relevance_may_see(const EnfRelevance *relevance,
+                                const uint32_t *from,
+                                size_t from_count,
+                                const uint32_t *to,
+                                size_t to_count,
+                                bool *may);
+
+// Whether something in some cells may be seen from others now. With the cells of `enf_view_within_metres`, for servers.
+//
+// # Safety
+//
+// The lists have as many items as the counts say.
+EnfStatus enf_building_may_see(const EnfBuilding *building,
+                               const uint32_t *from,
+                               size_t from_count,
+                               const uint32_t *to,
+                               size_t to_count,
+                               bool *may);
+
+// The cells that a body may get into from its box within so many metres, through open portals; those that the box meets come first.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` cells.
+EnfStatus enf_view_within_metres(EnfView *view, EnfBox bounds, double metres, uint32_t *buffer, size_t capacity, size_t *count);
 
 // A camera at `eye` that looks at `target`, upright while it can be. `fov_y` is the vertical angle in radians, in (0, pi); `aspect` is width
 // over height.

@@ -123,6 +123,24 @@ struct Movers : Handle<EnfMovers, enf_movers_free> {
   void remove(EnfMover mover) { check(enf_movers_remove(get(), mover)); }
 };
 
+class Paths : public Handle<EnfPaths, enf_paths_free> {
+  std::vector<EnfVec3> points_;
+
+public:
+  explicit Paths(const Building &building) : Handle(enf_paths_new(building.get(), nullptr)) {}
+  // The length of the shortest way; 0 if there is none. Its points stay until the next call.
+  double metres(EnfVec3 from, EnfVec3 to) {
+    EnfPath path = {0, 0};
+    EnfStatus status = ENF_STATUS_NOTHING;
+    fill(points_, [&](EnfVec3 *b, size_t n, size_t *c) {
+      status = enf_paths_find(get(), nullptr, from, to, &path, b, n, c);
+      return status == ENF_STATUS_NOTHING ? ENF_STATUS_OK : status;
+    });
+    return status == ENF_STATUS_OK ? path.metres : 0;
+  }
+  const std::vector<EnfVec3> &points() const { return points_; }
+};
+
 inline EnfCamera look_at(EnfVec3 eye, EnfVec3 target, float fov_y, float aspect) {
   EnfCamera camera;
   check(enf_camera_look_at(eye, target, fov_y, aspect, &camera));

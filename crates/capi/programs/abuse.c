@@ -139,6 +139,19 @@ int main(int argc, char **argv) {
     if (step.kind == ENF_STEP_LOAD) EXPECT(OK, enf_loader_loaded(loader, step.object));
   EXPECT(ARGUMENT, enf_loader_loaded(loader, info.objects));
 
+  if (enf_paths_new(building, doors) || enf_relevance_new(building, NAN, NULL) || enf_relevance_of_file(NULL)) return 1;
+  EnfPaths *paths = enf_paths_new(building, NULL);
+  EnfRelevance *relevance = enf_relevance_new(building, 2, NULL);
+  EnfPath path;
+  bool may = false;
+  EXPECT(NOTHING, enf_paths_find(paths, NULL, (EnfVec3){NAN, 0, 0}, zero, &path, NULL, 0, &count));
+  EXPECT(OTHER_BUILDING, enf_paths_find(paths, doors, zero, zero, &path, NULL, 0, &count));
+  EXPECT(ARGUMENT, enf_relevance_may_see(relevance, &info.cells, 1, &info.cells, 1, &may));
+  EXPECT(NULL, enf_building_may_see(building, NULL, 1, NULL, 0, &may));
+  EXPECT(OK, enf_relevance_may_see(relevance, NULL, 0, NULL, 0, &may));
+  if (!may) return 1;
+  enf_paths_free(paths), enf_relevance_free(relevance);
+
   damaged(bytes, length);
   enf_loader_free(loader), enf_mirrors_free(mirrors), enf_movers_free(movers), enf_movers_free(others);
   enf_building_free(building), enf_doors_free(doors), enf_view_free(view), enf_building_free(other);

@@ -35,7 +35,8 @@ int main(int argc, char **argv) {
   EnfView *view = enf_view_new(building);
   EnfDoors *doors = enf_doors_as_found(building);
   EnfMovers *movers = enf_movers_new(building);
-  need(view && doors && movers && enf_view_set_doors(view, doors) == ENF_STATUS_OK, "view");
+  EnfPaths *paths = enf_paths_new(building, NULL);
+  need(view && doors && movers && paths && enf_view_set_doors(view, doors) == ENF_STATUS_OK, "view");
   EnfBuildingInfo info;
   need(enf_building_info(building, &info) == ENF_STATUS_OK, "info");
   printf("%u objects, %u cells, %u portals\n", info.objects, info.cells, info.portals);
@@ -49,20 +50,24 @@ int main(int argc, char **argv) {
     EnfMover mover;
     need(enf_movers_insert(movers, body, &mover) == ENF_STATUS_OK, "insert");
   }
+  EnfVec3 points[256];
   uint32_t frames = 0;
   for (uint32_t p = 0; p + 1 < info.portals; p++) {
     EnfVec3 eye = middle(building, p), target = middle(building, p + 1);
     if (enf_camera_look_at(eye, target, 1.2f, 1.5f, &cameras[frames]) != ENF_STATUS_OK) continue;
     EnfFrame frame;
     need(enf_view_cull(view, &cameras[frames], ENF_MODE_BOTH, &frame) == ENF_STATUS_OK, "cull");
-    size_t count, run_count, mover_count;
+    size_t count, run_count, mover_count, point_count;
     need(enf_view_objects(view, objects, info.objects, &count) == ENF_STATUS_OK, "objects");
     need(enf_view_runs(view, runs, info.objects, &run_count) == ENF_STATUS_OK, "runs");
     need(enf_view_movers(view, movers, seen, info.portals, &mover_count) == ENF_STATUS_OK, "movers");
+    EnfPath path = {0, 0};
+    EnfStatus found = enf_paths_find(paths, NULL, eye, target, &path, points, 256, &point_count);
+    need(found == ENF_STATUS_OK || found == ENF_STATUS_NOTHING, "path");
     uint32_t sum = 0;
     for (size_t i = 0; i < count; i++) sum = sum * 31 + objects[i];
-    printf("%u: %u cells, %u portals, %zu objects in %zu runs, %zu movers, %08x\n", p, (unsigned)frame.cells, (unsigned)frame.portals,
-           count, run_count, mover_count, sum);
+    printf("%u: %u cells, %u portals, %zu objects in %zu runs, %zu movers, %.3f m, %08x\n", p, (unsigned)frame.cells,
+           (unsigned)frame.portals, count, run_count, mover_count, path.metres, sum);
     frames++;
   }
   struct timespec start, end;
@@ -77,6 +82,7 @@ int main(int argc, char **argv) {
   double spent = (double)(end.tv_sec - start.tv_sec) * 1e9 + (double)(end.tv_nsec - start.tv_nsec);
   if (rounds > 0 && frames > 0) fprintf(stderr, "%.1f ns\n", spent / rounds / frames);
   free(objects), free(runs), free(seen), free(cameras);
+  enf_paths_free(paths);
   enf_movers_free(movers);
   enf_doors_free(doors);
   enf_building_free(building);

@@ -18,6 +18,7 @@ int main(int argc, char **argv) try {
   enfilade::Building building(argc > 1 ? argv[1] : "");
   enfilade::View view(building);
   enfilade::Movers movers(building);
+  enfilade::Paths paths(building);
   auto info = building.info();
   std::printf("%u objects, %u cells, %u portals\n", info.objects, info.cells, info.portals);
   for (uint32_t p = 0; p < info.portals; p++) {
@@ -33,8 +34,9 @@ int main(int argc, char **argv) try {
     auto frame = view.cull(enfilade::look_at(middle(building, p), middle(building, p + 1), 1.2f, 1.5f), ENF_MODE_BOTH);
     uint32_t sum = 0;
     for (uint32_t object : view.objects()) sum = sum * 31 + object;
-    std::printf("%u: %u cells, %u portals, %zu objects in %zu runs, %zu movers, %08x\n", p, unsigned(frame.cells),
-                unsigned(frame.portals), view.objects().size(), view.runs().size(), view.movers(movers).size(), sum);
+    std::printf("%u: %u cells, %u portals, %zu objects in %zu runs, %zu movers, %.3f m, %08x\n", p, unsigned(frame.cells),
+                unsigned(frame.portals), view.objects().size(), view.runs().size(), view.movers(movers).size(),
+                paths.metres(middle(building, p), middle(building, p + 1)), sum);
   }
 } catch (const std::exception &error) {
   std::fprintf(stderr, "%s\n", error.what());

@@ -38,11 +38,15 @@ class Frame(c.Structure):
     _fields_ = [(name, c.c_uint64) for name in ("cells", "portals", "objects", "triangles", "small")]
 
 
-OK, BOTH = 0, 4
+class Path(c.Structure):
+    _fields_ = [("metres", c.c_double), ("at_least", c.c_double)]
+
+
+OK, NOTHING, BOTH = 0, 6, 4
 library = c.CDLL(sys.argv[1])
-for name in ("building_open", "view_new", "doors_as_found", "movers_new"):
+for name in ("building_open", "view_new", "doors_as_found", "movers_new", "paths_new"):
     getattr(library, "enf_" + name).restype = c.c_void_p
-for name in ("building_free", "view_free", "doors_free", "movers_free"):
+for name in ("building_free", "view_free", "doors_free", "movers_free", "paths_free"):
     getattr(library, "enf_" + name).argtypes = [c.c_void_p]
 library.enf_last_error.restype = c.c_char_p
 
@@ -82,6 +86,7 @@ def middle(portal):
 building = made("building_open", sys.argv[2].encode())
 view, doors, movers = (made(name, building) for name in ("view_new", "doors_as_found", "movers_new"))
 call("view_set_doors", view, doors)
+paths = made("paths_new", building, None)
 info = Info()
 call("building_info", building, c.byref(info))
 print(f"{info.objects} objects, {info.cells} cells, {info.portals} portals")
@@ -97,12 +102,17 @@ for portal in range(info.portals - 1):
     objects = filled("view_objects", c.c_uint32, info.objects, view)
     runs = filled("view_runs", Run, info.objects, view)
     seen = filled("view_movers", Mover, info.portals, view, movers)
+    path, points, count = Path(), (Vec3 * 256)(), c.c_size_t()
+    ends = middle(portal), middle(portal + 1)
+    found = library.enf_paths_find(paths, None, *ends, c.byref(path), points, c.c_size_t(256), c.byref(count))
+    if found not in (OK, NOTHING):
+        sys.exit(library.enf_last_error().decode())
     total = 0
     for item in objects:
         total = (total * 31 + item) & 0xFFFFFFFF
     print(
         f"{portal}: {frame.cells} cells, {frame.portals} portals, {len(objects)} objects in {len(runs)} runs,"
-        f" {len(seen)} movers, {total:08x}"
+        f" {len(seen)} movers, {path.metres:.3f} m, {total:08x}"
     )
-for name, handle in (("movers", movers), ("doors", doors), ("view", view), ("building", building)):
+for name, handle in (("paths", paths), ("movers", movers), ("doors", doors), ("view", view), ("building", building)):
     getattr(library, f"enf_{name}_free")(handle)

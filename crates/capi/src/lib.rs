@@ -18,5 +18,7 @@ pub mod lists;
 pub mod loader;
 pub mod mirrors;
 pub mod movers;
+pub mod paths;
+pub mod relevance;
 pub mod shapes;
 pub mod view;
