@@ -1,8 +1,8 @@
 //! The run time of Enfilade for C: `include/enfilade.h` is made from this crate, and is the reference of what each function does.
 //!
 //! Handles are boxes whose pointers C holds. A building is shared by what is made from it, so handles are freed in any order. Arguments that
-//! are null, of another building or out of range are errors with a text; no panic leaves a function. After the first call of each kind,
-//! nothing allocates.
+//! are null, of another building or out of range are errors with a text; no panic leaves a function. Frames allocate nothing after
+//! the first of each kind; names, lines, new handles and ways that are harder than any before do.
 //!
 //! # What a caller must keep
 //!

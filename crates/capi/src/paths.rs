@@ -14,7 +14,6 @@ pub struct EnfPaths {
     culler: Arc<Culler>,
     paths: Pathfinder,
     open: Doors,
-    points: Vec<EnfVec3>,
 }
 
 /// A way.
@@ -34,7 +33,7 @@ pub extern "C" fn enf_paths_new(building: Option<&EnfBuilding>, passable: Option
         let every = Doors::passable(&culler);
         let passable = passable.map_or(Ok(&every), |doors| doors.of(&culler))?;
         let (paths, open) = (Pathfinder::new(&culler, passable), Doors::open(&culler));
-        Ok(EnfPaths { paths, open, points: Vec::new(), culler })
+        Ok(EnfPaths { paths, open, culler })
     })
 }
 
@@ -68,8 +67,6 @@ pub unsafe extern "C" fn enf_paths_find(
         let doors = doors.map_or(Ok(&all.open), |doors| doors.of(&all.culler))?;
         let found = all.paths.find(doors, from.into(), to.into()).ok_or_else(|| Fault::nothing("there is no way"))?;
         path.write(EnfPath { metres: found.metres, at_least: found.at_least });
-        all.points.clear();
-        all.points.extend(found.points.iter().map(|&p| EnfVec3::from(p)));
-        buffer.fill(all.points.iter().copied())
+        buffer.fill(found.points.iter().map(|&p| p.into()))
     })
 }
