@@ -17,6 +17,9 @@ namespace Enfilade
     [StructLayout(LayoutKind.Sequential)] public struct Camera { public Vec3 Eye, X, Y, W; }
     [StructLayout(LayoutKind.Sequential)] public struct Run { public uint First, End; }
     [StructLayout(LayoutKind.Sequential)] public struct Mover { public uint Slot, Life; }
+    [StructLayout(LayoutKind.Sequential)] public struct Module { public uint Slot, Life; }
+    [StructLayout(LayoutKind.Sequential)]
+    public struct Placement { [MarshalAs(UnmanagedType.ByValArray, SizeConst = 16)] public double[] Matrix; }
     [StructLayout(LayoutKind.Sequential)] public struct Crossed { public uint Portal, Side; public Rect Rect; }
     [StructLayout(LayoutKind.Sequential)] public struct Frame { public ulong Cells, Portals, Objects, Triangles, Small; }
     [StructLayout(LayoutKind.Sequential)] public struct Path { public double Metres, AtLeast; }
@@ -104,5 +107,20 @@ namespace Enfilade
         [DllImport(Library)] public static extern Status enf_relevance_may_see(IntPtr relevance, uint[] start, UIntPtr fromCount, uint[] end, UIntPtr toCount, [MarshalAs(UnmanagedType.I1)] out bool may);
         [DllImport(Library)] public static extern Status enf_building_may_see(IntPtr building, uint[] start, UIntPtr fromCount, uint[] end, UIntPtr toCount, [MarshalAs(UnmanagedType.I1)] out bool may);
         [DllImport(Library)] public static extern Status enf_view_within_metres(IntPtr view, Box bounds, double metres, uint[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern IntPtr enf_world_new();
+        [DllImport(Library)] public static extern void enf_world_free(IntPtr world);
+        [DllImport(Library)] public static extern Status enf_world_place(IntPtr world, IntPtr building, in Placement placement, out Module module);
+        [DllImport(Library)] public static extern Status enf_world_remove(IntPtr world, Module module);
+        [DllImport(Library)] public static extern Status enf_world_join(IntPtr world, Module module, uint portal, Module other, uint otherPortal);
+        [DllImport(Library)] public static extern Status enf_world_part(IntPtr world, Module module, uint portal);
+        [DllImport(Library)] public static extern Status enf_building_ways_in(IntPtr building, uint[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern IntPtr enf_world_view_new();
+        [DllImport(Library)] public static extern void enf_world_view_free(IntPtr view);
+        [DllImport(Library)] public static extern Status enf_world_view_set_doors(IntPtr view, IntPtr world, Module module, IntPtr doors);
+        [DllImport(Library)] public static extern Status enf_world_view_cull(IntPtr view, IntPtr world, in Camera camera, Mode mode);
+        [DllImport(Library)] public static extern Status enf_world_view_modules(IntPtr view, Module[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern Status enf_world_view_objects(IntPtr view, Module module, uint[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern Status enf_world_view_runs(IntPtr view, Module module, Run[] buffer, UIntPtr capacity, out UIntPtr count);
+        [DllImport(Library)] public static extern Status enf_world_view_movers(IntPtr view, Module module, IntPtr movers, Mover[] buffer, UIntPtr capacity, out UIntPtr count);
     }
 }

@@ -23,6 +23,7 @@ use crate::pvs::budget::Budget;
 use crate::pvs::clusters;
 use crate::pvs::partition::{self, Partition};
 use crate::pvs::view_cells::{self, ViewRows};
+use crate::pvs::ways_in;
 use crate::pvs::{self, Guarantee, Pvs, PvsOptions, SamplingEnd};
 use crate::runtime::{Culler, Doors, Relevance};
 use crate::scene::rays::RayScene;
@@ -57,6 +58,9 @@ pub struct BakeOptions {
     pub view_cell_bytes: Option<u64>,
     /// If set, the file keeps rows for bodies that go so many metres ([`Relevance`]).
     pub relevance: Option<f64>,
+    /// Whether the file keeps a row for each portal that leads in from outside, for a module that is joined with others
+    /// ([`World`](crate::runtime::World)).
+    pub module: bool,
     /// Memory limit for rows and proofs during the bake, bytes. If matrices over all cells would take more than half of it, neighbouring
     /// cells are merged; proofs beyond a quarter of it are left out, and their pairs stay undecided. The split has its own limit,
     /// [`SplitOptions::memory`]; neither includes the scene and its hierarchies.
@@ -79,6 +83,7 @@ impl Default for BakeOptions {
             view_cells: Vec::new(),
             view_cell_bytes: None,
             relevance: None,
+            module: false,
             memory: MEMORY,
         }
     }
@@ -213,6 +218,11 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let mut file = PvsFile::from_bake(scene, &options.import, &pvs, options.keep_bounds);
     if let Some(views) = &views {
         file.add_views(&view_cells, views, options.keep_bounds);
+    }
+    if options.module {
+        let culler = Culler::new(&file);
+        let portals = culler.ways_in().filter_map(|portal| culler.way_in(portal)).collect();
+        file.ways_in = Some(ways_in::rows(scene, &pvs, portals, &pvs_options, work)?);
     }
     file.relevance = options.relevance.map(|metres| relevance(&file, metres));
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });

@@ -81,11 +81,17 @@ pub enum SectionId {
     RelevantCells,
     /// The same, objects.
     RelevantObjects,
+    /// Portals that lead in from outside.
+    WaysIn,
+    /// The cells that each of them shows.
+    WayInCells,
+    /// The same, objects.
+    WayInObjects,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 29] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -112,6 +118,9 @@ impl SectionId {
         Self::Relevance,
         Self::RelevantCells,
         Self::RelevantObjects,
+        Self::WaysIn,
+        Self::WayInCells,
+        Self::WayInObjects,
     ];
 
     /// The number in the file.
@@ -128,7 +137,8 @@ impl SectionId {
     pub(super) fn is_matrix(self) -> bool {
         let of_cells =
             matches!(self, Self::Placement | Self::CellRows | Self::ObjectRows | Self::CellBounds | Self::ObjectBounds);
-        of_cells || matches!(self, Self::ViewRows | Self::ViewBounds | Self::RelevantCells | Self::RelevantObjects)
+        let of_bodies = matches!(self, Self::RelevantCells | Self::RelevantObjects);
+        of_cells || of_bodies || matches!(self, Self::ViewRows | Self::ViewBounds | Self::WayInCells | Self::WayInObjects)
     }
 
     /// A file cannot be used without these sections if they are not empty.
@@ -167,6 +177,9 @@ impl fmt::Display for SectionId {
             Self::Relevance => "relevance",
             Self::RelevantCells => "relevant-cells",
             Self::RelevantObjects => "relevant-objects",
+            Self::WaysIn => "ways-in",
+            Self::WayInCells => "way-in-cells",
+            Self::WayInObjects => "way-in-objects",
         })
     }
 }

@@ -46,7 +46,7 @@ pub use crate::types::proof::{Repair, Witness};
 pub use crate::types::stats::PvsStats;
 pub use crate::types::strategy::Strategy;
 pub use crate::types::view_cell_name::ViewCellName;
-use crate::{BitMatrix, CellId, ObjectId};
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 
 /// A decoded file. Geometry is `f32`, metres, relative to [`PvsFile::origin`].
@@ -105,6 +105,8 @@ pub struct PvsFile {
     pub views: Views,
     /// Rows of bodies that go some metres, if kept.
     pub relevance: Option<FileRelevance>,
+    /// Rows of portals that lead in from outside, if kept.
+    pub ways_in: Option<FileWaysIn>,
 }
 
 impl PvsFile {
@@ -123,6 +125,18 @@ pub struct FileRelevance {
     /// Cells x cells.
     pub cells: BitMatrix,
     /// Cells x objects.
+    pub objects: BitMatrix,
+}
+
+/// What portals that lead in from outside show of what is behind them, from anywhere before them, according to [`PvsFile::guarantee`]: for
+/// modules that are joined ([`World`](crate::runtime::World)).
+#[derive(Clone, PartialEq, Debug)]
+pub struct FileWaysIn {
+    /// The portals, in the direction inwards, ascending.
+    pub portals: Vec<DirectedPortal>,
+    /// Portals x cells.
+    pub cells: BitMatrix,
+    /// Portals x objects.
     pub objects: BitMatrix,
 }
 

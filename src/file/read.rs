@@ -6,8 +6,8 @@ use super::error::FileError;
 use super::format::{Container, SectionId};
 use super::rows::{Guide, decode_guided, matrix_bytes};
 use super::{
-    Bounds, FileCell, FileObject, FilePortal, FileRelevance, FileViewCell, Gap, Import, PairCounts, PvsFile, ViewBounds,
-    Views,
+    Bounds, FileCell, FileObject, FilePortal, FileRelevance, FileViewCell, FileWaysIn, Gap, Import, PairCounts, PvsFile,
+    ViewBounds, Views,
 };
 use crate::types::bounds::Unseen;
 use crate::types::guarantee::Guarantee;
@@ -17,7 +17,7 @@ use crate::types::proof::{Repair, Witness};
 use crate::types::stats::PvsStats;
 use crate::types::strategy::Strategy;
 use crate::types::view_cell_name::ViewCellName;
-use crate::{BitMatrix, CellId, ObjectId};
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::{DVec3, Vec3, Vec4};
 use std::collections::HashSet;
 
@@ -63,6 +63,7 @@ impl PvsFile {
             gap: reader.gap(budget)?,
             views: Views::default(),
             relevance: None,
+            ways_in: None,
         };
         file.placement = reader.placement(cells, objects, budget)?;
         file.placed = reader.placed(file.placement.count_ones(), budget)?;
@@ -74,6 +75,7 @@ impl PvsFile {
         file.views = reader.views(objects, file.guarantee, budget)?;
         file.clusters = reader.clusters(cells, budget)?;
         file.relevance = reader.relevance(cells, objects, budget)?;
+        file.ways_in = reader.ways_in([file.portals.len(), cells, objects], budget)?;
         check_pairs(&file)?;
         Ok(file)
     }
@@ -296,6 +298,28 @@ impl<'a> SectionReader<'_, 'a> {
             (None, ..) => Err(FileError::Missing { section: SectionId::Relevance }),
             (_, None, _) => Err(FileError::Missing { section: SectionId::RelevantCells }),
             (_, _, None) => Err(FileError::Missing { section: SectionId::RelevantObjects }),
+        }
+    }
+
+    /// Three sections, or none.
+    fn ways_in(&self, [portals, cells, objects]: [usize; 3], budget: &mut Budget) -> Result<Option<FileWaysIn>, FileError> {
+        let ways = self.section(SectionId::WaysIn, budget, |c, b| {
+            let mut last = None;
+            c.list(b, 4, |c, _| {
+                let portal = c.id(2 * portals, "directed portal")?;
+                let is_next = last.replace(portal).is_none_or(|last| last < portal);
+                is_next.then_some(DirectedPortal(portal)).ok_or_else(|| c.error("portals out of order"))
+            })
+        })?;
+        let rows = ways.as_ref().map_or(0, Vec::len);
+        let by_cells = self.matrix(SectionId::WayInCells, rows, cells, budget)?;
+        let by_objects = self.matrix(SectionId::WayInObjects, rows, objects, budget)?;
+        match (ways, by_cells, by_objects) {
+            (None, None, None) => Ok(None),
+            (Some(portals), Some(cells), Some(objects)) => Ok(Some(FileWaysIn { portals, cells, objects })),
+            (None, ..) => Err(FileError::Missing { section: SectionId::WaysIn }),
+            (_, None, _) => Err(FileError::Missing { section: SectionId::WayInCells }),
+            (_, _, None) => Err(FileError::Missing { section: SectionId::WayInObjects }),
         }
     }
 

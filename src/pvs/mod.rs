@@ -6,6 +6,7 @@
 
 mod backfaces;
 mod bake;
+mod beyond;
 pub mod budget;
 pub mod clusters;
 pub mod cubes;
@@ -20,6 +21,7 @@ mod repair;
 pub mod sampling;
 mod triangles;
 pub mod view_cells;
+pub(crate) mod ways_in;
 
 pub use crate::types::bounds::{CONFIDENCE, SamplingEnd, Unseen};
 pub use crate::types::guarantee::Guarantee;

@@ -7,23 +7,21 @@
 //!
 //! **Lower**: witnesses of cells that start in the region, then rays from it (`sampling::regions`).
 
+use super::beyond::{Beyond, Source};
 use super::budget::Budget;
 use super::facets::facet;
-use super::flow::{FlowInput, flow};
 use super::options::PvsOptions;
 use super::sampling::goal::{Rounds, reach};
 use super::sampling::regions::RegionSampler;
 use super::sampling::witness::{PLACEMENT_MARGIN, Prover};
 use super::triangles::Triangles;
 use super::{Guarantee, Pvs};
-use crate::cells::{Cell, CellGraph, Locator, Placement, Portal, PortalKind, PortalState, ViewCell, place_objects};
+use crate::cells::{Cell, CellGraph, Locator, Portal, PortalKind, PortalState, ViewCell, place_objects};
 use crate::job::{Job, Stopped};
-use crate::math::bits;
 use crate::math::geom::{Aabb, Plane, clip};
+use crate::scene::Scene;
 use crate::scene::rays::RayScene;
-use crate::scene::{Object, Scene};
 use crate::types::bounds::CONFIDENCE;
-use crate::types::placed::PlacedBox;
 use crate::{BitMatrix, CellId};
 use glam::DVec3;
 
@@ -192,112 +190,30 @@ struct RegionFlow<'a> {
     pvs: &'a Pvs,
     locator: &'a Locator<'a>,
     views: &'a [ViewCell],
-    options: &'a PvsOptions,
     /// Views x objects: objects that touch the view cell.
     touching: BitMatrix,
-    /// Bounds of the objects.
-    bounds: Vec<Aabb>,
+    beyond: Beyond<'a>,
     clearance: f64,
-    coplanar: f64,
 }
 
 impl<'a> RegionFlow<'a> {
     fn new(scene: &Scene, pvs: &'a Pvs, locator: &'a Locator<'a>, views: &'a [ViewCell], options: &'a PvsOptions) -> Self {
-        let (clearance, coplanar) = (scene.tolerance().clearance, scene.tolerance().coplanar);
+        let clearance = scene.tolerance().clearance;
         let region = |view: &ViewCell| Cell { pieces: view.pieces.clone(), ..Cell::default() };
         let regions = CellGraph { cells: views.iter().map(region).collect(), portals: Vec::new(), ..pvs.graph.clone() };
         let touching = place_objects(scene, &regions, PLACEMENT_MARGIN * clearance).matrix;
-        let bounds = scene.objects.iter().map(Object::extent).collect();
-        Self { pvs, locator, views, options, touching, bounds, clearance, coplanar }
+        Self { pvs, locator, views, touching, beyond: Beyond::new(scene, pvs, options), clearance }
     }
 
     /// Sets the upper row of a view cell; `known` is proven visible. Returns the number of searches that ran out of steps, or `None` if the
-    /// view cell is outside all cells. The region is one more cell of a graph of its neighbours' PVS: any line that leaves the region
-    /// continues through a neighbour and crosses only cells that this neighbour sees.
+    /// view cell is outside all cells.
     fn set(&self, v: usize, known: &[u64], row: &mut [u64], work: &Job<'_>) -> Result<Option<u64>, Stopped> {
-        let Pvs { graph: whole, placement, .. } = self.pvs;
-        let bounds = self.bounds.as_slice();
-        let ways = ways_out(whole, self.locator, &self.views[v], self.clearance);
-        let is_in_a_cell = !ways.is_empty();
-        let mut next: Vec<usize> = ways.iter().map(|way| way.cells[1].index()).collect();
-        next.sort_unstable();
-        next.dedup();
-        // The cells that may be on a line, by their new numbers.
-        let mut on_lines = vec![0; whole.cells.len().div_ceil(64)];
-        for &cell in &next {
-            on_lines.iter_mut().zip(self.pvs.cells_upper.row(cell)).for_each(|(all, more)| *all |= more);
-        }
-        let old: Vec<usize> = bits::ones(&on_lines).collect();
-        let here = old.len();
-        let mut new = vec![None; whole.cells.len()];
-        old.iter().enumerate().for_each(|(i, &cell)| new[cell] = Some(CellId(i as u32)));
-        let kept = |portal: &Portal| {
-            let [a, b] = portal.cells.map(|c| new.get(c.index()).copied().unwrap_or(Some(CellId(here as u32))));
-            Some(Portal { cells: [a?, b?], ..portal.clone() })
-        };
-        let graph = of_portals(whole, here + 1, whole.portals.iter().chain(&ways).filter_map(kept).collect());
-        // All pairs of the other cells count as known, so that flow does not search from them.
-        let all = |columns: usize, known: usize| {
-            let mut matrix = BitMatrix::new(here + 1, columns);
-            for row in 0..here {
-                (0..known).for_each(|column| {
-                    matrix.set(row, column);
-                });
-            }
-            matrix
-        };
-        let (cells_lower, mut objects_lower) = (all(here + 1, here), all(bounds.len(), bounds.len()));
-        objects_lower.row_mut(here).copy_from_slice(known);
-        let mut places = BitMatrix::new(here + 1, bounds.len());
-        old.iter().enumerate().for_each(|(i, &cell)| places.row_mut(i).copy_from_slice(placement.matrix.row(cell)));
-        places.row_mut(here).copy_from_slice(self.touching.row(v));
-        let placed_boxes = placed_boxes(placement, |cell| new[cell].is_some()).map(|mut boxes| {
-            // Objects that touch the region are always found.
-            boxes.extend(places.ones(here).map(|_| PlacedBox::WHOLE));
-            boxes
-        });
-        let input = FlowInput {
-            graph: &graph,
-            placement: &places,
-            placed_boxes: placed_boxes.as_deref(),
-            object_bounds: bounds,
-            cells_lower: &cells_lower,
-            objects_lower: &objects_lower,
-            max_steps: self.options.flow_steps,
-            coplanar: self.coplanar,
-            fronts: None,
-        };
-        let flowed = flow(&input, work)?;
-        row.copy_from_slice(flowed.objects_upper.row(here));
-        Ok(is_in_a_cell.then_some(flowed.capped))
+        let ways = ways_out(&self.pvs.graph, self.locator, &self.views[v], self.clearance);
+        let source = Source { ways: &ways, touching: self.touching.row(v), known, without: None };
+        let seen = self.beyond.see(&source, work)?;
+        row.copy_from_slice(&seen.objects);
+        Ok((!ways.is_empty()).then_some(seen.capped))
     }
-}
-
-/// A graph with `like`'s settings and `cells` empty cells.
-fn of_portals(like: &CellGraph, cells: usize, portals: Vec<Portal>) -> CellGraph {
-    CellGraph {
-        cells: vec![Cell::default(); cells],
-        portals,
-        strategy: like.strategy,
-        smallest_hole: like.smallest_hole,
-        reason: String::new(),
-        closed_holes: Vec::new(),
-        notes: Vec::new(),
-    }
-}
-
-/// The placed boxes of some cells.
-fn placed_boxes(placement: &Placement, is_kept: impl Fn(usize) -> bool) -> Option<Vec<PlacedBox>> {
-    let mut boxes = placement.boxes.as_deref()?;
-    let mut all = Vec::new();
-    for cell in 0..placement.matrix.rows() {
-        let (of_cell, rest) = boxes.split_at(placement.matrix.count_row(cell) as usize);
-        boxes = rest;
-        if is_kept(cell) {
-            all.extend_from_slice(of_cell);
-        }
-    }
-    Some(all)
 }
 
 /// The portals out of a region: the parts of its facets with a cell on the far side. They lead into that cell from cell

@@ -66,6 +66,16 @@ impl HalfSpaces {
         self
     }
 
+    /// The same for an eye that is up to `off` metres elsewhere.
+    pub fn grown(mut self, off: f32) -> Self {
+        if off > 0.0 {
+            for plane in &mut self.planes[..self.count] {
+                plane.offset -= off * plane.reach.iter().sum::<f32>();
+            }
+        }
+        self
+    }
+
     fn add(&mut self, normal: Vec3, offset: f32, magnitude: Vec3) {
         let reach = (normal.abs() + magnitude * SUM_ERROR).to_array();
         self.planes[self.count] =

@@ -26,13 +26,13 @@ impl Culler {
         scratch.stats.capped += u64::from(homes.overflow);
         let lost = homes.overflow || homes.as_slice().is_empty();
         match mode {
-            Mode::None => self.take(None, scratch),
+            Mode::None => self.take_every(scratch),
             Mode::Frustum => self.take_frustum(camera, scratch),
             _ if lost => self.take_frustum(camera, scratch),
             Mode::Pvs => {
                 self.join_rows(homes.as_slice(), scratch);
                 self.narrow_row(camera.eye, scratch);
-                self.take(Some(camera), scratch);
+                self.take_in_row(camera, 0.0, scratch);
                 scratch.stats.cells = scratch.cell_row.iter().map(|w| u64::from(w.count_ones())).sum();
             }
             _ => {
@@ -41,7 +41,7 @@ impl Culler {
                 if has_rows {
                     self.narrow_row(camera.eye, scratch);
                 }
-                let eye = Eye::new(camera, self, None);
+                let eye = Eye::new(camera, self, None, 0.0);
                 portals::traverse(self, camera, &eye, homes.as_slice(), &Rect::FULL, scratch);
             }
         }
@@ -52,23 +52,26 @@ impl Culler {
 
     fn take_frustum(&self, camera: &Camera, scratch: &mut Scratch) {
         self.join_rows(&[], scratch);
-        self.take(Some(camera), scratch);
+        self.take_in_row(camera, 0.0, scratch);
     }
 
     /// Adds the objects of modes without portals, from the joined rows.
     pub(super) fn take_all(&self, camera: &Camera, mode: Mode, scratch: &mut Scratch) {
-        self.take((mode != Mode::None).then_some(camera), scratch);
+        match mode {
+            Mode::None => self.take_every(scratch),
+            _ => self.take_in_row(camera, 0.0, scratch),
+        }
     }
 
-    /// Adds the objects of the joined row that are not certainly off the camera's screen; without a camera, every object.
-    fn take(&self, camera: Option<&Camera>, scratch: &mut Scratch) {
-        match camera {
-            None => scratch.objects.extend((0..self.object_count() as u32).map(ObjectId)),
-            Some(camera) => {
-                let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Rect::FULL));
-                vectorized(InRow { boxes, screen, row: &scratch.object_row, objects: &mut scratch.objects });
-            }
-        }
+    /// Adds every object.
+    pub(super) fn take_every(&self, scratch: &mut Scratch) {
+        scratch.objects.extend((0..self.object_count() as u32).map(ObjectId));
+    }
+
+    /// Adds the objects of the joined row that are not certainly off the screen of a camera whose place is known to within `off` metres.
+    pub(super) fn take_in_row(&self, camera: &Camera, off: f32, scratch: &mut Scratch) {
+        let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Rect::FULL).grown(off));
+        vectorized(InRow { boxes, screen, row: &scratch.object_row, objects: &mut scratch.objects });
     }
 
     /// Joins the rows of some cells; everything if there are no rows or no cells.
@@ -79,7 +82,7 @@ impl Culler {
     }
 
     /// Removes objects from the joined row that the eye's view cells do not see. An eye on the boundary of a view cell is not in it.
-    fn narrow_row(&self, eye: Vec3, scratch: &mut Scratch) {
+    pub(super) fn narrow_row(&self, eye: Vec3, scratch: &mut Scratch) {
         let Some(ViewCells { locator, rows }) = &self.views else { return };
         let homes = locator.locate(eye, -self.tolerance, &mut u32::MAX.clone());
         for view in homes.as_slice() {

@@ -2,7 +2,7 @@
 
 use super::boxes::Boxes;
 use super::locate::{Homes, Locator, piece_bounds};
-use crate::file::{FileCell, PvsFile};
+use crate::file::{FileCell, FileWaysIn, PvsFile};
 use crate::math::bits::BitMatrix;
 use crate::math::geom::Aabb;
 use crate::math::tolerance::single_precision;
@@ -104,6 +104,26 @@ pub struct Culler {
     pub(super) views: Option<ViewCells>,
     /// Whether cells outside the row are certainly hidden.
     pub(super) cell_rows_prune: bool,
+    /// Largest distance from the origin along an axis, metres.
+    pub(super) extent: f64,
+    /// The cells without an end.
+    pub(super) outside: Vec<CellId>,
+    /// The box around all other cells.
+    pub(super) inside: Option<[Vec3; 2]>,
+    /// The box around these and all objects.
+    pub(super) whole: Boxes,
+    ways_in: Option<WaysIn>,
+}
+
+/// Rows of directed portals that lead in from outside.
+#[derive(Clone, Debug)]
+struct WaysIn {
+    /// By directed portal: its row.
+    of: Vec<Option<u32>>,
+    /// Ways in x cells.
+    cells: BitMatrix,
+    /// Ways in x objects.
+    objects: BitMatrix,
 }
 
 impl Culler {
@@ -127,8 +147,20 @@ impl Culler {
         let keys = file.portal_keys();
         let mut by_key: Vec<PortalId> = (0..keys.len() as u32).map(PortalId).collect();
         by_key.sort_by(|a, b| keys[a.index()].cmp(&keys[b.index()]));
+        let around = |boxes: &mut dyn Iterator<Item = [Vec3; 2]>| boxes.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
         Arc::new(Self {
             tolerance,
+            extent,
+            outside: (0..).map(CellId).zip(&cell_boxes).filter(|(_, bounds)| bounds.is_none()).map(|(c, _)| c).collect(),
+            inside: around(&mut cell_boxes.iter().copied().flatten()),
+            whole: Boxes::new(
+                around(&mut file.objects.iter().map(|o| o.bounds).chain(cell_boxes.iter().copied().flatten())).into_iter(),
+            ),
+            ways_in: file.ways_in.as_ref().map(|FileWaysIn { portals, cells, objects }| {
+                let mut of = vec![None; 2 * file.portals.len()];
+                (0..).zip(portals).for_each(|(row, portal)| of[portal.0 as usize] = Some(row));
+                WaysIn { of, cells: cells.clone(), objects: objects.clone() }
+            }),
             locator: Locator::new((0..).map(CellId).zip(file.cells.iter().map(|c| &c.pieces[..])), extent, tolerance),
             cell_portals: Lists::new(leading_out),
             placed: Boxes::new(placed_bounds(file, &cell_objects, &cell_boxes)),
@@ -203,6 +235,23 @@ impl Culler {
     pub(super) fn cell_row(&self, cell: CellId) -> Option<&[u64]> {
         let learned = self.learned[cell.index()].get().map(|[_, cells]| &**cells);
         learned.or_else(|| self.cell_rows.as_ref().map(|rows| rows.row(cell.index())))
+    }
+
+    /// What a directed portal shows of the cell behind it, from anywhere before it: rows of objects and cells; `None`: all.
+    pub(super) fn way_in_rows(&self, portal: DirectedPortal) -> [Option<&[u64]>; 2] {
+        let of = self.ways_in.as_ref().and_then(|ways| Some((ways, ways.of[portal.0 as usize]? as usize)));
+        match of {
+            Some((ways, row)) => [Some(ways.objects.row(row)), Some(ways.cells.row(row))],
+            None => {
+                let before = target(self, portal.reversed());
+                [self.object_row(before), self.cell_row(before)]
+            }
+        }
+    }
+
+    /// Whether a cell has no end.
+    pub(super) fn is_outside(&self, cell: CellId) -> bool {
+        self.cell_boxes[cell.index()].is_none()
     }
 
     /// The cell of a point (metres, relative to the file's origin); on a border, the one with the point deepest inside.

@@ -126,7 +126,7 @@ impl Reflections {
         let Some(Seen { movers, camera, mode, scratch: seen }) = frame.filter(|_| depth > 0) else { return };
         let mode = mode.without_queries();
         let by_portals = matches!(mode, Mode::Portals | Mode::PortalsAndPvs);
-        let eye = |camera: &Camera, front| Eye::new(camera, culler, front);
+        let eye = |camera: &Camera, front| Eye::new(camera, culler, front, 0.0);
         let (open, parent) = (Rect::FULL, None);
         let root = Seeing { camera, eye: eye(&camera, None), through: None, open, parent, depth: 0, by_portals };
         self.add(culler, mirrors, &root, seen);
@@ -152,7 +152,8 @@ impl Reflections {
             turned.stats += scratch.stats;
             let start = self.movers.ids.len();
             if let Some(movers) = movers {
-                let opened = Opened { culler, camera: &camera, front: by_portals.then_some(mirror.plane), open: &open };
+                let opened =
+                    Opened { culler, camera: &camera, front: by_portals.then_some(mirror.plane), open: &open, off: 0.0 };
                 self.movers.add(movers, culler, How::of(mode), &opened, scratch);
             }
             turned.movers = start..self.movers.ids.len();

@@ -46,6 +46,7 @@ mod sets;
 mod small;
 mod view;
 mod visible;
+mod world;
 
 pub use around::Around;
 pub use camera::{Axes, Camera, NotACamera, Rect};
@@ -61,3 +62,4 @@ pub use sets::MOST_PLANES;
 pub use small::MinPixels;
 pub use view::View;
 pub use visible::{CrossedPortal, FrameStats, VisibleSet};
+pub use world::{JoinError, ModuleId, NotRigid, Placement, World, WorldView};

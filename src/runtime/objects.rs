@@ -18,6 +18,8 @@ pub(super) struct Opened<'a> {
     pub front: Option<(Vec3, f32)>,
     /// The part of the screen on which the eye sees its own cells.
     pub open: &'a Rect,
+    /// Largest error of the camera's place, metres.
+    pub off: f32,
 }
 
 /// Adds objects to the scratch: first those of the eye's own cells, then those of other cells through portals.
@@ -25,6 +27,8 @@ pub(super) struct CollectObjects<'a> {
     pub seen: Opened<'a>,
     /// The eye's cells.
     pub homes: &'a [CellId],
+    /// Cells that are seen on another part of the screen, with no portal of this culler before them.
+    pub beside: Option<(&'a [CellId], Rect)>,
     pub scratch: &'a mut Scratch,
 }
 
@@ -33,11 +37,9 @@ impl Vectorize for CollectObjects<'_> {
 
     #[inline(always)]
     fn work(mut self) {
-        let around = self.seen.around();
-        for &home in self.homes {
-            self.scratch.spaces.clear();
-            self.scratch.spaces.push(around);
-            self.take(home, around);
+        self.take_whole(self.homes, self.seen.around());
+        if let Some((cells, open)) = self.beside {
+            self.take_whole(cells, self.seen.of(&open));
         }
         for i in 0..self.scratch.reached.len() {
             let cell = self.scratch.reached[i];
@@ -53,19 +55,24 @@ impl Vectorize for CollectObjects<'_> {
 impl Opened<'_> {
     /// The half-spaces of the rectangle.
     pub fn around(&self) -> HalfSpaces {
-        let around = HalfSpaces::of(self.camera, self.open);
+        let around = self.of(self.open);
         self.front.map_or(around, |(n, d)| around.beyond(n, self.behind(d)))
+    }
+
+    /// The half-spaces of a part of the screen.
+    fn of(&self, open: &Rect) -> HalfSpaces {
+        HalfSpaces::of(self.camera, open).grown(self.off)
     }
 
     /// Sets `spaces` to the half-spaces of each portal into a cell. Returns half-spaces around all of them.
     pub fn open(&self, cell: CellId, scratch: &mut Scratch) -> HalfSpaces {
-        let Self { culler, camera, .. } = *self;
+        let culler = self.culler;
         scratch.spaces.clear();
         let (mut all, mut next) = (Rect::EMPTY, scratch.ways_in[cell.index()].first);
         while let Some(crossed) = scratch.crossed.get(next as usize) {
             let PortalState { open, shut, .. } = scratch.portal_states[crossed.portal.0 as usize];
             let (n, d) = directed_plane(culler, crossed.portal);
-            let mut space = HalfSpaces::of(camera, &open).beyond(n, self.behind(d));
+            let mut space = self.of(&open).beyond(n, self.behind(d));
             if shut {
                 space = space.beyond(-n, -(d + culler.doorway(crossed.portal)));
             }
@@ -73,7 +80,7 @@ impl Opened<'_> {
             scratch.spaces.push(space);
             next = scratch.next_in[next as usize];
         }
-        if let [one] = scratch.spaces[..] { one } else { HalfSpaces::of(camera, &all) }
+        if let [one] = scratch.spaces[..] { one } else { self.of(&all) }
     }
 
     /// A plane's distance from the origin, moved by the tolerance: twice as everywhere, and once more for rounding, whose terms are within
@@ -84,6 +91,16 @@ impl Opened<'_> {
 }
 
 impl CollectObjects<'_> {
+    /// Adds the objects of whole cells that are within `around`.
+    #[inline(always)]
+    fn take_whole(&mut self, cells: &[CellId], around: HalfSpaces) {
+        for &cell in cells {
+            self.scratch.spaces.clear();
+            self.scratch.spaces.push(around);
+            self.take(cell, around);
+        }
+    }
+
     /// Adds the objects of a cell that are in the row and in one of `spaces`; `around` contains all of these.
     #[inline(always)]
     fn take(&mut self, cell: CellId, around: HalfSpaces) {
@@ -127,6 +144,9 @@ pub(super) fn group(culler: &Culler, scratch: &mut Scratch) {
         let cell = target(culler, crossed.portal);
         let ways = &mut scratch.ways_in[cell.index()];
         scratch.next_in.push(u32::MAX);
+        if scratch.portal_states[crossed.portal.0 as usize].joined {
+            continue;
+        }
         if ways.frame == scratch.frame {
             scratch.next_in[ways.last as usize] = i as u32;
             ways.last = i as u32;

@@ -24,9 +24,9 @@
 
 use super::camera::{Camera, Rect};
 use super::culler::{Culler, directed_plane, target};
+use super::doors::Doors;
 use super::objects::{CollectObjects, Opened, group};
 use super::scratch::{Part, PortalState, Scratch};
-use super::visible::CrossedPortal;
 use crate::math::simd::vectorized;
 use crate::{CellId, DirectedPortal, PortalId};
 use glam::{DVec2, DVec3, Vec3};
@@ -41,6 +41,7 @@ const ROUNDING: f64 = 1e-6;
 const MOST_VISITS: u32 = 32;
 
 /// The camera in `f64`, with derived values, computed once per frame.
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Eye {
     at: DVec3,
     x: DVec3,
@@ -61,8 +62,9 @@ pub(super) struct Eye {
 }
 
 impl Eye {
-    pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>) -> Self {
-        let tolerance = culler.tolerance;
+    /// `off`: largest error of the camera's place, metres.
+    pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>, off: f64) -> Self {
+        let tolerance = culler.tolerance + off;
         let (x, y, w) = (camera.x.as_dvec3(), camera.y.as_dvec3(), camera.w.as_dvec3());
         let portal_margin = w.length() * tolerance;
         let at = camera.eye.as_dvec3();
@@ -80,8 +82,13 @@ impl Eye {
         self.distance_from(directed_plane(culler, portal))
     }
 
+    /// Whether a directed portal is shut, and its leaf not behind the eye.
+    pub fn is_shut(&self, culler: &Culler, portal: DirectedPortal, doors: &Doors) -> bool {
+        !doors.is_open(portal) && !is_in_doorway(culler, self.at, portal.portal())
+    }
+
     /// The largest rectangle that a directed portal can open.
-    fn own_outline(&self, culler: &Culler, portal: DirectedPortal) -> Rect {
+    pub fn own_outline(&self, culler: &Culler, portal: DirectedPortal) -> Rect {
         let side = self.side(culler, portal);
         let corners = culler.portal_corners.get(portal.portal().index());
         if side > self.either_side || self.front.is_some_and(|front| !is_beyond(culler, front, corners)) {
@@ -144,7 +151,7 @@ impl Eye {
 }
 
 /// Distance of a point from a convex winding, metres.
-fn distance(at: DVec3, corners: &[Vec3]) -> f64 {
+pub(super) fn distance(at: DVec3, corners: &[Vec3]) -> f64 {
     let corner = |i: usize| corners[i % corners.len()].as_dvec3() - at;
     let n = (1..corners.len().saturating_sub(1))
         .map(|i| (corner(i) - corner(0)).cross(corner(i + 1) - corner(0)))
@@ -169,13 +176,22 @@ pub(super) fn is_in_doorway(culler: &Culler, at: DVec3, portal: PortalId) -> boo
 
 /// Fills the scratch with the cells, portals and objects that the camera sees from `homes`, the eye's cells, on `open`.
 pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[CellId], open: &Rect, scratch: &mut Scratch) {
-    // 1. The portals out of the eye's own cells.
+    start(culler, eye, homes, open, scratch);
+    spread(culler, eye, scratch);
+    let seen = Opened { culler, camera, front: eye.front, open, off: 0.0 };
+    collect(CollectObjects { seen, homes, beside: None, scratch });
+}
+
+/// Offers the portals out of cells that are visible on `open`, with nothing between them and the eye.
+pub(super) fn start(culler: &Culler, eye: &Eye, homes: &[CellId], open: &Rect, scratch: &mut Scratch) {
     for &home in homes {
         scratch.reach(home);
         offer(culler, eye, home, None, open, scratch);
     }
+}
 
-    // 2. From portal to portal, until no rectangle grows.
+/// Goes from portal to portal, until no rectangle grows.
+pub(super) fn spread(culler: &Culler, eye: &Eye, scratch: &mut Scratch) {
     while let Some(portal) = scratch.queue.pop() {
         let state = &mut scratch.portal_states[portal.0 as usize];
         state.queued = false;
@@ -187,21 +203,23 @@ pub(super) fn traverse(culler: &Culler, camera: &Camera, eye: &Eye, homes: &[Cel
         let open = state.open;
         offer(culler, eye, target(culler, portal), Some(portal), &open, scratch);
     }
+}
 
-    // 3. Final rectangles and objects.
+/// Sets the final rectangles, and adds the objects.
+pub(super) fn collect(mut objects: CollectObjects<'_>) {
+    let CollectObjects { seen: Opened { culler, .. }, ref mut scratch, .. } = objects;
     for i in 0..scratch.crossed.len() {
         let portal = scratch.crossed[i].portal;
-        let PortalState { open, shut, .. } = scratch.portal_states[portal.0 as usize];
-        scratch.crossed[i].rect = open;
-        if !shut {
+        let state = scratch.portal_states[portal.0 as usize];
+        scratch.crossed[i].rect = state.open;
+        if state.goes_on() {
             scratch.reach(target(culler, portal));
         }
     }
     group(culler, scratch);
-    let seen = Opened { culler, camera, front: eye.front, open };
-    vectorized(CollectObjects { seen, homes, scratch: &mut *scratch });
     scratch.stats.cells = scratch.cells.len() as u64;
     scratch.stats.portals = scratch.crossed.len() as u64;
+    vectorized(objects);
 }
 
 /// A cell is visible on `open`, through portal `through` (or from the eye): queues its portals whose rectangles grow by that.
@@ -221,14 +239,8 @@ fn offer(culler: &Culler, eye: &Eye, cell: CellId, through: Option<DirectedPorta
             at += 1;
             continue;
         }
-        if state.open.is_empty() {
-            scratch.crossed.push(CrossedPortal { portal: next, rect: opened });
-        }
-        state.open = state.open.union(opened);
-        if !state.queued && !state.shut {
-            state.queued = true;
-            scratch.queue.push(next);
-        }
+        scratch.open(next, opened);
+        let state = &scratch.portal_states[next.0 as usize];
         if state.open.covers(&state.own) {
             // It is entirely open: no further visits.
             end -= 1;
@@ -249,11 +261,12 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
     }
     let start = scratch.ways.len();
     for &portal in culler.cell_portals.get(cell.index()) {
-        if culler.may_enter(target(culler, portal), scratch) {
+        if culler.may_enter(target(culler, portal), scratch) && !scratch.is_joined(portal.reversed()) {
             let own = eye.own_outline(culler, portal);
             if !own.is_empty() {
-                let shut = !scratch.doors.is_open(portal) && !is_in_doorway(culler, eye.at, portal.portal());
-                scratch.portal_states[portal.0 as usize] = PortalState { own, shut, ..PortalState::UNSEEN };
+                let shut = eye.is_shut(culler, portal, &scratch.doors);
+                let joined = scratch.is_joined(portal);
+                scratch.portal_states[portal.0 as usize] = PortalState { own, shut, joined, ..PortalState::UNSEEN };
                 scratch.ways.push(portal);
             }
         }

@@ -33,10 +33,18 @@ pub(super) struct PortalState {
     pub queued: bool,
     /// Whether it is shut: objects in the doorway are visible, and nothing beyond.
     pub shut: bool,
+    /// Whether it leads into another module of a world.
+    pub joined: bool,
 }
 
 impl PortalState {
-    pub const UNSEEN: Self = Self { own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false, shut: false };
+    pub const UNSEEN: Self =
+        Self { own: Rect::EMPTY, open: Rect::EMPTY, visits: 0, queued: false, shut: false, joined: false };
+
+    /// Whether the view goes on in the cell behind.
+    pub fn goes_on(&self) -> bool {
+        !self.shut && !self.joined
+    }
 }
 
 /// The crossed portals into a cell, as a list linked by [`Scratch::next_in`].
@@ -64,6 +72,14 @@ impl Queue {
         self.len += 1;
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
     pub fn pop(&mut self) -> Option<DirectedPortal> {
         self.len = self.len.checked_sub(1)?;
         let portal = self.ring[self.head];
@@ -76,6 +92,8 @@ impl Queue {
 #[derive(Clone, Debug)]
 pub(super) struct Scratch {
     pub doors: Doors,
+    /// Directed portals that lead into another module of a world, as bits; empty: none.
+    pub joined: Vec<u64>,
     pub min_pixels: MinPixels,
     /// Frame counter; a mark is set if it equals this.
     pub frame: u32,
@@ -116,6 +134,7 @@ impl Scratch {
         let (objects, cells, portals) = (culler.object_count(), culler.cell_count(), culler.portal_count() * 2);
         Self {
             doors: Doors::open(culler),
+            joined: Vec::new(),
             min_pixels: MinPixels::default(),
             frame: 0,
             taken: vec![0; objects],
@@ -156,6 +175,26 @@ impl Scratch {
         self.crossed.clear();
         self.ways.clear();
         self.stats = FrameStats::default();
+    }
+
+    /// Whether a directed portal leads into another module.
+    #[inline]
+    pub fn is_joined(&self, portal: DirectedPortal) -> bool {
+        self.joined.get(portal.0 as usize / 64).is_some_and(|word| word >> (portal.0 % 64) & 1 != 0)
+    }
+
+    /// Opens a portal on one more part of the screen, and queues it if the view goes on behind it.
+    #[inline]
+    pub fn open(&mut self, portal: DirectedPortal, opened: Rect) {
+        let state = &mut self.portal_states[portal.0 as usize];
+        if state.open.is_empty() {
+            self.crossed.push(CrossedPortal { portal, rect: opened });
+        }
+        state.open = state.open.union(opened);
+        if !state.queued && state.goes_on() {
+            state.queued = true;
+            self.queue.push(portal);
+        }
     }
 
     /// Marks a cell as reached, once per frame.

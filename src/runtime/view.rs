@@ -180,7 +180,7 @@ impl View {
             how if camera.is_orthographic() || self.frame.homes.is_empty() && how != How::Screen => How::Screen,
             how => how,
         };
-        let seen = Opened { culler: &self.culler, camera: &camera, front: None, open: &Rect::FULL };
+        let seen = Opened { culler: &self.culler, camera: &camera, front: None, open: &Rect::FULL, off: 0.0 };
         self.movers.add(movers, &self.culler, how, &seen, &mut self.frame);
         &self.movers.ids
     }

@@ -8,4 +8,5 @@ mod paths;
 mod prefetch;
 mod relevance;
 mod view;
+mod world;
 mod worlds;

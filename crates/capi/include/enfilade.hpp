@@ -183,6 +183,52 @@ public:
   }
 };
 
+class World : public Handle<EnfWorld, enf_world_free> {
+public:
+  World() : Handle(enf_world_new()) {}
+  // By columns: turned and moved.
+  EnfModule place(const Building &building, const EnfPlacement &placement) {
+    EnfModule module;
+    check(enf_world_place(get(), building.get(), &placement, &module));
+    return module;
+  }
+  void remove(EnfModule module) { check(enf_world_remove(get(), module)); }
+  void join(EnfModule a, uint32_t portal, EnfModule b, uint32_t other) { check(enf_world_join(get(), a, portal, b, other)); }
+  void part(EnfModule module, uint32_t portal) { check(enf_world_part(get(), module, portal)); }
+};
+
+class WorldView : public Handle<EnfWorldView, enf_world_view_free> {
+  std::vector<EnfModule> modules_;
+  std::vector<uint32_t> objects_;
+  std::vector<EnfRun> runs_;
+  std::vector<EnfMover> movers_;
+
+public:
+  WorldView() : Handle(enf_world_view_new()) {}
+  void set_doors(const World &world, EnfModule module, const Doors &doors) {
+    check(enf_world_view_set_doors(get(), world.get(), module, doors.get()));
+  }
+  // The modules that may be seen, those of the eye first.
+  const std::vector<EnfModule> &cull(const World &world, const EnfCamera &camera, EnfMode mode) {
+    check(enf_world_view_cull(get(), world.get(), &camera, mode));
+    fill(modules_, [=](EnfModule *b, size_t n, size_t *c) { return enf_world_view_modules(get(), b, n, c); });
+    return modules_;
+  }
+  // Lists of a module of the last frame, until the next call of the same.
+  const std::vector<uint32_t> &objects(EnfModule module) {
+    fill(objects_, [=](uint32_t *b, size_t n, size_t *c) { return enf_world_view_objects(get(), module, b, n, c); });
+    return objects_;
+  }
+  const std::vector<EnfRun> &runs(EnfModule module) {
+    fill(runs_, [=](EnfRun *b, size_t n, size_t *c) { return enf_world_view_runs(get(), module, b, n, c); });
+    return runs_;
+  }
+  const std::vector<EnfMover> &movers(EnfModule module, const Movers &movers) {
+    fill(movers_, [&](EnfMover *b, size_t n, size_t *c) { return enf_world_view_movers(get(), module, movers.get(), b, n, c); });
+    return movers_;
+  }
+};
+
 } // namespace enfilade
 
 #endif // ENFILADE_HPP

@@ -152,6 +152,33 @@ int main(int argc, char **argv) {
   if (!may) return 1;
   enf_paths_free(paths), enf_relevance_free(relevance);
 
+  EnfWorld *world = enf_world_new();
+  EnfWorldView *world_view = enf_world_view_new();
+  EnfPlacement placement = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}}, sheared = {{1}};
+  EnfModule module = {3, 3}, second = {0, 0};
+  EXPECT(NULL, enf_world_place(world, NULL, &placement, &module));
+  EXPECT(ARGUMENT, enf_world_place(world, building, &sheared, &module));
+  EXPECT(ARGUMENT, enf_world_remove(world, module));
+  EXPECT(OK, enf_world_place(world, building, &placement, &module));
+  placement.matrix[12] = 500;
+  EXPECT(OK, enf_world_place(world, building, &placement, &second));
+  EXPECT(NULL, enf_building_ways_in(building, NULL, 9, &count));
+  EXPECT(ARGUMENT, enf_world_join(world, module, info.portals, second, 0));
+  EXPECT(ARGUMENT, enf_world_join(world, module, 0, second, 0));
+  EXPECT(ARGUMENT, enf_world_part(world, module, 0));
+  EXPECT(OTHER_BUILDING, enf_world_view_set_doors(world_view, world, module, doors));
+  EXPECT(NOTHING, enf_world_view_objects(world_view, module, NULL, 0, &count));
+  EXPECT(NULL, enf_world_view_cull(world_view, NULL, &camera, ENF_MODE_BOTH));
+  EXPECT(ARGUMENT, enf_world_view_cull(world_view, world, &camera, 9));
+  EXPECT(OK, enf_world_view_cull(world_view, world, &camera, ENF_MODE_NONE));
+  EXPECT(TOO_SMALL, enf_world_view_objects(world_view, second, &number, 1, &count));
+  EXPECT(OTHER_BUILDING, enf_world_view_movers(world_view, module, others, NULL, 0, &count));
+  EXPECT(OK, enf_world_remove(world, module));
+  EXPECT(ARGUMENT, enf_world_join(world, module, 0, second, 0));
+  EXPECT(OK, enf_world_view_cull(world_view, world, &camera, ENF_MODE_BOTH));
+  EXPECT(NOTHING, enf_world_view_runs(world_view, module, NULL, 0, &count));
+  enf_world_free(world), enf_world_view_free(world_view);
+
   damaged(bytes, length);
   enf_loader_free(loader), enf_mirrors_free(mirrors), enf_movers_free(movers), enf_movers_free(others);
   enf_building_free(building), enf_doors_free(doors), enf_view_free(view), enf_building_free(other);

@@ -30,6 +30,14 @@ int main(int argc, char **argv) {
   EnfMovers *movers = enf_movers_new(building);
   EnfDoors *doors = enf_doors_as_found(building);
   for (int i = 0; i < MOVERS; i++) need(enf_movers_insert(movers, (EnfBox){{0, 0, 0}, {1, 1, 1}}, &ids[i]));
+  /* The same building in a world, twice. */
+  EnfWorld *world = enf_world_new();
+  EnfWorldView *world_view = enf_world_view_new();
+  EnfModule modules[2], shown[2];
+  for (int i = 0; i < 2; i++) {
+    EnfPlacement placement = {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1000.0 * i, 0, 0, 1}};
+    need(enf_world_place(world, building, &placement, &modules[i]));
+  }
   size_t before = 0, n;
   for (int frame = 0; frame < 2000; frame++) {
     if (frame == 1) before = count;
@@ -52,8 +60,17 @@ int main(int argc, char **argv) {
     need(enf_view_movers(view, movers, seen, MOVERS, &n));
     need(enf_view_around(view, eye, NULL, list, MOST, &n));
     need(enf_view_in_volume(view, (EnfPlane[]){{1, 0, 0, x}, {0, 0, 1, z}}, 2, NULL, 0, list, MOST, &n));
+    need(enf_world_view_set_doors(world_view, world, modules[0], doors));
+    need(enf_world_view_cull(world_view, world, &camera, ENF_MODE_BOTH));
+    size_t seen_modules;
+    need(enf_world_view_modules(world_view, shown, 2, &seen_modules));
+    for (size_t i = 0; i < seen_modules; i++) {
+      need(enf_world_view_runs(world_view, shown[i], runs, MOST, &n));
+      need(enf_world_view_movers(world_view, shown[i], movers, seen, MOVERS, &n));
+    }
   }
   printf("%zu allocations before frames, %zu in them\n", before, count - before);
+  enf_world_view_free(world_view), enf_world_free(world);
   enf_movers_free(movers), enf_doors_free(doors), enf_view_free(view), enf_building_free(building);
   return count == before ? 0 : 1;
 }

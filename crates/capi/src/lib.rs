@@ -22,3 +22,4 @@ pub mod paths;
 pub mod relevance;
 pub mod shapes;
 pub mod view;
+pub mod world;

@@ -95,6 +95,11 @@ fn cell_of(culler: &Culler, cell: u32) -> Result<CellId, Fault> {
     there.then_some(CellId(cell)).ok_or_else(|| Fault::argument(format_args!("cell {cell} of {all}")))
 }
 
+pub(crate) fn mode_of(mode: EnfMode) -> Result<Mode, Fault> {
+    let known = Mode::WITHOUT_QUERIES.get(mode as usize).copied();
+    known.ok_or_else(|| Fault::argument(format_args!("no mode has number {mode}")))
+}
+
 /// A view with all doors open. Null if the building is.
 #[unsafe(no_mangle)]
 pub extern "C" fn enf_view_new(building: Option<&EnfBuilding>) -> Option<Box<EnfView>> {
@@ -140,9 +145,7 @@ pub extern "C" fn enf_view_cull(
 ) -> EnfStatus {
     status(|| {
         let (view, camera) = (needed(view, "the view")?, needed(camera, "the camera")?);
-        let known = Mode::WITHOUT_QUERIES.get(mode as usize);
-        let mode = known.ok_or_else(|| Fault::argument(format_args!("no mode has number {mode}")))?;
-        let stats = view.view.cull(&(*camera).into(), *mode).stats;
+        let stats = view.view.cull(&(*camera).into(), mode_of(mode)?).stats;
         if let Some(frame) = frame {
             let (cells, portals, objects) = (stats.cells, stats.portals, stats.objects);
             frame.write(EnfFrame { cells, portals, objects, triangles: stats.triangles, small: stats.small });

@@ -54,6 +54,7 @@ impl PvsFile {
             gap: Some(pvs.gap(&lower)).filter(|gap| gap.all() > 0),
             views: Views::default(),
             relevance: None,
+            ways_in: None,
         };
         let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
         if hall {

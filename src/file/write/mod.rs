@@ -13,11 +13,11 @@ pub use rows::encode_rows;
 use super::codes::{HOLE, NO_TUBES, TUBE_RADIUS, UNIT, Z_UP, portal_kind_code, state_code, strategy_code};
 use super::format::SectionId;
 use super::rows::Guide;
-use super::{FileRelevance, Gap, Import, PvsFile};
-use crate::BitMatrix;
+use super::{FileRelevance, FileWaysIn, Gap, Import, PvsFile};
 use crate::types::bounds::Unseen;
 use crate::types::portal::PortalState;
 use crate::types::stats::PvsStats;
+use crate::{BitMatrix, DirectedPortal};
 use container::assemble;
 use glam::{DVec3, Vec4};
 use put::Put;
@@ -77,6 +77,11 @@ impl PvsFile {
             add(SectionId::Relevance, true, &|| metres.to_le_bytes().to_vec());
             add(SectionId::RelevantCells, true, &|| encode_rows(cells));
             add(SectionId::RelevantObjects, true, &|| encode_rows(objects));
+        }
+        if let Some(FileWaysIn { portals, cells, objects }) = &self.ways_in {
+            add(SectionId::WaysIn, true, &|| directed(portals));
+            add(SectionId::WayInCells, true, &|| encode_rows(cells));
+            add(SectionId::WayInObjects, true, &|| encode_rows(objects));
         }
         assemble(self.model_hash, self.guarantee, &sections)
     }
@@ -220,6 +225,13 @@ fn pieces(pieces: &[Vec<Vec4>], out: &mut Vec<u8>) {
         out.count(piece.len());
         piece.iter().for_each(|plane| out.f32s(plane.to_array()));
     }
+}
+
+fn directed(portals: &[DirectedPortal]) -> Vec<u8> {
+    let mut out = Vec::new();
+    out.count(portals.len());
+    portals.iter().for_each(|portal| out.u32(portal.0));
+    out
 }
 
 fn segments(segments: impl ExactSizeIterator<Item = [DVec3; 2]>) -> Vec<u8> {

@@ -43,6 +43,7 @@ pub fn bare() -> PvsFile {
         stats: PvsStats::default(),
         views: Default::default(),
         relevance: None,
+        ways_in: None,
     }
 }
 

@@ -3,11 +3,13 @@
 
 use crate::random::Random;
 use enfilade::cells::{PortalKind, PortalState, Strategy};
-use enfilade::file::{Bounds, FileCell, FileObject, FilePortal, FileRelevance, FileViewCell, Gap, Import, PairCounts};
+use enfilade::file::{
+    Bounds, FileCell, FileObject, FilePortal, FileRelevance, FileViewCell, FileWaysIn, Gap, Import, PairCounts,
+};
 use enfilade::file::{PvsFile, ViewBounds, Views};
 use enfilade::pvs::{Guarantee, PvsStats, Repair, Witness};
 use enfilade::types::placed::PlacedBox;
-use enfilade::{BitMatrix, CellId, ObjectId};
+use enfilade::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::{DVec3, Vec3};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -326,6 +328,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         closed_holes: (0..r.below(3)).map(|_| (0..3 + r.below(4)).map(|_| r.point().as_vec3()).collect()).collect(),
         clusters: if r.below(2) > 0 { (0..cells).map(|_| 1 + r.below(9) as u32).collect() } else { Vec::new() },
         relevance: relevance(r, cells, objects),
+        ways_in: ways_in(r, portals, cells, objects),
     }
 }
 
@@ -333,6 +336,16 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
 fn relevance(r: &mut Random, cells: usize, objects: usize) -> Option<FileRelevance> {
     let (is_kept, metres) = (r.below(2) == 1, r.signed().abs());
     is_kept.then(|| FileRelevance { metres, cells: r.matrix(cells, cells, 4), objects: r.matrix(cells, objects, 4) })
+}
+
+/// In every other file that has portals.
+fn ways_in(r: &mut Random, portals: usize, cells: usize, objects: usize) -> Option<FileWaysIn> {
+    let is_in = |r: &mut Random| (0..2 * portals as u32).filter(|_| r.below(3) == 0).map(DirectedPortal).collect();
+    (r.below(2) == 1).then(|| {
+        let portals: Vec<DirectedPortal> = is_in(r);
+        let (cells, objects) = (r.matrix(portals.len(), cells, 4), r.matrix(portals.len(), objects, 4));
+        FileWaysIn { portals, cells, objects }
+    })
 }
 
 /// Up to three view cells, ids apart.

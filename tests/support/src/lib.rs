@@ -21,6 +21,7 @@ pub mod level_mesh;
 pub mod map;
 pub mod maze;
 pub mod meshes;
+pub mod modules;
 pub mod openings;
 pub mod page;
 pub mod plain;

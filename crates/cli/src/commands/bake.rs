@@ -40,6 +40,9 @@ pub struct Args {
     /// Also rows for servers: what may be seen from wherever somebody in a cell may be after so many metres through doors, as in 2m
     #[arg(long, value_name = "METRES", value_parser = metres, help_heading = "Rows")]
     relevance: Option<f64>,
+    /// A module that is joined with others at run time: also a row for each portal that leads outside
+    #[arg(long, help_heading = "Rows")]
+    module: bool,
     /// Memory for rows and proofs during the bake, as in 512M; cells are joined to fit
     #[arg(long, value_name = "SIZE", value_parser = size, default_value = "8G", help_heading = "Run")]
     memory: u64,
@@ -169,6 +172,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
         view_cells,
         view_cell_bytes,
         relevance: args.relevance,
+        module: args.module,
         import,
         memory: args.memory,
     })
