@@ -5,6 +5,7 @@
 //! thread; and the time of joining and parting a module with twenty portals.
 
 use enfilade::bake::BakeOptions;
+use enfilade::cells::SplitOptions;
 use enfilade::file::PvsFile;
 use enfilade::runtime::{self, Camera, Culler, Mode, ModuleId, World, WorldView};
 use enfilade::scene::Scene;
@@ -57,7 +58,8 @@ fn main() {
 
 fn bake_module(module: &Module, rays: u64) -> PvsFile {
     let given = Some(module.graph.clone());
-    baked(&module.scene, BakeOptions { given, module: true, ..with_rays(rays) })
+    let split = SplitOptions { module: true, ..SplitOptions::default() };
+    baked(&module.scene, BakeOptions { given, split, ..with_rays(rays) })
 }
 
 /// Cameras of a tour, each turned anywhere.
@@ -101,15 +103,15 @@ fn check(single: &Scene, world: &World, ids: &[ModuleId], cuts: &[Module], camer
 
 /// Triangles and times of the whole and of the modules.
 fn compare(culler: &Arc<Culler>, world: &World, cameras: &[Camera]) {
-    println!("| mode | triangles: whole | joined | times | us: whole, median | 99 % | joined | 99 % | times |");
-    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    println!("| mode | triangles: whole | joined | times | us: whole, median | 99 % | joined | 99 % | times | modules |");
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
     for mode in MODES {
         let (mut whole, mut parts) = (runtime::View::new(culler), WorldView::new());
-        let mut triangles = [0, 0];
+        let (mut triangles, mut seen) = ([0, 0], 0);
         let mut times = [Vec::new(), Vec::new()];
         for camera in cameras {
             triangles[0] += whole.cull(camera, mode).stats.triangles;
-            parts.cull(world, camera, mode);
+            seen += parts.cull(world, camera, mode).len();
             for id in world.modules() {
                 triangles[1] += parts.visible(id).map_or(0, |set| set.stats.triangles);
             }
@@ -119,7 +121,7 @@ fn compare(culler: &Arc<Culler>, world: &World, cameras: &[Camera]) {
         times.iter_mut().for_each(|times: &mut Vec<Duration>| times.sort());
         let sum = |times: &[Duration]| times.iter().sum::<Duration>().as_secs_f64();
         println!(
-            "| {mode} | {:.0} | {:.0} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |",
+            "| {mode} | {:.0} | {:.0} | {:.3} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} |",
             triangles[0] as f64 / cameras.len() as f64,
             triangles[1] as f64 / cameras.len() as f64,
             triangles[1] as f64 / triangles[0] as f64,
@@ -128,6 +130,7 @@ fn compare(culler: &Arc<Culler>, world: &World, cameras: &[Camera]) {
             us(&times[1], 50),
             us(&times[1], 99),
             sum(&times[1]) / sum(&times[0]),
+            seen as f64 / cameras.len() as f64,
         );
     }
 }

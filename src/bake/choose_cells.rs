@@ -132,7 +132,7 @@ fn best(
     // Rooms of a plan are places to be; pockets between walls are not.
     let are_places = keeps_plan && (score.drawn <= 1.0 - ENTERED || score.indoors <= SHUT_OFF);
     let drawn = if are_places { score.drawn.min(score.indoors) } else { score.drawn };
-    if drawn > 1.0 - WORTH {
+    if drawn > 1.0 - WORTH && !(options.module && score.closed_cells > 0) {
         let drawn = percent(drawn);
         let reason =
             format!("{why}; walls hide too little ({drawn} of the frustum's triangles would be drawn): one open cell");

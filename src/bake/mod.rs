@@ -58,9 +58,6 @@ pub struct BakeOptions {
     pub view_cell_bytes: Option<u64>,
     /// If set, the file keeps rows for bodies that go so many metres ([`Relevance`]).
     pub relevance: Option<f64>,
-    /// Whether the file keeps a row for each portal that leads in from outside, for a module that is joined with others
-    /// ([`World`](crate::runtime::World)).
-    pub module: bool,
     /// Memory limit for rows and proofs during the bake, bytes. If matrices over all cells would take more than half of it, neighbouring
     /// cells are merged; proofs beyond a quarter of it are left out, and their pairs stay undecided. The split has its own limit,
     /// [`SplitOptions::memory`]; neither includes the scene and its hierarchies.
@@ -83,7 +80,6 @@ impl Default for BakeOptions {
             view_cells: Vec::new(),
             view_cell_bytes: None,
             relevance: None,
-            module: false,
             memory: MEMORY,
         }
     }
@@ -219,7 +215,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     if let Some(views) = &views {
         file.add_views(&view_cells, views, options.keep_bounds);
     }
-    if options.module {
+    if options.split.module {
         let culler = Culler::new(&file);
         let portals = culler.ways_in().filter_map(|portal| culler.way_in(portal)).collect();
         file.ways_in = Some(ways_in::rows(scene, &pvs, portals, &pvs_options, work)?);

@@ -38,6 +38,9 @@ pub struct SplitOptions {
     pub smallest_occluder: Option<f64>,
     /// Whether the scene is certainly in metres: thresholds for rooms and doors then do not depend on its ceiling heights.
     pub in_metres: bool,
+    /// Whether it is a module that is joined with others: then its rooms are kept, however little they hide alone, and the file of a bake has a
+    /// row for each portal that leads outside.
+    pub module: bool,
     /// Memory limit of the split, bytes, without the scene itself. Beyond it, the smallest surfaces do not split space, cells are coarser,
     /// and [`CellGraph::notes`] reports it.
     pub memory: u64,
@@ -48,7 +51,7 @@ const MEMORY: u64 = 4 << 30;
 
 impl Default for SplitOptions {
     fn default() -> Self {
-        Self { strategy: None, smallest_occluder: None, in_metres: false, memory: MEMORY }
+        Self { strategy: None, smallest_occluder: None, in_metres: false, module: false, memory: MEMORY }
     }
 }
 

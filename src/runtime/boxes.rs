@@ -61,19 +61,19 @@ impl HalfSpaces {
     }
 
     /// Restricts to boxes with a part where `n . p >= d`.
-    pub fn beyond(mut self, n: Vec3, d: f32) -> Self {
+    #[inline]
+    pub fn go_beyond(&mut self, n: Vec3, d: f32) {
         self.add(-n, d - n.dot(Vec3::from(self.eye)), n.abs());
-        self
     }
 
-    /// The same for an eye that is up to `off` metres elsewhere.
-    pub fn grown(mut self, off: f32) -> Self {
+    /// Allows for an eye that is up to `off` metres elsewhere.
+    #[inline]
+    pub fn grow(&mut self, off: f32) {
         if off > 0.0 {
             for plane in &mut self.planes[..self.count] {
                 plane.offset -= off * plane.reach.iter().sum::<f32>();
             }
         }
-        self
     }
 
     fn add(&mut self, normal: Vec3, offset: f32, magnitude: Vec3) {
@@ -130,6 +130,11 @@ impl Boxes {
         }
         boxes.resize(boxes.centre[0].len());
         boxes
+    }
+
+    /// Number of boxes.
+    pub fn len(&self) -> usize {
+        self.centre[0].len().saturating_sub(LANES)
     }
 
     /// Makes room for `count` boxes.
@@ -241,10 +246,12 @@ mod tests {
     fn what_is_before_a_portal_is_not_seen_through_it() {
         let screen = HalfSpaces::of(&looking_along_x(1.0), &Rect::FULL);
         for (from, seen) in [(2.5, false), (3.5, true), (9.0, true)] {
-            let beyond = screen.beyond(Vec3::X, 4.0);
+            let mut beyond = screen;
+            beyond.go_beyond(Vec3::X, 4.0);
             assert_eq!(meets(&beyond, Vec3::new(from, -1.0, -1.0), Vec3::new(from + 1.0, 1.0, 1.0)), seen);
             // In the doorway: from 4 to 4.6.
-            let doorway = beyond.beyond(Vec3::NEG_X, -4.6);
+            let mut doorway = beyond;
+            doorway.go_beyond(Vec3::NEG_X, -4.6);
             assert_eq!(meets(&doorway, Vec3::new(from, -1.0, -1.0), Vec3::new(from + 1.0, 1.0, 1.0)), from == 3.5);
         }
     }

@@ -41,7 +41,7 @@ impl Culler {
                 if has_rows {
                     self.narrow_row(camera.eye, scratch);
                 }
-                let eye = Eye::new(camera, self, None, 0.0);
+                let eye = Eye::new(camera, self, None);
                 portals::traverse(self, camera, &eye, homes.as_slice(), &Rect::FULL, scratch);
             }
         }
@@ -70,7 +70,8 @@ impl Culler {
 
     /// Adds the objects of the joined row that are not certainly off the screen of a camera whose place is known to within `off` metres.
     pub(super) fn take_in_row(&self, camera: &Camera, off: f32, scratch: &mut Scratch) {
-        let (boxes, screen) = (&self.boxes, HalfSpaces::of(camera, &Rect::FULL).grown(off));
+        let (boxes, mut screen) = (&self.boxes, HalfSpaces::of(camera, &Rect::FULL));
+        screen.grow(off);
         vectorized(InRow { boxes, screen, row: &scratch.object_row, objects: &mut scratch.objects });
     }
 

@@ -111,7 +111,7 @@ pub struct Culler {
     /// The box around all other cells.
     pub(super) inside: Option<[Vec3; 2]>,
     /// The box around these and all objects.
-    pub(super) whole: Boxes,
+    pub(super) whole: Option<[Vec3; 2]>,
     ways_in: Option<WaysIn>,
 }
 
@@ -153,9 +153,7 @@ impl Culler {
             extent,
             outside: (0..).map(CellId).zip(&cell_boxes).filter(|(_, bounds)| bounds.is_none()).map(|(c, _)| c).collect(),
             inside: around(&mut cell_boxes.iter().copied().flatten()),
-            whole: Boxes::new(
-                around(&mut file.objects.iter().map(|o| o.bounds).chain(cell_boxes.iter().copied().flatten())).into_iter(),
-            ),
+            whole: around(&mut file.objects.iter().map(|o| o.bounds).chain(cell_boxes.iter().copied().flatten())),
             ways_in: file.ways_in.as_ref().map(|FileWaysIn { portals, cells, objects }| {
                 let mut of = vec![None; 2 * file.portals.len()];
                 (0..).zip(portals).for_each(|(row, portal)| of[portal.0 as usize] = Some(row));

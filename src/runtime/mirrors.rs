@@ -126,7 +126,7 @@ impl Reflections {
         let Some(Seen { movers, camera, mode, scratch: seen }) = frame.filter(|_| depth > 0) else { return };
         let mode = mode.without_queries();
         let by_portals = matches!(mode, Mode::Portals | Mode::PortalsAndPvs);
-        let eye = |camera: &Camera, front| Eye::new(camera, culler, front, 0.0);
+        let eye = |camera: &Camera, front| Eye::new(camera, culler, front);
         let (open, parent) = (Rect::FULL, None);
         let root = Seeing { camera, eye: eye(&camera, None), through: None, open, parent, depth: 0, by_portals };
         self.add(culler, mirrors, &root, seen);

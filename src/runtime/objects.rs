@@ -55,13 +55,18 @@ impl Vectorize for CollectObjects<'_> {
 impl Opened<'_> {
     /// The half-spaces of the rectangle.
     pub fn around(&self) -> HalfSpaces {
-        let around = self.of(self.open);
-        self.front.map_or(around, |(n, d)| around.beyond(n, self.behind(d)))
+        let mut around = self.of(self.open);
+        if let Some((n, d)) = self.front {
+            around.go_beyond(n, self.behind(d));
+        }
+        around
     }
 
     /// The half-spaces of a part of the screen.
     fn of(&self, open: &Rect) -> HalfSpaces {
-        HalfSpaces::of(self.camera, open).grown(self.off)
+        let mut spaces = HalfSpaces::of(self.camera, open);
+        spaces.grow(self.off);
+        spaces
     }
 
     /// Sets `spaces` to the half-spaces of each portal into a cell. Returns half-spaces around all of them.
@@ -72,9 +77,10 @@ impl Opened<'_> {
         while let Some(crossed) = scratch.crossed.get(next as usize) {
             let PortalState { open, shut, .. } = scratch.portal_states[crossed.portal.0 as usize];
             let (n, d) = directed_plane(culler, crossed.portal);
-            let mut space = self.of(&open).beyond(n, self.behind(d));
+            let mut space = self.of(&open);
+            space.go_beyond(n, self.behind(d));
             if shut {
-                space = space.beyond(-n, -(d + culler.doorway(crossed.portal)));
+                space.go_beyond(-n, -(d + culler.doorway(crossed.portal)));
             }
             all = all.union(open);
             scratch.spaces.push(space);

@@ -44,11 +44,11 @@ const MOST_VISITS: u32 = 32;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Eye {
     at: DVec3,
+    /// Largest changes of a point's clip x and y when the point moves by the tolerance.
+    margin: DVec2,
     x: DVec3,
     y: DVec3,
     w: DVec3,
-    /// Largest distance of a stored corner from the real opening's, metres.
-    tolerance: f64,
     /// Largest change of a point's clip w when the point moves by the tolerance.
     portal_margin: f64,
     /// Distance from a plane within which an eye may be on either side, metres: twice the tolerance, plus the error of the plane's normal
@@ -62,19 +62,19 @@ pub(super) struct Eye {
 }
 
 impl Eye {
-    /// `off`: largest error of the camera's place, metres.
-    pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>, off: f64) -> Self {
+    pub fn new(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>) -> Self {
+        Self::of(camera, culler, front, 0.0, &Lens::of(camera))
+    }
+
+    /// The same for a camera with a lens, whose place is known to within `off` metres.
+    pub fn of(camera: &Camera, culler: &Culler, front: Option<(Vec3, f32)>, off: f64, lens: &Lens) -> Self {
         let tolerance = culler.tolerance + off;
         let (x, y, w) = (camera.x.as_dvec3(), camera.y.as_dvec3(), camera.w.as_dvec3());
-        let portal_margin = w.length() * tolerance;
         let at = camera.eye.as_dvec3();
-        let farthest = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)]
-            .map(|(x, y)| camera.ray(DVec2::new(x, y)).length())
-            .into_iter()
-            .fold(0.0, |a: f64, b| if b.is_finite() { a.max(b) } else { f64::INFINITY });
-        let touch = if farthest.is_finite() { 3.0 * portal_margin * farthest + tolerance } else { f64::INFINITY };
+        let (margin, portal_margin) = (lens.lengths.truncate() * tolerance, lens.lengths.z * tolerance);
+        let touch = if lens.farthest.is_finite() { 3.0 * portal_margin * lens.farthest + tolerance } else { f64::INFINITY };
         let either_side = 2.0 * tolerance + 4.0 * f64::from(f32::EPSILON) * at.length();
-        Self { at, x, y, w, tolerance, portal_margin, either_side, touch, front }
+        Self { at, margin, x, y, w, portal_margin, either_side, touch, front }
     }
 
     /// Signed distance of the eye from a directed portal's plane, metres: negative on the source side.
@@ -112,7 +112,7 @@ impl Eye {
 
     /// The rectangle around a winding grown by the tolerance, clipped to the screen.
     fn project(&self, corners: &[Vec3]) -> Rect {
-        let margin = DVec2::new(self.x.length(), self.y.length()) * self.tolerance;
+        let margin = self.margin;
         let cut = 2.0 * self.portal_margin;
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut draw = |clip: DVec3| {
@@ -147,6 +147,26 @@ impl Eye {
             max: (max.clamp(-limit, limit) + ROUNDING).as_vec2(),
         };
         rect.intersection(Rect::FULL)
+    }
+}
+
+/// What of a camera does not depend on where it is and how it is turned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lens {
+    /// Norms of the rows.
+    lengths: DVec3,
+    /// The largest distance from the eye, in metres, of a point on the screen with a clip w of 1; infinite if there is none.
+    farthest: f64,
+}
+
+impl Lens {
+    pub fn of(camera: &Camera) -> Self {
+        let back = camera.unproject();
+        let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)];
+        let distances = corners.map(|(x, y)| (back * DVec3::new(x, y, 1.0)).length());
+        let farthest = distances.into_iter().fold(0.0, |a: f64, b| if b.is_finite() { a.max(b) } else { f64::INFINITY });
+        let lengths = [camera.x, camera.y, camera.w].map(|row| row.as_dvec3().length());
+        Self { lengths: lengths.into(), farthest }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Modules that are placed and joined: rooms by hand, and random buildings that are cut. What an eye sees is told by pictures of everything.
 
 use enfilade::bake::BakeOptions;
-use enfilade::cells::PortalKind;
+use enfilade::cells::{PortalKind, SplitOptions};
 use enfilade::file::PvsFile;
 use enfilade::runtime::{Camera, Culler, Doors, JoinError, Mode, ModuleId, Movers, Placement, View, World, WorldView};
 use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source};
@@ -150,7 +150,7 @@ fn a_shut_door_on_either_side_of_a_join_shuts_it() {
     for (module, mode) in [(a, Mode::Portals), (b, Mode::Portals), (a, Mode::PortalsAndPvs)] {
         let (mut open_view, mut shut_view) = (WorldView::new(), WorldView::new());
         shut_view.set_doors(&world, module, &shut).unwrap();
-        let mut sees = |view: &mut WorldView, camera: &Camera| {
+        let sees = |view: &mut WorldView, camera: &Camera| {
             view.cull(&world, camera, mode);
             view.visible(b).is_some_and(|set| set.objects.contains(&far_wall))
         };
@@ -271,7 +271,8 @@ fn buildings_that_are_cut_and_joined_show_what_the_whole_shows() {
 
 fn baked_module(module: &Module) -> PvsFile {
     let given = Some(module.graph.clone());
-    let file = baked(&module.scene, BakeOptions { given, module: true, ..with_rays(5000) });
+    let split = SplitOptions { module: true, ..SplitOptions::default() };
+    let file = baked(&module.scene, BakeOptions { given, split, ..with_rays(5000) });
     // What a way in shows is in the row of the outside, and not all of it.
     let ways = file.ways_in.as_ref().unwrap();
     for (row, portal) in ways.portals.iter().enumerate() {

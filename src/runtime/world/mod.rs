@@ -20,10 +20,11 @@ pub use joins::JoinError;
 pub use placement::{NotRigid, Placement};
 pub use view::WorldView;
 
+use super::boxes::Boxes;
 use super::culler::Culler;
 use crate::math::geom::Aabb;
 use crate::{DirectedPortal, PortalId};
-use glam::DVec3;
+use glam::Vec3;
 use joins::Join;
 use std::fmt;
 use std::sync::Arc;
@@ -69,6 +70,8 @@ struct Slot {
 pub struct World {
     slots: Vec<Slot>,
     free: Vec<u32>,
+    /// By slot: the box around the module's cells but the outside, and its objects.
+    boxes: Boxes,
 }
 
 impl World {
@@ -85,11 +88,17 @@ impl World {
         });
         let portals = culler.portal_count();
         let (joins, joined) = (vec![None; portals], vec![0; (2 * portals).div_ceil(64)]);
-        let inside = culler.inside.map_or(Aabb::EMPTY, |[low, high]| {
-            let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| if bit == 0 { low } else { high });
-            let at = |[x, y, z]: [glam::Vec3; 3]| placement.to_world(DVec3::new(x.x.into(), y.y.into(), z.z.into()));
-            Aabb::of((0..8).map(|i| at(corner(i)))).inflated(4.0 * culler.tolerance)
-        });
+        let around = |bounds: Option<[Vec3; 2]>| {
+            let corner = |i: u32, [low, high]: [Vec3; 2]| {
+                let end = |axis: usize| if i >> axis & 1 == 0 { low[axis] } else { high[axis] };
+                placement.to_world(Vec3::new(end(0), end(1), end(2)).as_dvec3())
+            };
+            let all = bounds.map_or(Aabb::EMPTY, |bounds| Aabb::of((0..8).map(|i| corner(i, bounds))));
+            all.inflated(4.0 * culler.tolerance)
+        };
+        let (inside, whole) = (around(culler.inside), around(culler.whole));
+        self.boxes.resize(self.slots.len());
+        self.boxes.set(slot as usize, [whole.min.as_vec3(), whole.max.as_vec3()]);
         let entry = &mut self.slots[slot as usize];
         entry.module = Some(Module { culler: culler.clone(), placement, inside, joins, joined });
         ModuleId { slot, life: entry.life }

@@ -4,17 +4,18 @@
 //! joined passes on the rectangle that it opens; the way in that it is joined to opens what its own outline has of that. A portal that leads
 //! outdoors passes on its rectangle to the outside of all other modules. Rectangles only grow, and their sides come from a finite set.
 
-use super::super::boxes::HalfSpaces;
+use super::super::boxes::{Boxes, HalfSpaces, LANES};
 use super::super::camera::{Camera, Rect};
 use super::super::culler::{Culler, all_ones, bit};
 use super::super::locate::Homes;
 use super::super::mode::Mode;
 use super::super::objects::{CollectObjects, Opened};
-use super::super::portals::{self, Eye};
+use super::super::portals::{self, Eye, Lens};
 use super::super::scratch::PortalState;
 use super::joins::Join;
 use super::view::{Visit, WorldView};
 use super::{Module, World};
+use crate::math::simd::{Vectorize, vectorized};
 use crate::{CellId, DirectedPortal, PortalId};
 
 /// A frame that is asked for.
@@ -23,6 +24,8 @@ struct Frame<'f> {
     world: &'f World,
     camera: &'f Camera,
     mode: Mode,
+    /// The same in all modules.
+    lens: Lens,
 }
 
 impl Frame<'_> {
@@ -45,8 +48,9 @@ impl WorldView {
         self.seen.clear();
         self.queue.clear();
         self.outdoors.clear();
+        self.shown = Rect::EMPTY;
         self.visits.iter_mut().flatten().for_each(|visit| visit.is_seen = false);
-        let mut frame = Frame { world, camera, mode };
+        let mut frame = Frame { world, camera, mode, lens: Lens::of(camera) };
         let culls = frame.has_rows() || frame.has_portals();
         if !culls || !self.place_eye(&frame) {
             frame.mode = if mode == Mode::None { mode } else { Mode::Frustum };
@@ -71,7 +75,9 @@ impl WorldView {
             }
         }
         let visits = &self.visits;
-        let is_drawn = |visit: &Visit| !visit.scratch.objects.is_empty() || !visit.scratch.cells.is_empty();
+        let is_drawn = |visit: &Visit| {
+            !visit.scratch.objects.is_empty() || !visit.scratch.homes.is_empty() || !visit.scratch.crossed.is_empty()
+        };
         self.seen.retain(|id| visits[id.slot as usize].as_ref().is_some_and(is_drawn));
         frame.mode
     }
@@ -202,17 +208,22 @@ impl WorldView {
 
     /// Opens the outside of each module on the parts of the screen where other modules show it.
     fn go_outdoors(&mut self, frame: &Frame<'_>) {
-        if self.outdoors.is_empty() {
+        let all = self.outdoors.iter().fold(Rect::EMPTY, |all, (_, open)| all.union(*open));
+        if all.is_empty() || self.shown.covers(&all) {
             return;
         }
-        for (id, module) in frame.world.known() {
+        self.shown = all;
+        self.on_screen.clear();
+        let (boxes, screen) = (&frame.world.boxes, HalfSpaces::of(frame.camera, &all));
+        vectorized(OnScreen { boxes, screen, bits: &mut self.on_screen });
+        for (id, _) in frame.world.known() {
+            if !bit(&self.on_screen, id.slot as usize) {
+                continue;
+            }
             let others = self.outdoors.iter().filter(|(from, _)| *from != id.slot);
             let open = others.fold(Rect::EMPTY, |all, (_, open)| all.union(*open));
             let known = self.visits[id.slot as usize].as_ref().filter(|visit| visit.is_seen);
-            if open.is_empty()
-                || known.is_some_and(|visit| visit.outdoors.covers(&open))
-                || !module.is_on(frame.camera, &open)
-            {
+            if open.is_empty() || known.is_some_and(|visit| visit.outdoors.covers(&open)) {
                 continue;
             }
             if self.begin(frame, id.slot).open_outside(frame, open) {
@@ -227,11 +238,24 @@ fn leads_out(culler: &Culler, portal: DirectedPortal) -> bool {
     culler.way_in(portal.portal()) == Some(portal.reversed())
 }
 
-impl Module {
-    /// Whether some of it may be on a part of a camera's screen.
-    fn is_on(&self, camera: &Camera, open: &Rect) -> bool {
-        let (camera, off) = self.placement.camera(camera, self.culler.extent);
-        HalfSpaces::of(&camera, open).grown(off as f32).meet(&self.culler.whole, 0) & 1 != 0
+/// Tells which of some boxes are on a part of the screen, for dispatch.
+struct OnScreen<'a> {
+    boxes: &'a Boxes,
+    screen: HalfSpaces,
+    bits: &'a mut Vec<u64>,
+}
+
+impl Vectorize for OnScreen<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        for start in (0..self.boxes.len()).step_by(LANES) {
+            if start % 64 == 0 {
+                self.bits.push(0);
+            }
+            self.bits[start / 64] |= u64::from(self.screen.meet(self.boxes, start)) << (start % 64);
+        }
     }
 }
 
@@ -239,7 +263,7 @@ impl Visit {
     fn begin(&mut self, module: &Module, frame: &Frame<'_>) {
         let Self { culler, scratch, .. } = self;
         (self.camera, self.off) = module.placement.camera(frame.camera, culler.extent);
-        self.eye = Eye::new(&self.camera, culler, None, self.off);
+        self.eye = Eye::of(&self.camera, culler, None, self.off, &frame.lens);
         (self.is_seen, self.is_queued, self.has_all_rows, self.is_whole) = (true, false, false, false);
         (self.homes, self.outdoors) = (Homes::none(), Rect::EMPTY);
         self.ways_in.clear();

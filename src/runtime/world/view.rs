@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// One camera's culling of a [`World`]. Modes with queries give the result of portals and rows.
 ///
 /// After a module's first frame, nothing allocates.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct WorldView {
     /// By slot.
     pub(super) visits: Vec<Option<Visit>>,
@@ -28,6 +28,9 @@ pub struct WorldView {
     pub(super) queue: VecDeque<u32>,
     /// What modules show of the outside: their slot, and a part of the screen.
     pub(super) outdoors: Vec<(u32, Rect)>,
+    /// The part of the screen that shows the outside of modules so far, and the modules that are on it, as bits by slot.
+    pub(super) shown: Rect,
+    pub(super) on_screen: Vec<u64>,
     /// How the last frame saw.
     how: Option<How>,
 }
@@ -73,7 +76,7 @@ impl Visit {
             movers: Collected::default(),
             camera,
             off: 0.0,
-            eye: Eye::new(&camera, &culler, None, 0.0),
+            eye: Eye::new(&camera, &culler, None),
             is_seen: false,
             homes: Homes::none(),
             has_all_rows: false,
@@ -87,10 +90,17 @@ impl Visit {
     }
 }
 
+impl Default for WorldView {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl WorldView {
     /// A view with all doors open.
     pub fn new() -> Self {
-        Self::default()
+        let (visits, seen, queue, outdoors, on_screen) = Default::default();
+        Self { visits, seen, queue, outdoors, shown: Rect::EMPTY, on_screen, how: None }
     }
 
     /// Takes the states of a module's doors, for the next frame and later ones.
@@ -188,5 +198,6 @@ impl WorldView {
         self.seen.reserve(modules.saturating_sub(self.seen.len()));
         self.queue.reserve(modules.saturating_sub(self.queue.len()));
         self.outdoors.reserve(modules.saturating_sub(self.outdoors.len()));
+        self.on_screen.reserve(modules.div_ceil(64).saturating_sub(self.on_screen.len()));
     }
 }

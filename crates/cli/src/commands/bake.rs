@@ -154,7 +154,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
     let given = args.scene.given(&args.input, scene)?;
     let (view_cells, view_cell_bytes) = ViewCells::read(args.view_cells.view_cells.as_ref(), scene)?;
     Ok(BakeOptions {
-        split: SplitOptions { memory: args.memory / FOR_THE_SPLIT, ..args.scene.split() },
+        split: SplitOptions { memory: args.memory / FOR_THE_SPLIT, module: args.module, ..args.scene.split() },
         pvs: PvsOptions {
             rows_from: match args.rows {
                 Rows::Conservative | Rows::Both => Guarantee::Conservative,
@@ -172,7 +172,6 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
         view_cells,
         view_cell_bytes,
         relevance: args.relevance,
-        module: args.module,
         import,
         memory: args.memory,
     })
