@@ -15,7 +15,7 @@ use std::sync::Arc;
 use testing::bakes::{baked, with_rays};
 use testing::boxes::{Building, block, p};
 use testing::maze::Grid;
-use testing::meshes::{corners, soup};
+use testing::meshes::{corners, solid, soup};
 use testing::modules::{Module, cut, graph_of, groups, joined, single};
 use testing::random::Places;
 
@@ -308,4 +308,40 @@ fn movers_of_a_module_are_seen_through_its_joins() {
     assert_eq!(seen(p(5.0, 1.0, 0.2), DVec3::NEG_X, Mode::Portals), [beside]);
     assert_eq!(seen(p(6.0, 5.0, -5.0), DVec3::Z, Mode::Portals), [above]);
     assert_eq!(seen(p(0.5, 1.0, 2.0), DVec3::X, Mode::None), [ahead, beside, above]);
+}
+
+/// A room with walls of 0.2 m and a doorway in one, as an author models it: its way in stands where its walls end.
+#[test]
+fn rooms_that_are_baked_alone_join_at_their_doorways() {
+    let scene = testing::meshes::scene([
+        solid("floor", [-0.2, -0.2, -0.2], [4.2, 0.0, 4.2]),
+        solid("ceiling", [-0.2, 3.0, -0.2], [4.2, 3.2, 4.2]),
+        solid("west", [-0.2, 0.0, -0.2], [0.0, 3.0, 4.2]),
+        solid("south", [0.0, 0.0, -0.2], [4.0, 3.0, 0.0]),
+        solid("north", [0.0, 0.0, 4.0], [4.0, 3.0, 4.2]),
+        solid("east", [4.0, 0.0, -0.2], [4.2, 3.0, 1.5]),
+        solid("east", [4.0, 0.0, 2.5], [4.2, 3.0, 4.2]),
+        solid("lintel", [4.0, 2.1, 1.5], [4.2, 3.0, 2.5]),
+        solid("table", [0.5, 0.0, 1.6], [1.5, 0.8, 2.4]),
+        solid("chest", [3.5, 0.0, 0.1], [3.9, 0.8, 0.9]),
+    ]);
+    let [table, chest] = ["table", "chest"].map(|name| scene.objects.iter().position(|o| o.node == name).unwrap());
+    let split = SplitOptions { module: true, ..SplitOptions::default() };
+    let file = baked(&scene, BakeOptions { split, ..with_rays(20_000) });
+    let culler = Culler::new(&file);
+    let [door] = culler.ways_in().collect::<Vec<_>>()[..] else { panic!("one way in: {:?}", file.portals) };
+    let mut world = World::new();
+    let at = |angle: f64| Placement::new(DQuat::from_rotation_y(angle), DVec3::ZERO).unwrap();
+    let a = world.place(&culler, at(0.0));
+    // Turned half round about the middle of the doorway's outer edge.
+    let (turn, hinge) = (DQuat::from_rotation_y(PI), p(4.2, 0.0, 2.0) - file.origin);
+    let b = world.place(&culler, Placement::new(turn, hinge - turn * hinge).unwrap());
+    world.join(a, door, b, door).unwrap();
+    let mut view = WorldView::new();
+    let mut sees = |eye: DVec3, object: usize| {
+        view.cull(&world, &camera(eye - file.origin, DVec3::X), Mode::PortalsAndPvs);
+        view.visible(b).is_some_and(|set| set.objects.contains(&ObjectId(object as u32)))
+    };
+    assert!(sees(p(2.0, 1.6, 2.0), table) && !sees(p(2.0, 1.6, 2.0), chest));
+    assert!(!sees(p(3.9, 1.6, 3.9), table), "past the doorway's edge");
 }

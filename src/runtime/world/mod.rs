@@ -4,8 +4,9 @@
 //! the cells without an end. Where a way in of one module lies on that of another, [`World::join`] makes one opening of both: a view goes on
 //! in the other module, instead of outside. What is not joined leads outdoors, which all modules share.
 //!
-//! Modules must not overlap: beyond a way in that is joined, only the other module is drawn, until the view leaves it. And joined portals
-//! count as the same opening, so through a crack between them, which is as wide as [`World::join`] allows, nothing is promised.
+//! Modules must not overlap: beyond a way in that is joined, only the other module is drawn, until the view leaves it. So a leaf that stands in
+//! the other's room is a mover of it. And joined portals count as the same opening: through a crack between them, which is as wide as
+//! [`World::join`] allows, nothing is promised.
 //!
 //! **Rows**: a row of the eye's own module holds there, wherever lines of sight go in between, since with the module alone they go the same
 //! way, and less is in it. In another module, lines come in through ways in, from anywhere beyond. So what they show is in the rows of these
