@@ -4,7 +4,7 @@ use super::geom::Aabb;
 use glam::{DVec3, Vec4};
 
 /// Cells for each box. More: memory, and large queries visit many. Fewer: each cell has more boxes.
-const CELLS: f64 = 6.0;
+const CELLS: f64 = 2.0;
 /// Most places of boxes in cells, for each box; the largest boxes are left out. More: memory where sizes differ much. Fewer: more boxes for a
 /// tree.
 const PLACES: usize = 32;
@@ -41,8 +41,16 @@ impl BoxGrid {
         let size = if bounds.is_empty() { DVec3::ZERO } else { bounds.size() };
         // Flat where all boxes are.
         let thick = size.max(DVec3::splat(size.max_element() * 1e-3)).max(DVec3::splat(f64::MIN_POSITIVE));
-        let edge = (thick.x.cbrt() * thick.y.cbrt() * thick.z.cbrt()) / (CELLS * items.len().max(1) as f64).cbrt();
-        let counts = (thick / edge).ceil().clamp(DVec3::ONE, DVec3::splat(MOST_ALONG));
+        // Cells have the shape of the boxes in the middle.
+        let usual = DVec3::from_array([0, 1, 2].map(|axis| {
+            let mut sizes: Vec<f64> = items.iter().map(|&i| boxes[i as usize].size()[axis]).collect();
+            let middle = sizes.len() / 2;
+            let usual = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 };
+            usual.max(thick[axis] * 1e-3)
+        }));
+        let along = thick / usual;
+        let share = (CELLS * items.len().max(1) as f64).cbrt() / (along.x.cbrt() * along.y.cbrt() * along.z.cbrt());
+        let counts = (along * share).ceil().clamp(DVec3::ONE, DVec3::splat(MOST_ALONG));
         let mut grid = Self {
             low: if bounds.is_empty() { DVec3::ZERO } else { bounds.min },
             scale: counts / thick,

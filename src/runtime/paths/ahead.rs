@@ -77,11 +77,10 @@ impl Ahead {
                 self.mark(cell, goal);
             }
             let known = goal.rests.len();
-            let entries = facets.out(cell).iter().filter(|&&out| self.table.has(out));
-            goal.rests
-                .extend(entries.map(|&out| {
-                    strips_of(culler, out).map(|strip| rest(&strip, &goal.doors)).fold(f32::INFINITY, f32::min)
-                }));
+            for &out in facets.out(cell).iter().filter(|&&out| self.table.has(out)) {
+                let rests = strips_of(culler, out).map(|strip| rest(&strip, &goal.doors));
+                goal.rests.push(rests.fold(f32::INFINITY, f32::min));
+            }
             goal.halls.push((cell, goal.rests.len() - known));
         }
     }
