@@ -2,12 +2,13 @@
 //! --bench relevance`, with the data of $ENFILADE_DATA; `--test` runs briefly).
 //!
 //! Somebody who comes into sight (whose cell is in the row of the other's cell) and was not sent before is a surprise; there is none by the rows
-//! of [`Relevance`], nor by the cells that both may have got into from their places. By the rows of the cells where both were, there would be.
+//! of [`Relevance`], nor by the cells that both may have got into from their places ([`View::within_metres`]). By the rows of the cells where both
+//! were, there would be. Levels of `.prt` files have no pieces to find places in; there a cell counts as reached if the straight line is short.
 
 use enfilade::bake::BakeOptions;
 use enfilade::file::{FileCell, FilePortal, PvsFile};
 use enfilade::math::random::Prng;
-use enfilade::runtime::{Culler, Doors, Relevance};
+use enfilade::runtime::{Culler, Doors, Relevance, View};
 use enfilade::types::portal::{PortalKind, PortalState};
 use enfilade::{BitMatrix, CellId};
 use enfilade_formats::import;
@@ -26,8 +27,8 @@ const SPEED: f64 = 7.0;
 /// Ticks a second, and those that a server is late: 150 ms.
 const RATE: usize = 20;
 const LATE: usize = 3;
-/// Metres of the rows, more than 150 ms of a walk.
-const METRES: f64 = 2.0;
+/// Metres of a walk in that time, and a little for rounding.
+const METRES: f64 = SPEED * LATE as f64 / RATE as f64 + 1e-3;
 /// Of one unit of a level.
 const UNIT: f64 = 1.0 / 32.0;
 const TICKS: usize = 2000;
@@ -36,8 +37,8 @@ const RAYS: u64 = 200_000;
 fn main() {
     let brief = is_told("--test");
     println!(
-        "| level | cells | made, ms | in sight, % | kept back, % | by places, % | surprises | by rows alone | ns a pair |\n\
-         | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+        "| level | cells | made, ms | in sight, % | kept back by rows, % | by places, % | surprises | without either | ns a pair | by places | us a body |\n\
+         | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     );
     for level in ["dm4", "e1m1"].iter().take(if brief { 1 } else { 2 }) {
         let scene =
@@ -147,7 +148,13 @@ impl<'f> Net<'f> {
     }
 
     /// The cells that a player may be in after so many metres.
-    fn around(&self, player: &Player, metres: f32) -> Vec<CellId> {
+    fn around(&self, view: &mut View, player: &Player) -> Vec<CellId> {
+        let found = view.within_metres([player.at; 2], METRES);
+        if found.contains(&player.cell) { found.to_vec() } else { self.straight(player, METRES as f32) }
+    }
+
+    /// The same for a player whose cell their place does not tell.
+    fn straight(&self, player: &Player, metres: f32) -> Vec<CellId> {
         let mut cells = vec![player.cell];
         let mut next = 0;
         while let Some(&cell) = cells.get(next) {
@@ -174,7 +181,8 @@ struct Counts {
     sent: u64,
     sent_by_places: u64,
     surprises: u64,
-    by_rows: u64,
+    /// By the rows of the cells where both were.
+    by_neither: u64,
 }
 
 fn simulate(name: &str, file: &PvsFile, brief: bool) {
@@ -182,38 +190,49 @@ fn simulate(name: &str, file: &PvsFile, brief: bool) {
     let doors = Doors::passable(&culler);
     let (relevance, made) = timed(|| Relevance::new(&culler, METRES, &doors));
     assert!(Relevance::of_file(file).is_none_or(|kept| kept == relevance), "{name}: the file's rows");
-    let (net, mut random) = (Net::new(file), Prng::new(7, 0));
+    let (net, mut random, mut view) = (Net::new(file), Prng::new(7, 0), View::new(&culler));
+    view.set_doors(&doors);
     let mut history = vec![(0..PLAYERS).map(|_| net.start(&mut random)).collect::<Vec<Player>>()];
     let mut counts = Counts::default();
     for _ in 0..if brief { 100 } else { TICKS } {
         let now = history[history.len() - 1].iter().map(|player| net.walk(*player, &mut random)).collect();
         history.push(now);
-        if history.len() > LATE {
-            count(&net, (&culler, &relevance), &history[history.len() - 1 - LATE], &history[history.len() - 1], &mut counts);
+        if let Some(before) = history.len().checked_sub(1 + LATE) {
+            let around: Vec<Vec<CellId>> = history[before].iter().map(|player| net.around(&mut view, player)).collect();
+            count(file, (&culler, &relevance), (&history[before], &around), &history[history.len() - 1], &mut counts);
         }
     }
     assert_eq!(counts.surprises, 0, "{name}");
-    assert!(counts.by_rows > 0, "{name}: nobody comes into sight");
+    assert!(counts.by_neither > 0, "{name}: nobody comes into sight");
     let share = |n: u64| n as f64 * 1e2 / counts.all as f64;
+    let players = &history[history.len() - 1];
+    let around: Vec<Vec<CellId>> = players.iter().map(|player| net.around(&mut view, player)).collect();
+    let by_rows = pair_nanoseconds(|a, b| relevance.may_see(black_box(&[players[a].cell]), black_box(&around[b])));
+    let by_places = pair_nanoseconds(|a, b| culler.may_see(black_box(&around[a]), black_box(&around[b])));
+    let all = || players.iter().map(|player| view.within_metres(black_box([player.at; 2]), METRES).len()).sum::<usize>();
+    let body = least(20, all).as_secs_f64() * 1e6 / PLAYERS as f64;
     println!(
-        "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.1} | {} | {} | {:.1} |",
+        "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.1} | {} | {} | {by_rows:.1} | {by_places:.1} | {body:.2} |",
         file.cells.len(),
         made.as_secs_f64() * 1e3,
         share(counts.in_sight),
         share(counts.all - counts.sent),
         share(counts.all - counts.sent_by_places),
         counts.surprises,
-        counts.by_rows,
-        pair_nanoseconds(&net, &relevance, &history[history.len() - 1])
+        counts.by_neither,
     );
 }
 
-/// Counts a tick: what a server sends by where players were, and who is in sight.
-fn count(net: &Net<'_>, (culler, relevance): (&Culler, &Relevance), before: &[Player], now: &[Player], counts: &mut Counts) {
-    let way = (SPEED * LATE as f64 / RATE as f64) as f32;
-    let around: Vec<Vec<CellId>> = before.iter().map(|player| net.around(player, way)).collect();
+/// Counts a tick: what a server sends by where players were and the cells around, and who is in sight.
+fn count(
+    file: &PvsFile,
+    (culler, relevance): (&Culler, &Relevance),
+    (before, around): (&[Player], &[Vec<CellId>]),
+    now: &[Player],
+    counts: &mut Counts,
+) {
     for (a, b) in (0..PLAYERS).flat_map(|a| (0..PLAYERS).map(move |b| (a, b))).filter(|(a, b)| a != b) {
-        let in_sight = net.file.sees_cell(now[a].cell, now[b].cell);
+        let in_sight = file.sees_cell(now[a].cell, now[b].cell);
         let sent = relevance.may_see(&[before[a].cell], &around[b]);
         let sent_by_places = culler.may_see(&around[a], &around[b]);
         counts.all += 1;
@@ -221,16 +240,12 @@ fn count(net: &Net<'_>, (culler, relevance): (&Culler, &Relevance), before: &[Pl
         counts.sent += u64::from(sent);
         counts.sent_by_places += u64::from(sent_by_places);
         counts.surprises += u64::from(in_sight && !(sent && sent_by_places));
-        counts.by_rows += u64::from(in_sight && !net.file.sees_cell(before[a].cell, before[b].cell));
+        counts.by_neither += u64::from(in_sight && !file.sees_cell(before[a].cell, before[b].cell));
     }
 }
 
 /// The time of a pair.
-fn pair_nanoseconds(net: &Net<'_>, relevance: &Relevance, players: &[Player]) -> f64 {
-    let around: Vec<Vec<CellId>> = players.iter().map(|player| net.around(player, 1.0)).collect();
-    let all = || {
-        let pairs = players.iter().flat_map(|a| around.iter().map(move |b| (a.cell, b)));
-        pairs.filter(|(a, b)| relevance.may_see(black_box(&[*a]), black_box(b))).count()
-    };
-    least(20, all).as_secs_f64() * 1e9 / (PLAYERS * PLAYERS) as f64
+fn pair_nanoseconds(mut may_see: impl FnMut(usize, usize) -> bool) -> f64 {
+    let mut all = || (0..PLAYERS * PLAYERS).filter(|pair| may_see(pair / PLAYERS, pair % PLAYERS)).count();
+    least(20, &mut all).as_secs_f64() * 1e9 / (PLAYERS * PLAYERS) as f64
 }

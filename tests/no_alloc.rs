@@ -9,14 +9,16 @@ use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::{self, Frustum};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, Motion, Movers, View};
+use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, Motion, Movers, Pathfinder, Relevance, View};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
 use enfilade::{CellId, PortalId};
 use enfilade_tubes as tubes;
 use enfilade_tubes::{Counts, Runs, SIDES, Selection, Shape, Tubes};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use testing::boxes;
+use testing::maze::Grid;
 use testing::meshes::{cuboid, scene, soup};
+use testing::random::Places;
 
 /// A hundred million triangles of tubes are counted before any of them is made.
 #[test]
@@ -120,6 +122,41 @@ fn movers_allocate_nothing_after_the_first_frame() {
     let taken = measure(|| seen = (0..100).map(&mut frame).sum());
     assert_eq!(taken.count_total, 0);
     assert!(seen > 10_000, "{seen}: a test of nothing");
+}
+
+/// Ways, the cells that bodies get to, and who may see whom, between any places of buildings with many ways around.
+#[test]
+fn ways_and_relevance_allocate_nothing_once_warm() {
+    let mut random = Places::new(8);
+    let (mut ways, mut reached, mut kept_back) = (0, 0, 0);
+    for _ in 0..10 {
+        let grid = Grid::random(&mut random);
+        let (_, file) = grid.building();
+        let culler = Culler::new(&file);
+        let (mut view, mut doors) = (View::new(&culler), Doors::open(&culler));
+        let (mut finder, relevance) = (Pathfinder::new(&culler, &doors), Relevance::new(&culler, 0.5, &doors));
+        let mut place = || {
+            let (low, high) = grid.bounds(random.below(grid.faces.len()));
+            (random.between(low, high) - file.origin).as_vec3()
+        };
+        let pairs: Vec<[Vec3; 2]> = (0..30).map(|_| [place(), place()]).collect();
+        let mut frames = || {
+            for (step, [from, to]) in (0..).zip(&pairs) {
+                if culler.portal_count() > 0 {
+                    doors.set_open(PortalId(step % culler.portal_count() as u32), step % 3 != 0);
+                }
+                view.set_doors(&doors);
+                ways += finder.find(&doors, *from, *to).map_or(0, |way| way.portals.len());
+                let near = view.within_metres([*from - 0.1, *from + 0.1], f64::from(step % 5));
+                reached += near.len();
+                kept_back += usize::from(!relevance.may_see(near, &[CellId(0)]) || !culler.may_see(&[CellId(0)], near));
+            }
+        };
+        // The first call of a view and the hardest way take memory.
+        frames();
+        assert_eq!(measure(frames).count_total, 0);
+    }
+    assert!(ways > 100 && reached > 1000 && kept_back > 20, "{ways} {reached} {kept_back}: a test of nothing");
 }
 
 /// Loads and evictions from the first frame on, with jumps, and an eye in no cell now and then.

@@ -1,10 +1,11 @@
 //! Mathematics that every room shares.
 //!
 //! In: nothing. Out: planes, boxes and polygons ([`geom`], [`polygon`]), convex polyhedra of half-spaces
-//! ([`polyhedron`]), hierarchies of boxes ([`box_tree`], [`bvh`]), bit
-//! sets ([`bits`]), [tolerances](tolerance), random numbers, threads and registers.
+//! ([`polyhedron`]), hierarchies and a grid of boxes ([`box_tree`],
+//! [`bvh`], [`box_grid`]), bit sets ([`bits`]), [tolerances](tolerance), random numbers, threads and registers.
 
 pub mod bits;
+pub mod box_grid;
 pub mod box_tree;
 #[cfg(feature = "bake")]
 pub mod bvh;

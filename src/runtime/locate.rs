@@ -1,9 +1,10 @@
-//! Finds the eye's cells: first the piece of the last frame, then a tree over pieces. Of an unbounded piece the tree has what is in a cube
-//! around the model; beyond the cube, all unbounded pieces are looked at.
+//! Finds the eye's cells: first the piece of the last frame, then a grid of pieces, and a tree of the large ones. Of an unbounded piece the tree
+//! has what is in a cube around the model; beyond the cube, all unbounded pieces are looked at.
 //!
 //! A point within the tolerance of several cells is in all of them. So the rows do not depend on rounding or on previous frames.
 
 use crate::CellId;
+use crate::math::box_grid::BoxGrid;
 use crate::math::box_tree::BoxTree;
 use crate::math::geom::{Aabb, Plane};
 use crate::math::polyhedron::face;
@@ -41,7 +42,7 @@ impl<Id: Copy + Default + PartialEq> Homes<Id> {
     }
 }
 
-/// Half a side of the cube in which unbounded pieces are in a tree, in largest distances of the model from the origin: at most 2, where
+/// Half a side of the cube in which unbounded pieces are in the tree, in largest distances of the model from the origin: at most 2, where
 /// [`piece_bounds`] ends. Larger: nothing, for boxes of pieces that overlap less. Smaller: what moves around the building is looked for slowly.
 const REACH: f64 = 1.5;
 
@@ -74,8 +75,10 @@ pub(super) struct Locator<Id = CellId> {
     /// Start of each piece's planes, and the end of the last.
     starts: Vec<u32>,
     cells: Vec<Id>,
-    /// Bounded pieces; and what unbounded ones have in `cube`. Those are large, and would be met everywhere in one tree with the others.
-    trees: [BoxTree; 2],
+    /// Bounded pieces.
+    grid: BoxGrid,
+    /// Those that are too large for the grid, and what unbounded ones have in `cube`.
+    tree: BoxTree,
     cube: Aabb,
     unbounded: Vec<u32>,
     /// Unbounded pieces in no tree.
@@ -109,16 +112,19 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
                 boxes.push(bounds.unwrap_or(Aabb::EMPTY).inflated(tolerance));
             }
         }
-        let trees = [bounded, within].map(|items| BoxTree::new(&boxes, items));
+        let (grid, large) = BoxGrid::new(&boxes, &bounded);
+        within.extend(large);
+        let tree = BoxTree::new(&boxes, within);
         // What is near to a point of it is within, too.
         let inner = DVec3::splat(f64::from(reach) - 2.0 * tolerance);
         let cube = Aabb { min: -inner, max: inner };
-        Self { planes: planes_of, starts, cells: cells_of, trees, cube, unbounded, unknown }
+        Self { planes: planes_of, starts, cells: cells_of, grid, tree, cube, unbounded, unknown }
     }
 
     /// Visits the pieces whose boxes touch a box, all that may meet it among them; some twice.
     fn near(&self, bounds: &Aabb, visit: &mut impl FnMut(u32)) {
-        self.trees.iter().for_each(|tree| tree.in_box(bounds, visit));
+        self.grid.in_box(bounds, visit);
+        self.tree.in_box(bounds, visit);
         let is_within = self.cube.min.cmple(bounds.min).all() && bounds.max.cmple(self.cube.max).all();
         if is_within { &self.unknown } else { &self.unbounded }.iter().copied().for_each(visit);
     }
@@ -232,9 +238,9 @@ mod tests {
         assert_eq!(piece_bounds(&[], 10.0), None);
     }
 
-    /// A row of many rooms, and the half-space beyond them: the tree agrees with the definition, in any order of queries.
+    /// A row of many rooms, and the half-space beyond them: the grid agrees with the definition, in any order of queries.
     #[test]
-    fn the_tree_finds_what_looking_at_every_piece_finds() {
+    fn the_grid_finds_what_looking_at_every_piece_finds() {
         let mut cells: Vec<_> = (0..100).map(|i| vec![block([i as f32, 0.0, 0.0], [i as f32 + 1.0, 3.0, 4.0])]).collect();
         cells.push(vec![vec![Vec4::new(0.0, 1.0, 0.0, -0.5)]]);
         let locator = locator(&cells, 100.0);

@@ -1,18 +1,17 @@
 //! Who may see whom, for servers that send what is relevant and keep back the rest.
 //!
 //! A server knows where a player was, not where they are: until its answer has come, they have gone on, through the next door. So the row of a
-//! cell here is the union of the rows of all cells that a body may reach from anywhere in it, within so many metres. A way into a cell is at
-//! least as long as the gaps between the portals on it, from the first one; distances are those of boxes around portals, less the
-//! tolerance of both. What a body sees on such a way it sees from a cell on it, and what that sees is in its row.
+//! cell here is the union of the rows of all cells that a body may reach from anywhere in it, within so many metres. A way through a portal is at
+//! least as long as the gaps between the portals on it, from the first one, and as the gap between that and the portal; distances are those of
+//! boxes around portals, less the tolerance of both. What a body sees on such a way it sees from a cell on it, and what that sees is in its row.
 
 use super::culler::{Culler, PLACED, all_ones, bit, target};
 use super::doors::Doors;
 use super::locate::Span;
+use super::scratch::Queue;
 use crate::file::PvsFile;
-use crate::{BitMatrix, CellId, DirectedPortal, ObjectId, PortalId};
+use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::Vec3;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 /// For each cell: the cells and objects that may be seen from where a body in it may soon be.
 #[derive(Clone, PartialEq, Debug)]
@@ -99,9 +98,11 @@ impl Relevance {
 }
 
 impl Culler {
-    /// Whether something in some cells may be seen from some cells, by their rows. None means anywhere: then it may. For servers that know how
-    /// far bodies go, [`View::within_metres`](super::View::within_metres) gives the cells where each may be by then: tighter than
-    /// [`Relevance::may_see`], which takes a body to start anywhere in its cell, and some microseconds for each body.
+    /// Whether something in some cells may be seen from some cells, by their rows. None means anywhere: then it may.
+    ///
+    /// For servers this is the way to ask: [`View::within_metres`](super::View::within_metres) gives the cells where each body may be by then, once a
+    /// tick, in about a microsecond, and a pair of bodies takes some nanoseconds. It keeps back more than [`Relevance::may_see`], which takes a
+    /// body to start anywhere in its cell, and is for servers that know no more than the cells.
     ///
     /// # Panics
     ///
@@ -143,31 +144,43 @@ fn join(out: &mut [u64], row: Option<&[u64]>, columns: usize) {
     }
 }
 
-fn around(culler: &Culler, portal: PortalId) -> [Vec3; 2] {
-    let corners = culler.portal_corners.get(portal.index()).iter();
-    corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)])
-}
-
-/// Cells within a distance, by E. W. Dijkstra's shortest paths (1959) from portal to portal.
+/// Cells within a distance: shortest ways from portal to portal, corrected until none gets shorter (R. Bellman, *On a routing problem*, 1958).
 #[derive(Clone, Debug)]
 pub(super) struct Reach {
+    /// By portal: the box around it.
+    boxes: Vec<[Vec3; 2]>,
     /// By directed portal: the shortest known way to it, metres.
     known: Vec<f64>,
     touched: Vec<DirectedPortal>,
+    queue: Queue,
+    is_queued: Vec<bool>,
     is_reached: Vec<u64>,
     reached: Vec<CellId>,
-    /// Bits of a length, which sort like it, and a directed portal.
-    queue: BinaryHeap<Reverse<(u64, DirectedPortal)>>,
+}
+
+/// Where ways start, and how far they go.
+#[derive(Clone, Copy)]
+struct Start<'d> {
+    doors: &'d Doors,
+    bounds: [Vec3; 2],
+    metres: f64,
 }
 
 impl Reach {
     pub fn for_culler(culler: &Culler) -> Self {
+        let around = |portal: usize| {
+            let corners = culler.portal_corners.get(portal).iter();
+            corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], &p| [low.min(p), high.max(p)])
+        };
+        let directed = 2 * culler.portal_count();
         Self {
-            known: vec![f64::INFINITY; 2 * culler.portal_count()],
-            touched: Vec::new(),
+            boxes: (0..culler.portal_count()).map(around).collect(),
+            known: vec![f64::INFINITY; directed],
+            touched: Vec::with_capacity(directed),
+            queue: Queue::of(directed),
+            is_queued: vec![false; directed],
             is_reached: vec![0; culler.cell_count().div_ceil(64)],
             reached: Vec::with_capacity(culler.cell_count()),
-            queue: BinaryHeap::new(),
         }
     }
 
@@ -176,41 +189,48 @@ impl Reach {
         self.begin();
         self.enter(cell);
         for &portal in culler.cell_portals.get(cell.index()) {
-            self.offer(doors, portal, 0.0, metres);
+            if self.reached.len() == culler.cell_count() {
+                break;
+            }
+            // Without an end, all beyond a cell is reached with it.
+            if metres.is_finite() || !bit(&self.is_reached, target(culler, portal).index()) {
+                let start = Start { doors, bounds: self.boxes[portal.portal().index()], metres };
+                self.offer(culler, portal, 0.0, start);
+                self.go_on(culler, start);
+            }
         }
-        self.go_on(culler, doors, metres)
+        &self.reached
     }
 
     /// The cells that a body may get into from anywhere in a box. None: it is in no cell.
     pub fn of_box(&mut self, culler: &Culler, doors: &Doors, bounds: [Vec3; 2], metres: f64) -> &[CellId] {
         self.begin();
         culler.locator.met_by(&Span::new(bounds), PLACED * culler.tolerance, &mut |_, cell| self.enter(cell));
+        let start = Start { doors, bounds, metres };
         for i in 0..self.reached.len() {
             for &portal in culler.cell_portals.get(self.reached[i].index()) {
-                self.offer(doors, portal, gap(culler, bounds, portal), metres);
+                self.offer(culler, portal, 0.0, start);
             }
         }
-        self.go_on(culler, doors, metres)
+        self.go_on(culler, start);
+        &self.reached
     }
 
     fn begin(&mut self) {
-        self.touched.drain(..).for_each(|portal| self.known[portal.0 as usize] = f64::INFINITY);
         self.reached.drain(..).for_each(|cell| self.is_reached[cell.index() / 64] = 0);
-        self.queue.clear();
     }
 
-    fn go_on(&mut self, culler: &Culler, doors: &Doors, metres: f64) -> &[CellId] {
-        while let Some(Reverse((bits, portal))) = self.queue.pop() {
-            let length = f64::from_bits(bits);
-            if length <= self.known[portal.0 as usize] {
-                let (cell, bounds) = (target(culler, portal), around(culler, portal.portal()));
-                self.enter(cell);
-                for &next in culler.cell_portals.get(cell.index()) {
-                    self.offer(doors, next, length + gap(culler, bounds, next), metres);
-                }
+    fn go_on(&mut self, culler: &Culler, start: Start<'_>) {
+        while let Some(portal) = self.queue.pop() {
+            self.is_queued[portal.0 as usize] = false;
+            let (cell, length) = (target(culler, portal), self.known[portal.0 as usize]);
+            self.enter(cell);
+            for &next in culler.cell_portals.get(cell.index()) {
+                let [here, there] = [portal, next].map(|portal| self.boxes[portal.portal().index()]);
+                self.offer(culler, next, length + gap(culler, here, there), start);
             }
         }
-        &self.reached
+        self.touched.drain(..).for_each(|portal| self.known[portal.0 as usize] = f64::INFINITY);
     }
 
     fn enter(&mut self, cell: CellId) {
@@ -220,19 +240,29 @@ impl Reach {
         }
     }
 
-    fn offer(&mut self, doors: &Doors, portal: DirectedPortal, length: f64, metres: f64) {
-        let known = &mut self.known[portal.0 as usize];
-        if doors.is_open(portal) && length <= metres && length < *known {
-            *known = length;
-            self.touched.push(portal);
-            self.queue.push(Reverse((length.to_bits(), portal)));
+    /// There is a way to a portal that is no shorter than `length` metres.
+    fn offer(&mut self, culler: &Culler, portal: DirectedPortal, length: f64, start: Start<'_>) {
+        let index = portal.0 as usize;
+        if !start.doors.is_open(portal) || length > start.metres || length >= self.known[index] {
+            return;
+        }
+        // Without an end, lengths don't matter.
+        let is_near = start.metres.is_finite();
+        let length = if is_near { length.max(gap(culler, start.bounds, self.boxes[portal.portal().index()])) } else { 0.0 };
+        if length <= start.metres && length < self.known[index] {
+            if self.known[index].is_infinite() {
+                self.touched.push(portal);
+            }
+            self.known[index] = length;
+            if !std::mem::replace(&mut self.is_queued[index], true) {
+                self.queue.push(portal);
+            }
         }
     }
 }
 
-/// What a body takes at least from a box to a portal, metres.
-fn gap(culler: &Culler, a: [Vec3; 2], portal: DirectedPortal) -> f64 {
-    let b = around(culler, portal.portal());
+/// What a body takes at least from a box to another, metres.
+fn gap(culler: &Culler, a: [Vec3; 2], b: [Vec3; 2]) -> f64 {
     let gap = (a[0] - b[1]).max(b[0] - a[1]).max(Vec3::ZERO).as_dvec3().length();
     (gap - 2.0 * culler.tolerance).max(0.0)
 }

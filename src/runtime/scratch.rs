@@ -66,6 +66,11 @@ pub(super) struct Queue {
 }
 
 impl Queue {
+    /// For so many directed portals.
+    pub fn of(portals: usize) -> Self {
+        Self { ring: vec![DirectedPortal(0); portals], head: 0, len: 0 }
+    }
+
     pub fn push(&mut self, portal: DirectedPortal) {
         let at = (self.head + self.len) % self.ring.len();
         self.ring[at] = portal;
@@ -146,7 +151,7 @@ impl Scratch {
             next_in: Vec::with_capacity(portals),
             spaces: Vec::with_capacity((0..cells).map(|c| culler.cell_portals.get(c).len()).max().unwrap_or(0).max(1)),
             portal_states: vec![PortalState::UNSEEN; portals],
-            queue: Queue { ring: vec![DirectedPortal(0); portals], head: 0, len: 0 },
+            queue: Queue::of(portals),
             object_row: vec![0; objects.div_ceil(64)],
             cell_row: vec![0; cells.div_ceil(64)],
             last_piece: 0,

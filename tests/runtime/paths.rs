@@ -79,6 +79,46 @@ fn a_way_about_a_corner_that_openings_share_is_the_shortest() {
     assert!((way.metres - metres).abs() < NEAR && way.at_least > metres - NEAR, "{way:?} for {metres}");
 }
 
+/// Four corridors around a block, and three rooms one behind the other off one of them: ways into the last and out of it, both ways around.
+#[test]
+fn ways_lead_into_rooms_behind_rooms() {
+    let mut b = Building::default();
+    let mut room = |x: [f64; 2], z: [f64; 2]| b.cell("", vec![block(p(x[0], 0., z[0]), p(x[1], 3., z[1]))]);
+    let [south, north] = [room([0., 10.], [0., 2.]), room([0., 10.], [8., 10.])];
+    let [west, east] = [room([0., 2.], [2., 8.]), room([8., 10.], [2., 8.])];
+    let rooms = [-2., -4., -6.].map(|z| room([4., 6.], [z, z + 2.]));
+    for (z, cell) in [(2., south), (8., north)] {
+        b.portal(cell, west, p(0., 0., z), p(2., 3., z), Opening);
+        b.portal(cell, east, p(8., 0., z), p(10., 3., z), Opening);
+    }
+    for (z, from, to) in [(0., south, rooms[0]), (-2., rooms[0], rooms[1]), (-4., rooms[1], rooms[2])] {
+        b.portal(from, to, p(4.5, 0., z), p(5.5, 3., z), Door);
+    }
+    b.thing("thing", p(0.1, 0.1, 0.1), p(0.2, 0.2, 0.2));
+    let (_, file) = b.finish();
+    let culler = Culler::new(&file);
+    let mut doors = Doors::open(&culler);
+    let mut ways = Pathfinder::new(&culler, &doors);
+    // About the block's corners at (2, 8) and (2, 2), and the post at (4.5, 0).
+    let metres = 10f64.sqrt() + 6.0 + (2.5f64.powi(2) + 4.0).sqrt() + (0.25f64 + 25.0).sqrt();
+    let [behind, within] = [at(&file, 5.0, 1.5, -5.0), at(&file, 5.0, 1.5, 9.0)];
+    for [from, to] in [[behind, within], [within, behind]] {
+        let way = ways.find(&doors, from, to).unwrap();
+        assert!((way.metres - metres).abs() < NEAR && way.at_least > metres - NEAR, "{way:?} for {metres}");
+        assert_eq!((way.portals.len(), way.at_least <= way.metres), (5, true));
+    }
+    // One way around is left, then none.
+    doors.set_open(PortalId(0), false);
+    assert!((ways.find(&doors, within, behind).unwrap().metres - metres).abs() < NEAR);
+    doors.set_open(PortalId(1), false);
+    assert_eq!(ways.find(&doors, within, behind), None);
+    // From room to room, and from the first to the corridor: straight.
+    for (z, portals) in [(-3.0, 1), (-1.0, 2), (1.0, 3)] {
+        let way = ways.find(&doors, behind, at(&file, 5.0, 1.5, z)).unwrap();
+        assert!((way.metres - (z + 5.0)).abs() < NEAR && way.portals.len() == portals, "{way:?}");
+    }
+}
+
 /// Every sequence of portals that enters no cell twice, each pulled tight along one coordinate after the other.
 struct BruteForce<'f> {
     file: &'f PvsFile,

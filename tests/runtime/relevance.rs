@@ -127,7 +127,8 @@ fn a_file_keeps_them() {
     assert_eq!(Relevance::of_file(&read), Some(made));
 }
 
-/// The cells within some metres of a cell, by gaps between boxes around portals, until no way gets shorter.
+/// The cells within some metres of a cell: from each of its portals by gaps between boxes around portals, none less than the straight gap, until no
+/// way gets shorter.
 fn reached(file: &PvsFile, start: CellId, metres: f64) -> Vec<usize> {
     let bounds = |q: usize| {
         let corners = file.portals[q].winding.iter();
@@ -139,20 +140,24 @@ fn reached(file: &PvsFile, start: CellId, metres: f64) -> Vec<usize> {
     };
     let sides = || (0..file.portals.len()).flat_map(|q| [(q, 0), (q, 1)]);
     let from = |(q, side): (usize, usize)| file.portals[q].cells[side];
-    let mut ways: Vec<f64> = sides().map(|way| if from(way) == start { 0.0 } else { f64::INFINITY }).collect();
-    loop {
-        let before = ways.clone();
-        for ((i, a), (j, b)) in sides().enumerate().flat_map(|a| sides().enumerate().map(move |b| (a, b))) {
-            if file.portals[a.0].cells[1 - a.1] == from(b) {
-                ways[j] = ways[j].min(ways[i] + gap(a.0, b.0));
+    let mut within = vec![start.index()];
+    for first in sides().filter(|&first| from(first) == start) {
+        let mut ways: Vec<f64> = sides().map(|way| if way == first { 0.0 } else { f64::INFINITY }).collect();
+        loop {
+            let before = ways.clone();
+            for ((i, a), (j, b)) in sides().enumerate().flat_map(|a| sides().enumerate().map(move |b| (a, b))) {
+                if file.portals[a.0].cells[1 - a.1] == from(b) {
+                    ways[j] = ways[j].min((ways[i] + gap(a.0, b.0)).max(gap(first.0, b.0)));
+                }
+            }
+            if ways == before {
+                break;
             }
         }
-        if ways == before {
-            break;
-        }
+        let near = sides().zip(ways).filter(|(_, way)| *way <= metres);
+        within.extend(near.map(|((q, side), _)| file.portals[q].cells[1 - side].index()));
     }
-    let within = sides().zip(ways).filter(|(_, way)| *way <= metres);
-    within.map(|((q, side), _)| file.portals[q].cells[1 - side].index()).chain([start.index()]).collect()
+    within
 }
 
 /// Bodies walk from portal to portal. What their cell sees was in the row of the cell that they were in some metres ago, whatever the rows are.

@@ -6,9 +6,12 @@
 
 use super::super::culler::{Culler, target};
 use super::facets::Facets;
-use super::table::{NONE, Table};
+use super::table::{NO_WAY, Strip, Table, gap, reversed, strips_of};
 use crate::{CellId, DirectedPortal};
 use glam::DVec3;
+
+/// Sums at a time.
+const LANES: usize = 8;
 
 /// Of a culler.
 #[derive(Clone, Debug)]
@@ -26,8 +29,12 @@ pub(super) struct Goal {
     /// By cell: whether it is a cell of the goal, or on the way out of it.
     leads_there: Vec<bool>,
     marked: Vec<CellId>,
-    /// Portals of the table into the cells that dead ends with the goal lead out to, and what remains from there at least, metres.
-    entries: Vec<(u32, f64)>,
+    /// Cells that dead ends with the goal lead out to, and how many portals of the table lead into each.
+    halls: Vec<(CellId, usize)>,
+    /// By portal into each: what remains from there at least, metres.
+    rests: Vec<f32>,
+    /// Strips of doors on the way in, and what remains from there at least, metres.
+    doors: Vec<(Strip, f32)>,
     /// By directed portal: what remains at least, metres; NaN: not known yet.
     remaining: Vec<f64>,
     known: Vec<DirectedPortal>,
@@ -39,9 +46,8 @@ impl Ahead {
         let is_core = |cell: CellId| out_of[cell.index()].is_none();
         let cells = (0..out_of.len() as u32).map(CellId).filter(|&cell| is_core(cell));
         let portals = cells.flat_map(|cell| facets.out(cell)).copied();
-        // Those into one cell are beside each other.
-        let core = portals.filter(|&p| is_core(target(culler, p))).map(reversed).collect();
-        Self { table: Table::new(culler, facets, core), out_of }
+        let core = portals.filter(|&p| is_core(target(culler, p))).collect();
+        Self { table: Table::new(culler, core), out_of }
     }
 
     /// Whether a shortest way may go from one cell into the next.
@@ -58,28 +64,41 @@ impl Ahead {
         goal.remaining.resize(2 * culler.portal_count(), f64::NAN);
         goal.marked.drain(..).for_each(|cell| goal.leads_there[cell.index()] = false);
         goal.known.drain(..).for_each(|portal| goal.remaining[portal.0 as usize] = f64::NAN);
-        goal.entries.clear();
+        goal.halls.clear();
+        goal.rests.clear();
         for &cell in cells {
-            let (mut cell, mut door) = (cell, None);
+            let mut cell = cell;
+            goal.doors.clear();
+            goal.doors.push(([at.as_vec3(); 2], 0.0));
             self.mark(cell, goal);
             while let Some(out) = self.out_of[cell.index()] {
-                door = Some((cell, out));
+                self.come_in(culler, facets, [out, cell], goal);
                 cell = out;
                 self.mark(cell, goal);
             }
-            for &out in facets.out(cell) {
-                let entry = self.table.place(reversed(out));
-                if entry != NONE {
-                    let entered = out.portal().index();
-                    let inside = |(leaf, hall): (CellId, CellId)| {
-                        let doors = facets.out(hall).iter().filter(|&&p| target(culler, p) == leaf);
-                        let metres = |p: usize| facets.gap(entered, p) + facets.distance(p, at);
-                        doors.map(|p| metres(p.portal().index())).fold(f64::INFINITY, f64::min)
-                    };
-                    goal.entries.push((entry, door.map_or_else(|| facets.distance(entered, at), inside)));
-                }
+            let known = goal.rests.len();
+            for &out in facets.out(cell).iter().filter(|&&out| self.table.has(out)) {
+                let rests = strips_of(culler, out).map(|strip| rest(&strip, &goal.doors));
+                goal.rests.push(rests.fold(f32::INFINITY, f32::min));
             }
+            goal.halls.push((cell, goal.rests.len() - known));
         }
+    }
+
+    /// Goes on from what remains from the doors of a dead end to those on the way into it: from the first of two cells to the second.
+    fn come_in(&self, culler: &Culler, facets: &Facets, [out, cell]: [CellId; 2], goal: &mut Goal) {
+        let inner = goal.doors.len();
+        for &door in facets.out(out).iter().filter(|&&door| target(culler, door) == cell) {
+            let first = goal.doors.len();
+            for strip in strips_of(culler, door) {
+                goal.doors.push((strip, rest(&strip, &goal.doors[..inner])));
+            }
+            let least = goal.doors[first..].iter().map(|(_, rest)| f64::from(*rest)).fold(f64::INFINITY, f64::min);
+            let remaining = &mut goal.remaining[door.0 as usize];
+            *remaining = remaining.min(least);
+            goal.known.push(door);
+        }
+        goal.doors.drain(..inner);
     }
 
     fn mark(&self, cell: CellId, goal: &mut Goal) {
@@ -95,35 +114,54 @@ impl Ahead {
         }
         let straight = facets.distance(portal.portal().index(), goal.at);
         let cell = target(culler, portal);
-        let metres = if goal.leads_there[cell.index()] || self.table.is_empty() {
+        let metres = if goal.cells.contains(&cell) || self.table.is_empty() {
             straight
-        } else if self.table.place(portal) != NONE {
-            straight.max(self.by_table(self.table.place(portal), goal))
-        } else if self.out_of[cell.index()].is_none() {
-            // Out of a dead end: by the next portal.
-            let ways = facets.out(cell).iter().filter_map(|next| {
-                let row = self.table.place(*next);
-                let gap = facets.gap(portal.portal().index(), next.portal().index());
-                (row != NONE).then(|| gap + self.by_table(row, goal))
-            });
-            straight.max(ways.fold(f64::INFINITY, f64::min))
+        } else if self.table.has(portal) {
+            straight.max(self.by_table(portal, target(culler, reversed(portal)), goal))
         } else {
-            straight
+            // Out of a dead end: by the next portal.
+            let mut least = f64::INFINITY;
+            for &next in facets.out(cell) {
+                let remaining = if self.table.has(next) {
+                    self.by_table(next, cell, goal)
+                } else if self.out_of[cell.index()] == Some(target(culler, next)) {
+                    self.remaining(culler, facets, next, goal)
+                } else {
+                    // Into the goal's, or nowhere.
+                    goal.remaining[next.0 as usize]
+                };
+                // Not less, if it is not known.
+                least = least.min(remaining + facets.gap(portal.portal().index(), next.portal().index()));
+            }
+            straight.max(least)
         };
         goal.remaining[portal.0 as usize] = metres;
         goal.known.push(portal);
         metres
     }
 
-    fn by_table(&self, row: u32, goal: &Goal) -> f64 {
-        let row = self.table.row(row);
-        goal.entries.iter().map(|(entry, rest)| f64::from(row[*entry as usize]) + rest).fold(f64::INFINITY, f64::min)
+    /// What remains from a portal of the table, out of a cell.
+    fn by_table(&self, portal: DirectedPortal, cell: CellId, goal: &Goal) -> f64 {
+        let (mut rests, mut least) = (&goal.rests[..], [f32::INFINITY; LANES]);
+        for &(hall, count) in &goal.halls {
+            let (ways, unit) = self.table.ways(portal, cell, hall);
+            let (of_hall, later) = rests.split_at(count);
+            for (ways, rests) in ways.chunks(LANES).zip(of_hall.chunks(LANES)) {
+                for ((least, way), rest) in least.iter_mut().zip(ways).zip(rests) {
+                    let metres = if *way == NO_WAY { f32::INFINITY } else { f32::from(*way) * unit + rest };
+                    *least = if metres < *least { metres } else { *least };
+                }
+            }
+            rests = later;
+        }
+        // Rounded down.
+        f64::from(least.into_iter().fold(f32::INFINITY, f32::min) * (1.0 - 2.0 * f32::EPSILON))
     }
 }
 
-/// The same portal the other way.
-pub(super) fn reversed(portal: DirectedPortal) -> DirectedPortal {
-    DirectedPortal(portal.0 ^ 1)
+/// What remains from a strip by the nearest of some doors, metres.
+fn rest(strip: &Strip, doors: &[(Strip, f32)]) -> f32 {
+    doors.iter().map(|(door, rest)| (gap(strip, door) + rest) * (1.0 - f32::EPSILON)).fold(f32::INFINITY, f32::min)
 }
 
 /// By cell: the one that it leads out into, if it is a dead end.

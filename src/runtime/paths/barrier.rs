@@ -3,6 +3,7 @@
 //! Newton's method on `sum sqrt(|p[i + 1] - p[i]|^2 + m^2) - m sum log s`, with `s` the distances of the points from their portals' edges, while
 //! `m` falls. The Hessian has blocks of 2 x 2 about its diagonal, so that a step takes time linear in the number of portals.
 
+use super::blocks::{Blocks, derivatives, mixed, outer};
 use super::facets::Facets;
 use super::tight::{Line, Proof, prove};
 use glam::{DMat2, DVec2, DVec3};
@@ -21,11 +22,9 @@ const SHORT: f64 = 0.9;
 pub(super) struct Barrier {
     /// By portal: its middle and two axes of its plane.
     frames: Vec<[DVec3; 3]>,
-    /// By portal: the point in its frame, and the step.
+    /// By portal: the point in its frame.
     at: Vec<DVec2>,
-    steps: Vec<DVec2>,
-    /// By portal: blocks of the Hessian, that of the next, and the negative gradient.
-    blocks: Vec<(DMat2, DMat2, DVec2)>,
+    blocks: Blocks,
     directions: Vec<DVec3>,
 }
 
@@ -74,13 +73,13 @@ impl Barrier {
     /// A step of Newton's method.
     fn step(&mut self, facets: &Facets, portals: &[u32], ends: [DVec3; 2], barrier: f64) {
         self.linearize(facets, portals, ends, barrier);
-        self.solve();
-        let slope: f64 = self.blocks.iter().zip(&self.steps).map(|((_, _, down), step)| -down.dot(*step)).sum();
+        self.blocks.solve();
+        let slope = self.blocks.slope();
         let mut share = self.room(facets, portals);
         let now = self.value(facets, portals, ends, barrier, 0.0);
         for _ in 0..40 {
             if self.value(facets, portals, ends, barrier, share) <= now + 1e-4 * share * slope {
-                for (at, step) in self.at.iter_mut().zip(&self.steps) {
+                for (at, step) in self.at.iter_mut().zip(&self.blocks.steps) {
                     *at += *step * share;
                 }
                 return;
@@ -102,11 +101,10 @@ impl Barrier {
             let [_, x, y] = self.frames[i];
             let (mut hessian, mut down) = (DMat2::ZERO, DVec2::ZERO);
             for other in [before, after] {
-                let r = smooth(here - other, barrier);
-                let u = (here - other) / r;
-                let flat = DVec2::new(u.dot(x), u.dot(y));
-                hessian += (DMat2::IDENTITY - outer(flat, flat)) * (1.0 / r);
-                down -= flat;
+                let length = smooth(here - other, barrier);
+                let (second, first) = derivatives((here - other) / length, length, [x, y]);
+                hessian += second;
+                down += first;
             }
             for edge in facets.edges(portal as usize) {
                 let n = DVec2::new(edge.inwards.dot(x), edge.inwards.dot(y));
@@ -114,41 +112,12 @@ impl Barrier {
                 hessian += outer(n, n) * (barrier / (inside * inside));
                 down += n * (barrier / inside);
             }
-            let mut beside = DMat2::ZERO;
-            if i + 1 < count {
-                let r = smooth(after - here, barrier);
-                let u = (after - here) / r;
-                let [_, next_x, next_y] = self.frames[i + 1];
-                let across = |v: DVec3| DVec2::new(x.dot(v) - u.dot(x) * u.dot(v), y.dot(v) - u.dot(y) * u.dot(v));
-                beside = DMat2::from_cols(across(next_x), across(next_y)) * (-1.0 / r);
-            }
-            blocks.push((hessian, beside, down));
+            let length = smooth(after - here, barrier);
+            let next = self.frames.get(i + 1).map(|&[_, next_x, next_y]| [next_x, next_y]);
+            let beside = next.map_or(DMat2::ZERO, |next| mixed((after - here) / length, length, [x, y], next));
+            blocks.push(hessian, beside, down);
         }
         self.blocks = blocks;
-    }
-
-    /// Solves for the steps: elimination, block by block.
-    fn solve(&mut self) {
-        let count = self.blocks.len();
-        self.steps.clear();
-        self.steps.extend(self.blocks.iter().map(|(_, _, down)| *down));
-        let mut hessian = self.blocks[0].0;
-        for i in 0..count {
-            let inverse = hessian.inverse();
-            let (_, beside, _) = self.blocks[i];
-            if i + 1 < count {
-                let factor = beside.transpose() * inverse;
-                hessian = self.blocks[i + 1].0 - factor * beside;
-                let carried = factor * self.steps[i];
-                self.steps[i + 1] -= carried;
-            }
-            // The block's inverse is needed again on the way back.
-            self.blocks[i].0 = inverse;
-        }
-        for i in (0..count).rev() {
-            let next = if i + 1 < count { self.blocks[i].1 * self.steps[i + 1] } else { DVec2::ZERO };
-            self.steps[i] = self.blocks[i].0 * (self.steps[i] - next);
-        }
     }
 
     /// The largest share of the steps, 1 at most, that stays inside of all edges.
@@ -156,7 +125,7 @@ impl Barrier {
         let mut share = 1.0f64;
         for (i, &portal) in portals.iter().enumerate() {
             let [_, x, y] = self.frames[i];
-            let (here, step) = (self.point(i, self.at[i]), x * self.steps[i].x + y * self.steps[i].y);
+            let (here, step) = (self.point(i, self.at[i]), x * self.blocks.steps[i].x + y * self.blocks.steps[i].y);
             for edge in facets.edges(portal as usize) {
                 let (inside, nears) = (edge.inwards.dot(here - edge.start), -edge.inwards.dot(step));
                 if nears * share > SHORT * inside {
@@ -171,7 +140,7 @@ impl Barrier {
     fn value(&self, facets: &Facets, portals: &[u32], [start, end]: [DVec3; 2], barrier: f64, share: f64) -> f64 {
         let (mut sum, mut before) = (0.0, start);
         for (i, &portal) in portals.iter().enumerate() {
-            let here = self.point(i, self.at[i] + self.steps[i] * share);
+            let here = self.point(i, self.at[i] + self.blocks.steps[i] * share);
             sum += smooth(here - before, barrier);
             for edge in facets.edges(portal as usize) {
                 sum -= barrier * edge.inwards.dot(here - edge.start).max(f64::MIN_POSITIVE).ln();
@@ -184,8 +153,4 @@ impl Barrier {
 
 fn smooth(v: DVec3, by: f64) -> f64 {
     (v.length_squared() + by * by).sqrt()
-}
-
-fn outer(a: DVec2, b: DVec2) -> DMat2 {
-    DMat2::from_cols(a * b.x, a * b.y)
 }

@@ -14,6 +14,7 @@
 
 mod ahead;
 mod barrier;
+mod blocks;
 mod facets;
 mod search;
 mod table;

@@ -2,9 +2,10 @@
 
 use super::super::culler::{Culler, target};
 use super::super::doors::Doors;
-use super::ahead::{Ahead, Goal, reversed};
+use super::ahead::{Ahead, Goal};
 use super::barrier::Barrier;
 use super::facets::Facets;
+use super::table::reversed;
 use super::tight::{Line, Proof};
 use crate::{CellId, DirectedPortal};
 use glam::{DVec3, Vec3};
@@ -16,8 +17,8 @@ const EXACT: f64 = 1e-4;
 const EXACT_SHARE: f64 = 1e-6;
 /// Rounds of a line that is only a bound. More: slower. Fewer: weaker bounds, and more lines.
 const FEW: usize = 3;
-/// Rounds of the last line before the barrier goes on.
-const MANY: usize = 40;
+/// Rounds of a way before each step of Newton's method, before the barrier goes on. More: slower. Fewer: the barrier, which is slower still.
+const ROUNDS: [usize; 6] = [4, 2, 2, 2, 4, 8];
 /// Sequences that are followed before each portal is left by one alone. More: ways through open country take longer. Fewer: they are not
 /// the shortest.
 const MOST_FOLLOWED: usize = 4096;
@@ -261,13 +262,17 @@ impl Search {
 
     /// Pulls the line as tight as can be, and tells what any line through its portals is at least.
     fn tighten(&mut self) -> Proof {
-        self.line.pull(&self.facets, MANY);
-        let (proof, metres) = (self.line.proof(&self.facets), self.line.metres());
-        if metres - proof.metres <= EXACT + EXACT_SHARE * metres {
-            return proof;
+        let mut proof = Proof::NONE;
+        for rounds in ROUNDS {
+            self.line.pull(&self.facets, rounds);
+            proof = proof.or(self.line.proof(&self.facets));
+            let metres = self.line.metres();
+            if metres - proof.metres <= EXACT + EXACT_SHARE * metres {
+                return proof;
+            }
+            self.line.step(&self.facets);
         }
-        let better = self.barrier.pull(&self.facets, &mut self.line);
-        if better.metres > proof.metres { better } else { proof }
+        proof.or(self.barrier.pull(&self.facets, &mut self.line))
     }
 
     /// Pulls the line of a sequence and bounds it; false: it can be given up.
