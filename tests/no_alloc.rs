@@ -9,7 +9,9 @@ use enfilade::occlusion::frustum::FrustumCuller;
 use enfilade::occlusion::hierarchy::{Hierarchy, HierarchyOptions};
 use enfilade::occlusion::view::{self, Frustum};
 use enfilade::pvs::cubes::{Cube, CubeEngine, CubeScene, CubeView, Raster};
-use enfilade::runtime::{Camera, Culler, Doors, Mirror, Mode, Motion, Movers, Pathfinder, Relevance, View};
+use enfilade::runtime::{
+    Camera, Culler, Doors, Mirror, Mode, Motion, Movers, Pathfinder, Relevance, View, World, WorldView,
+};
 use enfilade::scene::{ImportOptions, Role, SceneBuilder, Source};
 use enfilade::{CellId, PortalId};
 use enfilade_tubes as tubes;
@@ -250,6 +252,34 @@ fn a_warm_engine_allocates_nothing() {
     engine.cube(&view, &mut cube);
     let taken = measure(|| (0..5).for_each(|_| engine.cube(&view, &mut cube)));
     assert_eq!(taken.count_total, 0);
+}
+
+/// Two rooms that face each other through twenty doorways, joined and parted while one looks around in them.
+#[test]
+fn worlds_allocate_nothing_after_the_first_frame() {
+    let (mut world, [a, b]) = testing::modules::ladder(20);
+    let movers = Movers::new(world.culler(b).unwrap());
+    for mode in Mode::WITHOUT_QUERIES {
+        let mut view = WorldView::new();
+        let mut seen = [0, 0];
+        let mut frames = |world: &mut World| {
+            for portal in (0..20).map(PortalId) {
+                world.join(a, portal, b, portal).unwrap();
+                let (sin, cos) = f64::from(portal.0).sin_cos();
+                let eye = boxes::p(4.0 * sin, 1.0, f64::from(portal.0) + 0.5);
+                let camera = Camera::look_at(eye, eye + DVec3::new(cos, 0.0, sin), 1.2, 1.6);
+                view.cull(world, &camera, mode);
+                for (module, seen) in [a, b].into_iter().zip(&mut seen) {
+                    *seen += view.visible(module).map_or(0, |mut set| 1 + set.runs().len());
+                }
+                std::hint::black_box(view.movers(b, &movers).len());
+            }
+            (0..20).map(PortalId).for_each(|portal| world.part(a, portal).unwrap());
+        };
+        frames(&mut world);
+        assert_eq!(measure(|| frames(&mut world)).count_total, 0, "{mode}");
+        assert!(seen.iter().all(|seen| *seen > 10), "{mode}: {seen:?}");
+    }
 }
 
 /// Ground: choosing, and loading from a file by its thread, after the first frames.

@@ -27,6 +27,10 @@ impl<Id: Copy + Default + PartialEq> Homes<Id> {
         Self { cells: [Id::default(); MOST_HOMES], len: 0, overflow: false }
     }
 
+    pub fn one(cell: Id) -> Self {
+        Self { cells: [cell; MOST_HOMES], len: 1, overflow: false }
+    }
+
     pub fn as_slice(&self) -> &[Id] {
         &self.cells[..self.len]
     }
@@ -158,6 +162,12 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
         &self.planes[self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize]
     }
 
+    /// The cell of a piece, if there is one and it holds `p` by more than `margin` metres.
+    pub fn well_inside(&self, piece: u32, p: DVec3, margin: f64) -> Option<Id> {
+        let cell = *self.cells.get(piece as usize)?;
+        (self.outside(piece, p) < -margin).then_some(cell)
+    }
+
     /// The cells within `tolerance` metres of `p`. The search starts at `last_piece`, which is then set to a piece that contains `p`.
     pub fn locate(&self, p: Vec3, tolerance: f64, last_piece: &mut u32) -> Homes<Id> {
         let mut homes = Homes::none();
@@ -165,10 +175,9 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
             return homes;
         }
         let point = p.as_dvec3();
-        // Well inside the last frame's piece: pieces of cells are disjoint, so no other is near; of overlapping view cells, one is enough.
-        if (*last_piece as usize) < self.cells.len() && self.outside(*last_piece, point) < -2.0 * tolerance {
-            homes.add(self.cells[*last_piece as usize]);
-            return homes;
+        // Pieces of cells are disjoint, so no other is near; of overlapping view cells, one is enough.
+        if let Some(cell) = self.well_inside(*last_piece, point, 2.0 * tolerance) {
+            return Homes::one(cell);
         }
         let mut deepest = f64::INFINITY;
         let mut visit = |piece: u32| {

@@ -73,6 +73,8 @@ pub struct World {
     free: Vec<u32>,
     /// By slot: the box around the module's cells but the outside, and its objects.
     boxes: Boxes,
+    /// The largest tolerance of a module, metres.
+    tolerance: f64,
 }
 
 impl World {
@@ -97,6 +99,7 @@ impl World {
             let all = bounds.map_or(Aabb::EMPTY, |bounds| Aabb::of((0..8).map(|i| corner(i, bounds))));
             all.inflated(4.0 * culler.tolerance)
         };
+        self.tolerance = self.tolerance.max(culler.tolerance);
         let (inside, whole) = (around(culler.inside), around(culler.whole));
         self.boxes.resize(self.slots.len());
         self.boxes.set(slot as usize, [whole.min.as_vec3(), whole.max.as_vec3()]);

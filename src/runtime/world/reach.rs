@@ -84,6 +84,14 @@ impl WorldView {
 
     /// Begins at the cells that the eye is in. False: it is in none, or in too many.
     fn place_eye(&mut self, frame: &Frame<'_>) -> bool {
+        if let Some((slot, cell)) = self.home.and_then(|slot| Some((slot, self.still_in(frame, slot)?))) {
+            let visit = self.begin(frame, slot);
+            (visit.homes, visit.has_all_rows) = (Homes::one(cell), true);
+            visit.start(frame);
+            self.enqueue(slot);
+            return true;
+        }
+        self.home = None;
         let eye = frame.camera.eye.as_dvec3();
         let is_near = |module: &Module| module.inside.contains(eye);
         let (mut inside, mut is_outdoors) = (0, true);
@@ -93,6 +101,7 @@ impl WorldView {
             if homes.as_slice().iter().any(|cell| !is_outside(&cell)) {
                 inside += 1;
                 is_outdoors &= homes.as_slice().iter().any(|cell| is_outside(&cell));
+                self.home = Some(id.slot);
                 self.begin(frame, id.slot).homes = homes;
             }
         }
@@ -118,6 +127,15 @@ impl WorldView {
             }
         }
         !self.seen.is_empty()
+    }
+
+    /// The cell of a module that the eye is in if it is well inside the piece of the last frame: then it is in no other module.
+    fn still_in(&self, frame: &Frame<'_>, slot: u32) -> Option<CellId> {
+        let (module, visit) = (frame.module(slot)?, self.visits.get(slot as usize)?.as_ref()?);
+        let eye = module.placement.to_module(frame.camera.eye.as_dvec3());
+        let margin = 2.0 * (module.culler.tolerance + frame.world.tolerance);
+        let cell = module.culler.locator.well_inside(visit.scratch.last_piece, eye, margin);
+        cell.filter(|cell| !module.culler.is_outside(*cell))
     }
 
     /// The cells of a module that the eye is in; `None`: too many.

@@ -31,6 +31,8 @@ pub struct WorldView {
     /// The part of the screen that shows the outside of modules so far, and the modules that are on it, as bits by slot.
     pub(super) shown: Rect,
     pub(super) on_screen: Vec<u64>,
+    /// The slot of a module that the eye was inside.
+    pub(super) home: Option<u32>,
     /// How the last frame saw.
     how: Option<How>,
 }
@@ -100,7 +102,7 @@ impl WorldView {
     /// A view with all doors open.
     pub fn new() -> Self {
         let (visits, seen, queue, outdoors, on_screen) = Default::default();
-        Self { visits, seen, queue, outdoors, shown: Rect::EMPTY, on_screen, how: None }
+        Self { visits, seen, queue, outdoors, shown: Rect::EMPTY, on_screen, home: None, how: None }
     }
 
     /// Takes the states of a module's doors, for the next frame and later ones.
