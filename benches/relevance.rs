@@ -147,13 +147,13 @@ impl<'f> Net<'f> {
         player
     }
 
-    /// The cells that a player may be in after so many metres.
-    fn around(&self, view: &mut View, player: &Player) -> Vec<CellId> {
-        let found = view.within_metres([player.at; 2], METRES);
-        if found.contains(&player.cell) { found.to_vec() } else { self.straight(player, METRES as f32) }
+    /// The cells that a player may be in after so many metres. A straight line may leave a cell that is not convex: then their place is not in it.
+    fn around(&self, (culler, view): (&Culler, &mut View), player: &Player) -> Vec<CellId> {
+        let is_there = culler.cell_of(player.at) == Some(player.cell);
+        if is_there { view.within_metres([player.at; 2], METRES).to_vec() } else { self.straight(player, METRES as f32) }
     }
 
-    /// The same for a player whose cell their place does not tell.
+    /// The same by straight lines to portals alone.
     fn straight(&self, player: &Player, metres: f32) -> Vec<CellId> {
         let mut cells = vec![player.cell];
         let mut next = 0;
@@ -198,7 +198,8 @@ fn simulate(name: &str, file: &PvsFile, brief: bool) {
         let now = history[history.len() - 1].iter().map(|player| net.walk(*player, &mut random)).collect();
         history.push(now);
         if let Some(before) = history.len().checked_sub(1 + LATE) {
-            let around: Vec<Vec<CellId>> = history[before].iter().map(|player| net.around(&mut view, player)).collect();
+            let around: Vec<Vec<CellId>> =
+                history[before].iter().map(|player| net.around((&culler, &mut view), player)).collect();
             count(file, (&culler, &relevance), (&history[before], &around), &history[history.len() - 1], &mut counts);
         }
     }
@@ -206,13 +207,14 @@ fn simulate(name: &str, file: &PvsFile, brief: bool) {
     assert!(counts.by_neither > 0, "{name}: nobody comes into sight");
     let share = |n: u64| n as f64 * 1e2 / counts.all as f64;
     let players = &history[history.len() - 1];
-    let around: Vec<Vec<CellId>> = players.iter().map(|player| net.around(&mut view, player)).collect();
+    let around: Vec<Vec<CellId>> = players.iter().map(|player| net.around((&culler, &mut view), player)).collect();
     let by_rows = pair_nanoseconds(|a, b| relevance.may_see(black_box(&[players[a].cell]), black_box(&around[b])));
     let by_places = pair_nanoseconds(|a, b| culler.may_see(black_box(&around[a]), black_box(&around[b])));
     let all = || players.iter().map(|player| view.within_metres(black_box([player.at; 2]), METRES).len()).sum::<usize>();
-    let body = least(20, all).as_secs_f64() * 1e6 / PLAYERS as f64;
+    let has_places = file.cells.iter().any(|cell| !cell.pieces.is_empty());
+    let body = has_places.then(|| format!("{:.2}", least(20, all).as_secs_f64() * 1e6 / PLAYERS as f64));
     println!(
-        "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.1} | {} | {} | {by_rows:.1} | {by_places:.1} | {body:.2} |",
+        "| {name} | {} | {:.1} | {:.1} | {:.1} | {:.1} | {} | {} | {by_rows:.1} | {by_places:.1} | {} |",
         file.cells.len(),
         made.as_secs_f64() * 1e3,
         share(counts.in_sight),
@@ -220,6 +222,7 @@ fn simulate(name: &str, file: &PvsFile, brief: bool) {
         share(counts.all - counts.sent_by_places),
         counts.surprises,
         counts.by_neither,
+        body.unwrap_or_else(|| "no places".into())
     );
 }
 

@@ -101,8 +101,8 @@ impl Culler {
     /// Whether something in some cells may be seen from some cells, by their rows. None means anywhere: then it may.
     ///
     /// For servers this is the way to ask: [`View::within_metres`](super::View::within_metres) gives the cells where each body may be by then, once a
-    /// tick, in about a microsecond, and a pair of bodies takes some nanoseconds. It keeps back more than [`Relevance::may_see`], which takes a
-    /// body to start anywhere in its cell, and is for servers that know no more than the cells.
+    /// tick, in two or three microseconds, and a pair of bodies takes some ten nanoseconds. It keeps back more than [`Relevance::may_see`],
+    /// which takes a body to start anywhere in its cell, and is for servers that know no more than the cells.
     ///
     /// # Panics
     ///

@@ -78,7 +78,7 @@ impl Ahead {
             }
             let known = goal.rests.len();
             for &out in facets.out(cell).iter().filter(|&&out| self.table.has(out)) {
-                let rests = strips_of(culler, out).map(|strip| rest(&strip, &goal.doors));
+                let rests = self.table.strips(out).iter().map(|strip| rest(strip, &goal.doors));
                 goal.rests.push(rests.fold(f32::INFINITY, f32::min));
             }
             goal.halls.push((cell, goal.rests.len() - known));

@@ -128,11 +128,12 @@ impl Search {
         if starts.is_empty() || ends.is_empty() {
             return None;
         }
-        self.begin(culler, from, to, ends);
+        self.begin(from);
         if starts.iter().any(|cell| ends.contains(cell)) {
-            self.take_line(NONE);
+            Self::set_line(&mut self.line, &[], NONE, [from, to]);
             return Some(self.finish(NONE, from.distance(to)));
         }
+        self.ahead.aim(culler, &self.facets, to, ends, &mut self.goal);
         for &start in starts {
             self.offer(culler, doors, NONE, start, starts);
         }
@@ -161,14 +162,13 @@ impl Search {
         None
     }
 
-    fn begin(&mut self, culler: &Culler, from: DVec3, to: DVec3, ends: &[CellId]) {
+    fn begin(&mut self, from: DVec3) {
         self.from = from;
         self.sequences.clear();
         self.queue.clear();
         self.labelled.drain(..).for_each(|portal| self.labels[portal.0 as usize] = Label::None);
         self.followed = 0;
         self.left_out = f64::INFINITY;
-        self.ahead.aim(culler, &self.facets, to, ends, &mut self.goal);
     }
 
     /// Whether there is any way: by a flood, backwards from the goal.

@@ -5,7 +5,7 @@
 //!
 //! What a search asks of one cell and one goal is a block of the table, in one place of the memory: its time is that of reading it.
 
-use super::super::culler::{Culler, target};
+use super::super::culler::{Culler, Lists, target};
 use crate::{CellId, DirectedPortal};
 use glam::Vec3;
 use std::cmp::Reverse;
@@ -37,6 +37,7 @@ pub(super) struct Table {
     places: Vec<u32>,
     /// By cell: the first place of its portals, and the end of the last.
     firsts: Vec<usize>,
+    strips: Lists<Strip>,
     /// By place: metres of a unit of its ways.
     units: Vec<f32>,
     /// A block for each cell and each other one: the portals out of the former, and for each the ways to those into the latter. Blocks of
@@ -75,7 +76,8 @@ impl Table {
         });
         let mut places = vec![NONE; 2 * culler.portal_count()];
         (0..).zip(&net.portals).for_each(|(place, portal)| places[portal.0 as usize] = place);
-        Self { places, firsts: net.firsts, units, ways }
+        let strips = Lists::new(net.portals.iter().map(|portal| strips_of(culler, *portal)));
+        Self { places, firsts: net.firsts, strips, units, ways }
     }
 
     pub fn is_empty(&self) -> bool {
@@ -85,6 +87,11 @@ impl Table {
     /// Whether a portal is in the table.
     pub fn has(&self, portal: DirectedPortal) -> bool {
         self.places[portal.0 as usize] != NONE
+    }
+
+    /// The strips of a portal of the table.
+    pub fn strips(&self, portal: DirectedPortal) -> &[Strip] {
+        self.strips.get(self.places[portal.0 as usize] as usize)
     }
 
     /// The least ways from a portal of the table, out of a cell, to each of the table into another, in the order of the latter's portals: in
@@ -180,10 +187,9 @@ impl Net {
     fn search(&self, from: usize, Work { known, next, queue }: &mut Work) {
         known.clear();
         known.resize(self.strips.len(), f32::INFINITY);
-        for strip in self.starts[from]..self.starts[from + 1] {
-            known[strip] = 0.0;
-            queue.push(Reverse((0, strip as u32)));
-        }
+        let start = self.starts[from]..self.starts[from + 1];
+        known[start.clone()].fill(0.0);
+        queue.extend(start.map(|strip| Reverse((0, strip as u32))));
         while let Some(Reverse((bits, at))) = queue.pop() {
             let (metres, (place, beyond)) = (f32::from_bits(bits), &self.strips[at as usize]);
             if metres > known[at as usize] {
