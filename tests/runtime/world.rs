@@ -16,7 +16,7 @@ use testing::bakes::{baked, with_rays};
 use testing::boxes::{Building, block, p};
 use testing::maze::Grid;
 use testing::meshes::{corners, solid, soup};
-use testing::modules::{Module, cut, graph_of, groups, joined, single};
+use testing::modules::{Module, cut, groups, joined, single};
 use testing::random::Places;
 
 const WEST: PortalId = PortalId(0);
