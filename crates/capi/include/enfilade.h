@@ -54,6 +54,12 @@ typedef struct EnfRelevance EnfRelevance;
 // One camera's culling. Views of one building are independent of each other.
 typedef struct EnfView EnfView;
 
+// Buildings in their places, and their joins, for any number of views.
+typedef struct EnfWorld EnfWorld;
+
+// One camera's culling of a world.
+typedef struct EnfWorldView EnfWorldView;
+
 // A point in the model's own coordinates, metres.
 typedef struct {
   double x;
@@ -206,6 +212,17 @@ typedef struct {
   float z;
   float d;
 } EnfPlane;
+
+// Where a module stands: a matrix by columns, from its coordinates to the world's, that turns and moves, and nothing else.
+typedef struct {
+  double matrix[16];
+} EnfPlacement;
+
+// A module. Slots are small numbers and used again, with another life.
+typedef struct {
+  uint32_t slot;
+  uint32_t life;
+} EnfModule;
 
 // Load the object, then call `enf_loader_loaded` or `enf_loader_failed`.
 #define ENF_STEP_LOAD 0
@@ -598,6 +615,76 @@ EnfStatus enf_view_movers_in_volume(EnfView *view,
                                     EnfMover *buffer,
                                     size_t capacity,
                                     size_t *count);
+
+// A world without modules.
+EnfWorld *enf_world_new(void);
+
+// Frees a world, or nothing.
+void enf_world_free(EnfWorld *world);
+
+// Adds a building as a module, joined to none; a building may stand several times.
+EnfStatus enf_world_place(EnfWorld *world, const EnfBuilding *building, const EnfPlacement *placement, EnfModule *module);
+
+// Parts all joins of a module, and removes it.
+EnfStatus enf_world_remove(EnfWorld *world, EnfModule module);
+
+// Joins two portals that lead outside and lie on each other (`enf_building_ways_in`): a view goes on in the other module.
+EnfStatus enf_world_join(EnfWorld *world, EnfModule module, uint32_t portal, EnfModule other, uint32_t other_portal);
+
+// Parts a portal that is joined: both lead outdoors again.
+EnfStatus enf_world_part(EnfWorld *world, EnfModule module, uint32_t portal);
+
+// The portals of a building that lead outside, ascending: those by which modules are joined.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` portals.
+EnfStatus enf_building_ways_in(const EnfBuilding *building, uint32_t *buffer, size_t capacity, size_t *count);
+
+// A view of worlds, with all doors open.
+EnfWorldView *enf_world_view_new(void);
+
+// Frees a view, or nothing.
+void enf_world_view_free(EnfWorldView *view);
+
+// Takes the states of a module's doors, for later frames.
+EnfStatus enf_world_view_set_doors(EnfWorldView *view, const EnfWorld *world, EnfModule module, const EnfDoors *doors);
+
+// Culls a frame. The camera is in the world's coordinates. Ask for the lists afterwards.
+EnfStatus enf_world_view_cull(EnfWorldView *view, const EnfWorld *world, const EnfCamera *camera, EnfMode mode);
+
+// The modules that the last frame may show, those of the eye first.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` modules.
+EnfStatus enf_world_view_modules(const EnfWorldView *view, EnfModule *buffer, size_t capacity, size_t *count);
+
+// The objects of a module that the last frame may show, each once.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` objects.
+EnfStatus enf_world_view_objects(EnfWorldView *view, EnfModule module, uint32_t *buffer, size_t capacity, size_t *count);
+
+// The same as ranges of the module's index buffer, ascending, neighbours joined: one draw each.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` runs.
+EnfStatus enf_world_view_runs(EnfWorldView *view, EnfModule module, EnfRun *buffer, size_t capacity, size_t *count);
+
+// The movers of a module that the last frame may show, each once.
+//
+// # Safety
+//
+// `buffer` has room for `capacity` movers.
+EnfStatus enf_world_view_movers(EnfWorldView *view,
+                                EnfModule module,
+                                const EnfMovers *movers,
+                                EnfMover *buffer,
+                                size_t capacity,
+                                size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"
