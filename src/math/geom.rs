@@ -84,7 +84,6 @@ impl Aabb {
     }
 
     /// True if `p` is inside or on the boundary.
-    #[cfg(feature = "bake")]
     pub fn contains(&self, p: DVec3) -> bool {
         self.min.cmple(p).all() && p.cmple(self.max).all()
     }
