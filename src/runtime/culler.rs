@@ -2,7 +2,7 @@
 
 use super::boxes::Boxes;
 use super::locate::{Homes, Locator, piece_bounds};
-use crate::file::{FileCell, FileWaysIn, PvsFile};
+use crate::file::{FileCell, FilePortal, FileWaysIn, PvsFile};
 use crate::math::bits::BitMatrix;
 use crate::math::geom::Aabb;
 use crate::math::tolerance::single_precision;
@@ -88,7 +88,12 @@ pub struct Culler {
     pub(super) placed: Boxes,
     /// The box around each cell, with the margin of placement; `None` if it is unbounded.
     pub(super) cell_boxes: Vec<Option<[Vec3; 2]>>,
-    /// First index of each object, and the end of the last, in an index buffer with the objects' triangles in their order.
+    /// Some portals of a file, ascending.
+fn portals_of(file: &PvsFile, is_one: impl Fn(&FilePortal) -> bool) -> Vec<PortalId> {
+    (0..).map(PortalId).zip(&file.portals).filter(|(_, portal)| is_one(portal)).map(|(id, _)| id).collect()
+}
+
+/// First index of each object, and the end of the last, in an index buffer with the objects' triangles in their order.
     indices: Vec<u32>,
     triangles: Vec<u32>,
     /// Keys of portals, and the portals in their order.
@@ -167,16 +172,8 @@ impl Culler {
             portal_planes: file.portals.iter().map(|p| p.plane).collect(),
             portal_cells: file.portals.iter().map(|p| p.cells).collect(),
             portal_corners: Lists::new(file.portals.iter().map(|p| p.winding.iter().copied())),
-            found_shut: (0u32..)
-                .zip(&file.portals)
-                .filter(|(_, p)| p.state.shut && !p.state.see_through && !p.state.ajar)
-                .map(|(i, _)| PortalId(i))
-                .collect(),
-            windows: (0u32..)
-                .zip(&file.portals)
-                .filter(|(_, p)| p.kind == PortalKind::Window)
-                .map(|(i, _)| PortalId(i))
-                .collect(),
+            found_shut: portals_of(file, |p| p.state.shut && !p.state.see_through && !p.state.ajar),
+            windows: portals_of(file, |p| p.kind == PortalKind::Window),
             boxes: Boxes::new(file.objects.iter().map(|o| o.bounds)),
             indices: indices(file),
             triangles: file.objects.iter().map(|o| o.triangles).collect(),

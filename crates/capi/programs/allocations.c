@@ -39,6 +39,11 @@ int main(int argc, char **argv) {
     need(enf_world_place(world, building, &placement, &modules[i]));
   }
   size_t before = 0, n;
+  /* Each module has its first frame. */
+  EnfCamera any;
+  need(enf_camera_look_at((EnfVec3){0, 1, 0}, (EnfVec3){1, 1, 0}, 1, 1.5f, &any));
+  need(enf_world_view_cull(world_view, world, &any, ENF_MODE_NONE));
+  for (int i = 0; i < 2; i++) need(enf_world_view_movers(world_view, modules[i], movers, seen, MOVERS, &n));
   for (int frame = 0; frame < 2000; frame++) {
     if (frame == 1) before = count;
     float x = (float)(frame % 50) * 0.4f, z = (float)(frame / 50) * 0.4f - 4;

@@ -97,8 +97,7 @@ impl World {
         let [one, two] = ends;
         let metres = one.off(&two).max(two.off(&one));
         let most = one.culler().tolerance + two.culler().tolerance;
-        // False for NaN, too.
-        if !(metres <= most) {
+        if metres > most {
             return Err(JoinError::Apart { metres, most });
         }
         let [n, other_n] = ends.map(|end| end.module.placement.turn(directed_plane(end.culler(), end.way_in).0.as_dvec3()));
