@@ -88,12 +88,7 @@ pub struct Culler {
     pub(super) placed: Boxes,
     /// The box around each cell, with the margin of placement; `None` if it is unbounded.
     pub(super) cell_boxes: Vec<Option<[Vec3; 2]>>,
-    /// Some portals of a file, ascending.
-fn portals_of(file: &PvsFile, is_one: impl Fn(&FilePortal) -> bool) -> Vec<PortalId> {
-    (0..).map(PortalId).zip(&file.portals).filter(|(_, portal)| is_one(portal)).map(|(id, _)| id).collect()
-}
-
-/// First index of each object, and the end of the last, in an index buffer with the objects' triangles in their order.
+    /// First index of each object, and the end of the last, in an index buffer with the objects' triangles in their order.
     indices: Vec<u32>,
     triangles: Vec<u32>,
     /// Keys of portals, and the portals in their order.
@@ -304,6 +299,11 @@ impl Culler {
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
+}
+
+/// Some portals of a file, ascending.
+fn portals_of(file: &PvsFile, is_one: impl Fn(&FilePortal) -> bool) -> Vec<PortalId> {
+    (0..).map(PortalId).zip(&file.portals).filter(|(_, portal)| is_one(portal)).map(|(id, _)| id).collect()
 }
 
 /// First index of each object, and the end of the last. Beyond what an index can count, ranges are empty.
