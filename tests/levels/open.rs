@@ -1,27 +1,9 @@
 //! Rows in levels against what is open: lines through the tree of planes, which another reader found, show pairs that no row may lack.
 
-use enfilade::BitMatrix;
 use enfilade_levels::bsp::Bsp;
 use enfilade_levels::{VisOptions, vis};
-use testing::games::lines::{PlaneTree, Search, Shown};
+use testing::games::lines::Search;
 use testing::games::{CELLS, GAMES, Game, level, trees};
-use testing::random::Random;
-
-/// Takes pairs out of rows, both ways; how many there were.
-fn take_out(rows: &mut BitMatrix, part: f64, seed: u64) -> BitMatrix {
-    let mut random = Random::new(seed);
-    let mut taken = BitMatrix::new(rows.rows(), rows.rows());
-    for a in 0..rows.rows() {
-        let seen: Vec<usize> = rows.ones(a).filter(|&b| b > a).collect();
-        for b in seen.into_iter().filter(|_| random.chance(part)) {
-            for [a, b] in [[a, b], [b, a]] {
-                rows.clear(a, b);
-                taken.set(a, b);
-            }
-        }
-    }
-    taken
-}
 
 /// Levels by hand whose files the readers of trees take.
 const BY_HAND: [Game; 5] = [Game::Quake3, Game::Source(19), Game::Source(20), Game::Source(21), Game::Source(25)];
@@ -55,12 +37,14 @@ mod real {
     use crate::levels::games::{Case, cases};
     use crate::levels::readers::{MOST_PORTALS, read, rows_of_clusters, written};
     use crate::levels::real::rows_of;
+    use enfilade::BitMatrix;
     use qbsp::BspFormat;
     use qbsp::data::nodes::BspNodeRef;
     use qbsp::data::visdata::VisDataRef;
     use qbsp::prelude::*;
     use testing::data::data;
-    use testing::games::lines::{Child, Leaf, NEAR, Node};
+    use testing::games::lines::{Child, Leaf, NEAR, Node, PlaneTree, Shown};
+    use testing::random::Random;
 
     /// A level: more take long, fewer show less of large levels.
     const LINES: u64 = 200_000;
@@ -72,6 +56,22 @@ mod real {
     const KNOWN: [(&str, [[u32; 2]; 4]); 1] = [("hl/msr_insomnia", [[38, 39], [38, 42], [38, 47], [38, 81]])];
     /// Bits of Quake 2's contents that hide: from window to mist.
     const MATTER: u32 = 0x7f;
+
+    /// Takes pairs out of rows, both ways; how many there were.
+    fn take_out(rows: &mut BitMatrix, part: f64, seed: u64) -> BitMatrix {
+        let mut random = Random::new(seed);
+        let mut taken = BitMatrix::new(rows.rows(), rows.rows());
+        for a in 0..rows.rows() {
+            let seen: Vec<usize> = rows.ones(a).filter(|&b| b > a).collect();
+            for b in seen.into_iter().filter(|_| random.chance(part)) {
+                for [a, b] in [[a, b], [b, a]] {
+                    rows.clear(a, b);
+                    taken.set(a, b);
+                }
+            }
+        }
+        taken
+    }
 
     /// The kind of matter in a leaf. One fault of qbsp is mended: it takes Half-Life's contents, which count down from -1, for bits, and
     /// drops some of these; the seven lowest are left.
