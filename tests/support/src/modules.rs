@@ -185,8 +185,8 @@ pub fn joined(modules: &[(&Module, Arc<Culler>)]) -> (World, Vec<ModuleId>) {
     for (b, (module, culler)) in modules.iter().enumerate() {
         for (portal, of) in (0..).map(PortalId).zip(&module.portals) {
             let others = modules[..b].iter().enumerate();
-            let found = others.filter_map(|(a, (other, _))| Some((a, other.portals.iter().position(|p| p == of)?)));
-            if let Some((a, other)) = found.last().filter(|_| culler.way_in(portal).is_some()) {
+            let mut found = others.filter_map(|(a, (other, _))| Some((a, other.portals.iter().position(|p| p == of)?)));
+            if let Some((a, other)) = found.next_back().filter(|_| culler.way_in(portal).is_some()) {
                 world.join(ids[a], PortalId(other as u32), ids[b], portal).expect("portals on each other");
             }
         }
