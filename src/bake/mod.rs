@@ -217,7 +217,11 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     if options.split.module {
         let culler = Culler::new(&file);
-        let portals = culler.ways_in().filter_map(|portal| culler.way_in(portal)).collect();
+        let portals: Vec<_> = culler.ways_in().filter_map(|portal| culler.way_in(portal)).collect();
+        file.notes.push(match portals.len() {
+            0 => "module: no portal leads outside, so it can't be joined; leave a doorway open where another goes on".into(),
+            count => format!("module: portals that lead outside, by which it is joined: {count}"),
+        });
         file.ways_in = Some(ways_in::rows(scene, &pvs, portals, &pvs_options, work)?);
     }
     file.relevance = options.relevance.map(|metres| relevance(&file, metres));

@@ -62,4 +62,4 @@ pub use sets::MOST_PLANES;
 pub use small::MinPixels;
 pub use view::View;
 pub use visible::{CrossedPortal, FrameStats, VisibleSet};
-pub use world::{JoinError, ModuleId, NotRigid, Placement, World, WorldView};
+pub use world::{ModuleId, NotRigid, Placement, World, WorldError, WorldView};

@@ -3,7 +3,7 @@
 use enfilade::bake::BakeOptions;
 use enfilade::cells::{PortalKind, SplitOptions};
 use enfilade::file::PvsFile;
-use enfilade::runtime::{Camera, Culler, Doors, JoinError, Mode, ModuleId, Movers, Placement, View, World, WorldView};
+use enfilade::runtime::{Camera, Culler, Doors, Mode, ModuleId, Movers, Placement, View, World, WorldError, WorldView};
 use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source};
 use enfilade::{CellId, ObjectId, PortalId};
 use enfilade_measure::walkthrough::missed::{missed_pixels, objects_shown};
@@ -168,30 +168,30 @@ fn joins_that_do_not_fit_are_errors_with_a_name() {
     let a = world.place(&culler, place(&file, 0.0, DVec3::ZERO));
     let off = world.place(&culler, place(&file, 0.0, p(4.0, 0.0, 0.03)));
     let same = world.place(&culler, place(&file, PI, DVec3::ZERO));
-    let Err(JoinError::Apart { metres, most }) = world.join(a, EAST, off, WEST) else { panic!("joined") };
+    let Err(WorldError::Apart { metres, most }) = world.join(a, EAST, off, WEST) else { panic!("joined") };
     assert!((metres - 0.03).abs() < 1e-5 && (most - 2.0 * culler.tolerance()).abs() < 1e-12, "{metres} {most}");
     // A door of a room in its own place, turned round, lies on the other door, and both rooms are on one side.
-    assert_eq!(world.join(a, EAST, same, WEST), Err(JoinError::SameSide));
-    assert_eq!(world.join(a, PortalId(7), off, WEST), Err(JoinError::NoPortal(a, PortalId(7))));
-    assert_eq!(world.part(a, EAST), Err(JoinError::Open(a, EAST)));
+    assert_eq!(world.join(a, EAST, same, WEST), Err(WorldError::SameSide));
+    assert_eq!(world.join(a, PortalId(7), off, WEST), Err(WorldError::NoPortal(a, PortalId(7))));
+    assert_eq!(world.part(a, EAST), Err(WorldError::Open(a, EAST)));
     let b = world.place(&culler, place(&file, 0.0, p(4.0, 0.0, 0.0)));
     world.join(a, EAST, b, WEST).unwrap();
-    assert_eq!(world.join(b, WEST, a, EAST), Err(JoinError::Joined(b, WEST)));
+    assert_eq!(world.join(b, WEST, a, EAST), Err(WorldError::Joined(b, WEST)));
     world.part(b, WEST).unwrap();
     assert_eq!(world.joined(a, EAST), Ok(None));
     world.join(a, EAST, b, WEST).unwrap();
     world.remove(b).unwrap();
     assert_eq!(world.joined(a, EAST), Ok(None), "what is removed is parted");
-    assert_eq!(world.remove(b), Err(JoinError::Removed(b)));
+    assert_eq!(world.remove(b), Err(WorldError::Removed(b)));
     let again = world.place(&culler, place(&file, 0.0, p(4.0, 0.0, 0.0)));
     assert!(again.slot == b.slot && again != b);
-    assert_eq!(world.join(a, EAST, b, WEST), Err(JoinError::Removed(b)));
+    assert_eq!(world.join(a, EAST, b, WEST), Err(WorldError::Removed(b)));
     // Within the building.
     let (_, flat) = testing::boxes::flat().0.finish();
     let whole = world.place(&Culler::new(&flat), Placement::IDENTITY);
     let within = |p: &PortalId| Culler::new(&flat).way_in(*p).is_none();
     let portal = (0..flat.portals.len() as u32).map(PortalId).find(within).unwrap();
-    assert_eq!(world.join(whole, portal, a, WEST), Err(JoinError::Within(whole, portal)));
+    assert_eq!(world.join(whole, portal, a, WEST), Err(WorldError::Within(whole, portal)));
 }
 
 /// A world of one module is what its culler shows, and all is seen by an eye in no cell.

@@ -9,7 +9,7 @@ use crate::shapes::EnfCamera;
 use crate::view::{EnfMode, mode_of};
 use runtime::PortalId;
 use runtime::glam::DMat4;
-use runtime::runtime::{JoinError, ModuleId, NotRigid, Placement, VisibleSet, World, WorldView};
+use runtime::runtime::{ModuleId, NotRigid, Placement, VisibleSet, World, WorldError, WorldView};
 use std::mem::MaybeUninit;
 
 /// Buildings in their places, and their joins, for any number of views.
@@ -49,8 +49,8 @@ impl From<EnfModule> for ModuleId {
     }
 }
 
-impl From<JoinError> for Fault {
-    fn from(error: JoinError) -> Self {
+impl From<WorldError> for Fault {
+    fn from(error: WorldError) -> Self {
         Self::argument(error)
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct Join {
 
 /// An error of a [`World`]; nothing is changed then.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum JoinError {
+pub enum WorldError {
     /// The module was removed, or never was.
     Removed(ModuleId),
     /// The module has no such portal.
@@ -38,7 +38,7 @@ pub enum JoinError {
     SameSide,
 }
 
-impl fmt::Display for JoinError {
+impl fmt::Display for WorldError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Removed(module) => write!(f, "module {module} is removed"),
@@ -54,7 +54,7 @@ impl fmt::Display for JoinError {
     }
 }
 
-impl std::error::Error for JoinError {}
+impl std::error::Error for WorldError {}
 
 /// One end of a join.
 #[derive(Clone, Copy)]
@@ -87,22 +87,22 @@ impl World {
     ///
     /// If they don't lie within the sum of both [tolerances](Culler::tolerance) of each other, one is joined already, or one leads nowhere
     /// outside.
-    pub fn join(&mut self, a: ModuleId, portal: PortalId, b: ModuleId, other: PortalId) -> Result<(), JoinError> {
+    pub fn join(&mut self, a: ModuleId, portal: PortalId, b: ModuleId, other: PortalId) -> Result<(), WorldError> {
         let ends = [self.end(a, portal)?, self.end(b, other)?];
         for end in ends {
             if end.module.joins[end.way_in.portal().index()].is_some() {
-                return Err(JoinError::Joined(end.id, end.way_in.portal()));
+                return Err(WorldError::Joined(end.id, end.way_in.portal()));
             }
         }
         let [one, two] = ends;
         let metres = one.off(&two).max(two.off(&one));
         let most = one.culler().tolerance + two.culler().tolerance;
         if metres > most {
-            return Err(JoinError::Apart { metres, most });
+            return Err(WorldError::Apart { metres, most });
         }
         let [n, other_n] = ends.map(|end| end.module.placement.turn(directed_plane(end.culler(), end.way_in).0.as_dvec3()));
         if n.dot(other_n) >= 0.0 {
-            return Err(JoinError::SameSide);
+            return Err(WorldError::SameSide);
         }
         let [one, two] = [(a, one.way_in), (b, two.way_in)];
         self.link(one, Some(two));
@@ -115,10 +115,10 @@ impl World {
     /// # Errors
     ///
     /// If it is not joined.
-    pub fn part(&mut self, module: ModuleId, portal: PortalId) -> Result<(), JoinError> {
+    pub fn part(&mut self, module: ModuleId, portal: PortalId) -> Result<(), WorldError> {
         let end = self.end(module, portal)?;
         let (way_in, join) = (end.way_in, end.module.joins[portal.index()]);
-        let Join { module: other, portal: other_way_in } = join.ok_or(JoinError::Open(module, portal))?;
+        let Join { module: other, portal: other_way_in } = join.ok_or(WorldError::Open(module, portal))?;
         self.link((module, way_in), None);
         self.link((other, other_way_in), None);
         Ok(())
@@ -129,12 +129,12 @@ impl World {
     /// # Errors
     ///
     /// If there is no such module.
-    pub fn joined(&self, module: ModuleId, portal: PortalId) -> Result<Option<(ModuleId, PortalId)>, JoinError> {
+    pub fn joined(&self, module: ModuleId, portal: PortalId) -> Result<Option<(ModuleId, PortalId)>, WorldError> {
         let joins = &self.module(module)?.joins;
         Ok(joins.get(portal.index()).copied().flatten().map(|join| (join.module, join.portal.portal())))
     }
 
-    pub(super) fn part_all(&mut self, module: ModuleId) -> Result<(), JoinError> {
+    pub(super) fn part_all(&mut self, module: ModuleId) -> Result<(), WorldError> {
         for portal in (0..self.module(module)?.joins.len() as u32).map(PortalId) {
             if self.module(module)?.joins[portal.index()].is_some() {
                 self.part(module, portal)?;
@@ -143,12 +143,12 @@ impl World {
         Ok(())
     }
 
-    fn end(&self, id: ModuleId, portal: PortalId) -> Result<End<'_>, JoinError> {
+    fn end(&self, id: ModuleId, portal: PortalId) -> Result<End<'_>, WorldError> {
         let module = self.module(id)?;
         if portal.index() >= module.culler.portal_count() {
-            return Err(JoinError::NoPortal(id, portal));
+            return Err(WorldError::NoPortal(id, portal));
         }
-        let way_in = module.culler.way_in(portal).ok_or(JoinError::Within(id, portal))?;
+        let way_in = module.culler.way_in(portal).ok_or(WorldError::Within(id, portal))?;
         Ok(End { module, id, way_in })
     }
 

@@ -17,7 +17,7 @@ mod placement;
 mod reach;
 mod view;
 
-pub use joins::JoinError;
+pub use joins::WorldError;
 pub use placement::{NotRigid, Placement};
 pub use view::WorldView;
 
@@ -113,7 +113,7 @@ impl World {
     /// # Errors
     ///
     /// If it was removed before.
-    pub fn remove(&mut self, module: ModuleId) -> Result<(), JoinError> {
+    pub fn remove(&mut self, module: ModuleId) -> Result<(), WorldError> {
         self.part_all(module)?;
         let slot = &mut self.slots[module.slot as usize];
         slot.module = None;
@@ -132,7 +132,7 @@ impl World {
     /// # Errors
     ///
     /// If it was removed.
-    pub fn culler(&self, module: ModuleId) -> Result<&Arc<Culler>, JoinError> {
+    pub fn culler(&self, module: ModuleId) -> Result<&Arc<Culler>, WorldError> {
         self.module(module).map(|module| &module.culler)
     }
 
@@ -141,7 +141,7 @@ impl World {
     /// # Errors
     ///
     /// If it was removed.
-    pub fn placement(&self, module: ModuleId) -> Result<Placement, JoinError> {
+    pub fn placement(&self, module: ModuleId) -> Result<Placement, WorldError> {
         self.module(module).map(|module| module.placement)
     }
 
@@ -149,14 +149,14 @@ impl World {
         (0..).zip(&self.slots).filter_map(|(slot, s)| Some((ModuleId { slot, life: s.life }, s.module.as_ref()?)))
     }
 
-    fn module(&self, id: ModuleId) -> Result<&Module, JoinError> {
+    fn module(&self, id: ModuleId) -> Result<&Module, WorldError> {
         let slot = self.slots.get(id.slot as usize).filter(|slot| slot.life == id.life);
-        slot.and_then(|slot| slot.module.as_ref()).ok_or(JoinError::Removed(id))
+        slot.and_then(|slot| slot.module.as_ref()).ok_or(WorldError::Removed(id))
     }
 
-    fn module_mut(&mut self, id: ModuleId) -> Result<&mut Module, JoinError> {
+    fn module_mut(&mut self, id: ModuleId) -> Result<&mut Module, WorldError> {
         let slot = self.slots.get_mut(id.slot as usize).filter(|slot| slot.life == id.life);
-        slot.and_then(|slot| slot.module.as_mut()).ok_or(JoinError::Removed(id))
+        slot.and_then(|slot| slot.module.as_mut()).ok_or(WorldError::Removed(id))
     }
 }
 

@@ -48,7 +48,7 @@ impl WorldView {
         self.seen.clear();
         self.queue.clear();
         self.outdoors.clear();
-        self.shown = Rect::EMPTY;
+        self.shows_more = false;
         self.visits.iter_mut().flatten().for_each(|visit| visit.is_seen = false);
         let mut frame = Frame { world, camera, mode, lens: Lens::of(camera) };
         let culls = frame.has_rows() || frame.has_portals();
@@ -219,18 +219,19 @@ impl WorldView {
     /// A module's portals show the outside on one more part of the screen.
     fn show_outdoors(&mut self, slot: u32, open: Rect) {
         match self.outdoors.iter_mut().find(|(from, _)| *from == slot) {
+            Some((_, known)) if known.covers(&open) => return,
             Some((_, known)) => *known = known.union(open),
             None => self.outdoors.push((slot, open)),
         }
+        self.shows_more = true;
     }
 
     /// Opens the outside of each module on the parts of the screen where other modules show it.
     fn go_outdoors(&mut self, frame: &Frame<'_>) {
-        let all = self.outdoors.iter().fold(Rect::EMPTY, |all, (_, open)| all.union(*open));
-        if all.is_empty() || self.shown.covers(&all) {
+        if !std::mem::take(&mut self.shows_more) {
             return;
         }
-        self.shown = all;
+        let all = self.outdoors.iter().fold(Rect::EMPTY, |all, (_, open)| all.union(*open));
         self.on_screen.clear();
         let (boxes, screen) = (&frame.world.boxes, HalfSpaces::of(frame.camera, &all));
         vectorized(OnScreen { boxes, screen, bits: &mut self.on_screen });

@@ -10,7 +10,7 @@ use super::super::objects::Opened;
 use super::super::portals::Eye;
 use super::super::scratch::Scratch;
 use super::super::visible::{Lists, VisibleSet};
-use super::{JoinError, Module, ModuleId, World};
+use super::{Module, ModuleId, World, WorldError};
 use crate::DirectedPortal;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -28,8 +28,9 @@ pub struct WorldView {
     pub(super) queue: VecDeque<u32>,
     /// What modules show of the outside: their slot, and a part of the screen.
     pub(super) outdoors: Vec<(u32, Rect)>,
-    /// The part of the screen that shows the outside of modules so far, and the modules that are on it, as bits by slot.
-    pub(super) shown: Rect,
+    /// Whether a module shows more of the outside than the others were opened for.
+    pub(super) shows_more: bool,
+    /// The modules that are on a part of the screen, as bits by slot.
     pub(super) on_screen: Vec<u64>,
     /// The slot of a module that the eye was inside.
     pub(super) home: Option<u32>,
@@ -102,7 +103,7 @@ impl WorldView {
     /// A view with all doors open.
     pub fn new() -> Self {
         let (visits, seen, queue, outdoors, on_screen) = Default::default();
-        Self { visits, seen, queue, outdoors, shown: Rect::EMPTY, on_screen, home: None, how: None }
+        Self { visits, seen, queue, outdoors, shows_more: false, on_screen, home: None, how: None }
     }
 
     /// Takes the states of a module's doors, for the next frame and later ones.
@@ -114,7 +115,7 @@ impl WorldView {
     /// # Panics
     ///
     /// If they are of a culler with another number of portals.
-    pub fn set_doors(&mut self, world: &World, module: ModuleId, doors: &Doors) -> Result<(), JoinError> {
+    pub fn set_doors(&mut self, world: &World, module: ModuleId, doors: &Doors) -> Result<(), WorldError> {
         world.module(module)?;
         self.follow(world);
         if let Some(visit) = self.visit(module) {
