@@ -216,19 +216,25 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         file.add_views(&view_cells, views, options.keep_bounds);
     }
     if options.split.module {
-        let culler = Culler::new(&file);
-        let portals: Vec<_> = culler.ways_in().filter_map(|portal| culler.way_in(portal)).collect();
-        file.notes.push(match portals.len() {
-            0 => "module: no portal leads outside, so it can't be joined; leave a doorway open where another goes on".into(),
-            count => format!("module: portals that lead outside, by which it is joined: {count}"),
-        });
-        file.ways_in = Some(ways_in::rows(scene, &pvs, portals, &pvs_options, work)?);
+        keep_ways_in(&mut file, scene, &pvs, &pvs_options, work)?;
     }
     file.relevance = options.relevance.map(|metres| relevance(&file, metres));
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
     let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
     Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, budget, seconds })
+}
+
+/// Keeps a row for each portal that leads outside, and notes how many there are.
+fn keep_ways_in(file: &mut PvsFile, scene: &Scene, pvs: &Pvs, options: &PvsOptions, work: &Job<'_>) -> Result<(), Stopped> {
+    let culler = Culler::new(file);
+    let portals: Vec<_> = culler.ways_in().filter_map(|portal| culler.way_in(portal)).collect();
+    file.notes.push(match portals.len() {
+        0 => "module: no portal leads outside, so it can't be joined; leave a doorway open where another goes on".into(),
+        count => format!("module: portals that lead outside, by which it is joined: {count}"),
+    });
+    file.ways_in = Some(ways_in::rows(scene, pvs, portals, options, work)?);
+    Ok(())
 }
 
 /// Rows for bodies that go so many metres through doors, all of them open, and through no window.
