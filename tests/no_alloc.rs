@@ -165,12 +165,12 @@ fn ways_and_relevance_allocate_nothing_once_warm() {
 /// Loads and evictions from the first frame on, with jumps, and an eye in no cell now and then.
 #[test]
 fn prefetching_allocates_nothing() {
-    use enfilade::runtime::prefetch::{Prefetcher, Step};
+    use enfilade::runtime::prefetch::{Chunks, Prefetcher, Step};
     let (_, file) = boxes::flat().0.finish();
     let culler = Culler::new(&file);
     let (mut view, mut motion) = (View::new(&culler), Motion::default());
-    let bytes = vec![10; culler.object_count()];
-    let mut prefetcher = Prefetcher::new(&file, &culler, &bytes, 60);
+    let chunks = Chunks::of_one(vec![10; culler.object_count()]);
+    let mut prefetcher = Prefetcher::new(&file, &culler, chunks, 60);
     let mut loads = 0;
     let taken = measure(|| {
         for turn in 0..400 {
@@ -181,8 +181,8 @@ fn prefetching_allocates_nothing() {
             let visible = view.cull(&camera, Mode::PortalsAndPvs).objects;
             prefetcher.frame(camera.eye, &motion, visible);
             while let Some(step) = prefetcher.next_step() {
-                if let Step::Load { object, .. } = step {
-                    prefetcher.loaded(object);
+                if let Step::Load { chunk, .. } = step {
+                    prefetcher.loaded(chunk);
                     loads += 1;
                 }
             }

@@ -2,7 +2,6 @@
 
 #[cfg(feature = "bake")]
 use crate::math::parallel;
-use bitvec::prelude::{BitVec, Lsb0};
 #[cfg(feature = "bake")]
 use std::ops::Range;
 
@@ -13,8 +12,8 @@ pub struct BitMatrix {
     rows: usize,
     columns: usize,
     stride: usize,
-    /// `rows * stride` words.
-    bits: BitVec<u64, Lsb0>,
+    /// `rows * stride`.
+    words: Vec<u64>,
 }
 
 /// Words of a block that is copied or skipped: half a page.
@@ -23,7 +22,7 @@ const BLOCK: usize = 256;
 impl Clone for BitMatrix {
     fn clone(&self) -> Self {
         let mut clone = Self::new(self.rows, self.columns);
-        copy(clone.words_mut(), self.words());
+        copy(&mut clone.words, &self.words);
         clone
     }
 }
@@ -42,18 +41,7 @@ impl BitMatrix {
     /// A zero matrix.
     pub fn new(rows: usize, columns: usize) -> Self {
         let stride = columns.div_ceil(64);
-        Self { rows, columns, stride, bits: BitVec::from_vec(vec![0; rows * stride]) }
-    }
-
-    /// All words, row by row.
-    #[inline]
-    fn words(&self) -> &[u64] {
-        self.bits.as_raw_slice()
-    }
-
-    #[inline]
-    fn words_mut(&mut self) -> &mut [u64] {
-        self.bits.as_raw_mut_slice()
+        Self { rows, columns, stride, words: vec![0; rows * stride] }
     }
 
     /// Number of rows.
@@ -70,7 +58,7 @@ impl BitMatrix {
     #[inline]
     pub fn get(&self, row: usize, column: usize) -> bool {
         debug_assert!(column < self.columns);
-        self.words()[row * self.stride + column / 64] >> (column % 64) & 1 != 0
+        self.words[row * self.stride + column / 64] >> (column % 64) & 1 != 0
     }
 
     /// Sets the bit at (`row`, `column`), and returns whether it was clear before.
@@ -78,7 +66,7 @@ impl BitMatrix {
     pub fn set(&mut self, row: usize, column: usize) -> bool {
         debug_assert!(column < self.columns);
         let at = row * self.stride + column / 64;
-        let word = &mut self.words_mut()[at];
+        let word = &mut self.words[at];
         let bit = 1u64 << (column % 64);
         let was_clear = *word & bit == 0;
         *word |= bit;
@@ -90,20 +78,20 @@ impl BitMatrix {
     #[inline]
     pub fn clear(&mut self, row: usize, column: usize) {
         debug_assert!(column < self.columns);
-        self.bits.set(row * self.stride * 64 + column, false);
+        self.words[row * self.stride + column / 64] &= !(1 << (column % 64));
     }
 
     /// The words of a row.
     #[inline]
     pub fn row(&self, row: usize) -> &[u64] {
-        &self.words()[row * self.stride..(row + 1) * self.stride]
+        &self.words[row * self.stride..(row + 1) * self.stride]
     }
 
     /// The words of a row, mutable. Bits past `columns` must stay zero.
     #[inline]
     pub fn row_mut(&mut self, row: usize) -> &mut [u64] {
         let range = row * self.stride..(row + 1) * self.stride;
-        &mut self.words_mut()[range]
+        &mut self.words[range]
     }
 
     /// Replaces the words of a row. Bits past `columns` must be zero.
@@ -118,7 +106,7 @@ impl BitMatrix {
             return (0..self.rows).map(|_| Default::default()).collect();
         }
         let stride = self.stride;
-        self.words_mut().chunks_exact_mut(stride).collect()
+        self.words.chunks_exact_mut(stride).collect()
     }
 
     /// Ascending columns whose bit is set in `row`.
@@ -128,7 +116,7 @@ impl BitMatrix {
 
     /// Number of set bits in the whole matrix.
     pub fn count_ones(&self) -> u64 {
-        self.words().iter().map(|w| u64::from(w.count_ones())).sum()
+        self.words.iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
     /// Number of set bits in one row.
@@ -140,7 +128,7 @@ impl BitMatrix {
     #[cfg(feature = "bake")]
     pub fn union_with(&mut self, other: &Self) {
         assert_eq!((self.rows, self.columns), (other.rows, other.columns), "matrices of one shape");
-        for (a, b) in self.words_mut().chunks_mut(BLOCK).zip(other.words().chunks(BLOCK)) {
+        for (a, b) in self.words.chunks_mut(BLOCK).zip(other.words.chunks(BLOCK)) {
             if b.iter().any(|&word| word != 0) {
                 a.iter_mut().zip(b).for_each(|(a, b)| *a |= b);
             }
@@ -156,9 +144,9 @@ impl BitMatrix {
         }
         // 64 columns of this are 64 rows of the result.
         let stride = result.stride;
-        parallel::for_each_chunk(result.words_mut(), 64 * stride, |k, result| {
+        parallel::for_each_chunk(&mut result.words, 64 * stride, |k, result| {
             for (i, rows) in (0..self.rows).step_by(64).enumerate() {
-                let word = |r: usize| if r < self.rows { self.words()[r * self.stride + k] } else { 0 };
+                let word = |r: usize| if r < self.rows { self.words[r * self.stride + k] } else { 0 };
                 let mut block: [u64; 64] = std::array::from_fn(|r| word(rows + r));
                 if block.iter().any(|&word| word != 0) {
                     transpose(&mut block);

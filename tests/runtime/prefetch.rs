@@ -1,7 +1,7 @@
 //! What a prefetcher asks for and lets go, against rows of rooms whose answers are known by hand.
 
 use enfilade::file::PvsFile;
-use enfilade::runtime::prefetch::{Prefetcher, Step};
+use enfilade::runtime::prefetch::{ChunkId, Chunks, Prefetcher, Step};
 use enfilade::runtime::{Camera, Culler, Doors, Mode, Motion, View};
 use enfilade::{CellId, ObjectId, PortalId};
 use enfilade_measure::walkthrough::loading::{LoadingOptions, LoadingSummary, Method, object_bytes, walk_loading};
@@ -53,11 +53,11 @@ fn settle(prefetcher: &mut Prefetcher) -> Vec<i32> {
     let mut steps = Vec::new();
     while let Some(step) = prefetcher.next_step() {
         match step {
-            Step::Load { object, .. } => {
-                prefetcher.loaded(object);
-                steps.push(object.0 as i32 + 1);
+            Step::Load { chunk, .. } => {
+                prefetcher.loaded(chunk);
+                steps.push(chunk.0 as i32 + 1);
             }
-            Step::Evict(object) => steps.push(-(object.0 as i32) - 1),
+            Step::Evict(chunk) => steps.push(-(chunk.0 as i32) - 1),
         }
     }
     steps
@@ -66,12 +66,12 @@ fn settle(prefetcher: &mut Prefetcher) -> Vec<i32> {
 #[test]
 fn loads_come_in_the_order_in_which_an_eye_may_need_them() {
     let (file, culler) = finish(row(7));
-    let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 7], 1000);
+    let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 7]), 1000);
     // In room 3, which is from 12 to 16 m, nearer to its door at 16: room 2 and 4 are in its row, then rooms 5, 1, 6 and 0 are added.
     assert_eq!(prefetcher.frame(eye(&file, 14.5), &Motion::default(), &objects(&[3])), 1);
     let mut told = Vec::new();
-    while let Some(Step::Load { object, metres }) = prefetcher.next_step() {
-        told.push((object.0, (metres * 10.0).round() as i32));
+    while let Some(Step::Load { chunk, metres }) = prefetcher.next_step() {
+        told.push((chunk.0, (metres * 10.0).round() as i32));
     }
     // To the doors at 16 and 12 m, and one room farther.
     assert_eq!(told, [(3, 0), (2, 0), (4, 0), (5, 15), (1, 25), (6, 55), (0, 65)]);
@@ -84,13 +84,13 @@ fn loads_come_in_the_order_in_which_an_eye_may_need_them() {
             let eye = eye(&file, x).as_dvec3();
             motion.see(&Camera::look_at(eye, eye + DVec3::Z, 1.0, 1.0), time);
         }
-        let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 7], 1000);
+        let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 7]), 1000);
         prefetcher.frame(eye(&file, 14.0), &motion, &[]);
         let mut added = Vec::new();
-        while let Some(Step::Load { object, metres }) = prefetcher.next_step() {
+        while let Some(Step::Load { chunk, metres }) = prefetcher.next_step() {
             if metres > 0.0 {
-                assert!(metres <= 6.0 && (metres <= 2.0 || ![1, 5].contains(&object.0)), "{object}: {metres}");
-                added.push(object.0);
+                assert!(metres <= 6.0 && (metres <= 2.0 || ![1, 5].contains(&chunk.0)), "{chunk:?}: {metres}");
+                added.push(chunk.0);
             }
         }
         assert_eq!((added[0], added.len()), (first, 4), "{speed}");
@@ -107,7 +107,7 @@ fn where_a_row_is_more_than_the_budget_what_is_seen_comes_first() {
         b.thing(&format!("thing {k}"), p(x + 1.5, 0.01, 0.5), p(x + 2.5, 1., 1.));
     }
     let (file, culler) = finish((b, 1));
-    let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 9], 40);
+    let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 9]), 40);
     let mut motion = Motion::default();
     let mut look = |along: DVec3, time: f64| {
         // Between objects 3 and 4.
@@ -130,7 +130,7 @@ fn where_a_row_is_more_than_the_budget_what_is_seen_comes_first() {
 fn what_leaves_is_what_was_planned_longest_ago() {
     let (file, culler) = finish(row(9));
     // Room for four; three are the core of a plan.
-    let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 9], 40);
+    let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 9]), 40);
     let mut at = |room: u32| {
         prefetcher.frame(eye(&file, 4.0 * f64::from(room) + 2.1), &Motion::default(), &objects(&[room]));
         let steps = settle(&mut prefetcher);
@@ -153,39 +153,39 @@ fn special_cases_have_answers() {
     let (file, culler) = finish(row(5));
     let still = Motion::default();
     // No memory: all is missing, nothing is asked for.
-    let mut none = Prefetcher::new(&file, &culler, &[10; 5], 0);
+    let mut none = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 5]), 0);
     assert_eq!((none.frame(eye(&file, 2.0), &still, &objects(&[0, 1])), none.next_step()), (2, None));
     // An object that never fits keeps nothing else out.
-    let mut large = Prefetcher::new(&file, &culler, &[10, 50, 10, 10, 10], 40);
+    let mut large = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10, 50, 10, 10, 10]), 40);
     assert_eq!(large.frame(eye(&file, 2.0), &still, &objects(&[1, 0])), 2);
     assert_eq!(settle(&mut large), [1, 3, 4, 5]);
     assert_eq!(large.frame(eye(&file, 2.0), &still, &objects(&[1, 0])), 1);
     // One that can't be loaded is not asked for again, and takes no bytes.
-    let mut lost = Prefetcher::new(&file, &culler, &[10; 5], 10);
+    let mut lost = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 5]), 10);
     lost.frame(eye(&file, 2.0), &still, &objects(&[0, 1]));
-    assert_eq!(lost.next_step(), Some(Step::Load { object: ObjectId(0), metres: 0.0 }));
+    assert_eq!(lost.next_step(), Some(Step::Load { chunk: ChunkId(0), metres: 0.0 }));
     // While it is under way there is no room.
     assert_eq!(lost.next_step(), None);
-    lost.failed(ObjectId(0));
-    lost.loaded(ObjectId(0));
-    lost.loaded(ObjectId(4));
+    lost.failed(ChunkId(0));
+    lost.loaded(ChunkId(0));
+    lost.loaded(ChunkId(4));
     lost.frame(eye(&file, 2.0), &still, &objects(&[0, 1]));
     assert_eq!((settle(&mut lost), lost.used(), lost.is_loaded(ObjectId(0))), (vec![2], 10, false));
 
     // No cell, or no place at all: the last plan goes on; far off, each door is as far as it is straight.
-    let mut astray = Prefetcher::new(&file, &culler, &[10; 5], 1000);
+    let mut astray = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 5]), 1000);
     astray.frame(Vec3::NAN, &still, &[]);
     assert_eq!(astray.next_step(), None);
     astray.frame(eye(&file, 0.5), &still, &[]);
     for (place, told) in [(Vec3::NAN, 0.0), (Vec3::INFINITY, 0.0), (eye(&file, -1.0), 3.5)] {
         astray.frame(place, &still, &[]);
-        let Some(Step::Load { object, metres }) = astray.next_step() else { panic!("the plan is there") };
-        assert!((metres - told).abs() < 1e-3, "{object}: {metres}");
+        let Some(Step::Load { chunk, metres }) = astray.next_step() else { panic!("the plan is there") };
+        assert!((metres - told).abs() < 1e-3, "{chunk:?}: {metres}");
     }
     // From beyond the other end: 24 m to the door at 16, which leads to the last room.
     astray.frame(eye(&file, 40.0), &still, &[]);
-    let Some(Step::Load { object, metres }) = astray.next_step() else { panic!("two are left") };
-    assert_eq!((object, metres.round()), (ObjectId(4), 24.0));
+    let Some(Step::Load { chunk, metres }) = astray.next_step() else { panic!("two are left") };
+    assert_eq!((chunk, metres.round()), (ChunkId(4), 24.0));
 }
 
 #[test]
@@ -193,7 +193,7 @@ fn doors_bar_the_way_only_where_the_client_says_so() {
     let (file, culler) = finish(row(5));
     let mut doors = Doors::open(&culler);
     let added = |doors: &Doors, barred: &[u32]| {
-        let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 5], 1000);
+        let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 5]), 1000);
         prefetcher.set_doors(doors);
         barred.iter().for_each(|&portal| prefetcher.bar(PortalId(portal), true));
         prefetcher.frame(eye(&file, 2.0), &Motion::default(), &[]);
@@ -212,7 +212,7 @@ fn without_a_row_an_object_comes_when_it_is_seen() {
     let (b, rooms) = row(4);
     let (_, file) = b.finish_with(|_, objects| (0..rooms).for_each(|cell| objects.clear(cell, 2)));
     let culler = Culler::new(&file);
-    let mut prefetcher = Prefetcher::new(&file, &culler, &[10; 4], 1000);
+    let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(vec![10; 4]), 1000);
     prefetcher.frame(eye(&file, 2.0), &Motion::default(), &[]);
     assert_eq!(settle(&mut prefetcher), [1, 2, 4]);
     prefetcher.frame(eye(&file, 2.0), &Motion::default(), &objects(&[2]));
@@ -220,55 +220,68 @@ fn without_a_row_an_object_comes_when_it_is_seen() {
     // A file without rows: what is in the rooms, one after the other.
     let bare = PvsFile { object_rows: None, ..file.clone() };
     let culler = Culler::new(&bare);
-    let mut prefetcher = Prefetcher::new(&bare, &culler, &[10; 4], 1000);
+    let mut prefetcher = Prefetcher::new(&bare, &culler, Chunks::of_one(vec![10; 4]), 1000);
     prefetcher.frame(eye(&file, 9.0), &Motion::default(), &[]);
     assert_eq!(settle(&mut prefetcher), [3, 2, 4, 1]);
 }
 
-/// Eyes anywhere, sets of any kind, answers in any order: a memory that is kept beside it never holds more than the budget, loses nothing that
-/// the frame sees, and the steps are the same again.
+/// Eyes anywhere, sets of any kind, answers in any order, an object a chunk or several: a memory that is kept beside it never holds more than the
+/// budget, loses nothing that the frame sees, and the steps are the same again.
 #[test]
 fn the_budget_holds_whatever_happens() {
     let (file, culler) = finish(row(40));
-    let mut sizes = Random::new(1);
-    let bytes: Vec<u64> = (0..40).map(|_| sizes.below(30) as u64).collect();
-    let run = || {
-        let mut random = Random::new(7);
-        let mut prefetcher = Prefetcher::new(&file, &culler, &bytes, 150);
-        let (mut held, mut under_way, mut steps) = (vec![false; 40], Vec::new(), Vec::new());
-        for frame in 0..3000u32 {
-            let x = if frame % 50 == 0 { random.below(170) as f64 - 5.0 } else { f64::from(frame % 50) * 0.3 };
-            let seen: Vec<ObjectId> = (0..40).filter(|_| random.below(12) == 0).map(ObjectId).collect();
-            let missing = prefetcher.frame(eye(&file, x), &Motion::default(), &seen);
-            assert_eq!(missing, seen.iter().filter(|object| !held[object.index()]).count());
-            for _ in 0..random.below(6) {
-                let Some(step) = prefetcher.next_step() else { break };
-                steps.push(step);
-                match step {
-                    Step::Evict(object) => {
-                        assert!(std::mem::take(&mut held[object.index()]) && !seen.contains(&object), "{object}");
-                    }
-                    Step::Load { object, .. } => {
-                        assert!(!held[object.index()] && !under_way.contains(&object), "{object}");
-                        under_way.push(object);
-                    }
+    let mut random = Random::new(1);
+    let mut sizes = |count: usize| -> Vec<u64> { (0..count).map(|_| random.below(30) as u64).collect() };
+    let pairs = (0..40).map(|object| ChunkId(object / 2)).collect();
+    let far_apart = (0..40).map(|object| ChunkId(object % 13)).collect();
+    let cases: [(Vec<ChunkId>, Vec<u64>); 3] =
+        [((0..40).map(ChunkId).collect(), sizes(40)), (pairs, sizes(20)), (far_apart, sizes(13))];
+    for (of, bytes) in &cases {
+        let chunks = Chunks::new(of.clone(), bytes.clone()).unwrap();
+        let steps = budget_holds(&file, &culler, &chunks, (of, bytes));
+        let evicted = steps.iter().filter(|step| matches!(step, Step::Evict(_))).count();
+        assert!(evicted > 100, "{evicted} of {} chunks", bytes.len());
+        assert!(steps == budget_holds(&file, &culler, &chunks, (of, bytes)));
+    }
+    let one_by_one = budget_holds(&file, &culler, &Chunks::of_one(cases[0].1.clone()), (&cases[0].0, &cases[0].1));
+    let named = Chunks::new(cases[0].0.clone(), cases[0].1.clone()).unwrap();
+    assert!(one_by_one == budget_holds(&file, &culler, &named, (&cases[0].0, &cases[0].1)));
+    assert!(Chunks::new(vec![ChunkId(0), ChunkId(2)], vec![1, 1]).is_none());
+}
+
+fn budget_holds(file: &PvsFile, culler: &Arc<Culler>, chunks: &Chunks, (of, bytes): (&[ChunkId], &[u64])) -> Vec<Step> {
+    let mut random = Random::new(7);
+    let mut prefetcher = Prefetcher::new(file, culler, chunks.clone(), 150);
+    let (mut held, mut under_way, mut steps) = (vec![false; bytes.len()], Vec::new(), Vec::new());
+    for frame in 0..3000u32 {
+        let x = if frame % 50 == 0 { random.below(170) as f64 - 5.0 } else { f64::from(frame % 50) * 0.3 };
+        let seen: Vec<ObjectId> = (0..40).filter(|_| random.below(12) == 0).map(ObjectId).collect();
+        let missing = prefetcher.frame(eye(file, x), &Motion::default(), &seen);
+        assert_eq!(missing, seen.iter().filter(|object| !held[of[object.index()].index()]).count());
+        for _ in 0..random.below(6) {
+            let Some(step) = prefetcher.next_step() else { break };
+            steps.push(step);
+            match step {
+                Step::Evict(chunk) => {
+                    let is_seen = seen.iter().any(|object| of[object.index()] == chunk);
+                    assert!(std::mem::take(&mut held[chunk.index()]) && !is_seen, "{chunk:?}");
                 }
-                let sum: u64 =
-                    (0..40).filter(|&o| held[o] || under_way.contains(&ObjectId(o as u32))).map(|o| bytes[o]).sum();
-                assert!(sum <= 150 && sum == prefetcher.used(), "{sum}");
+                Step::Load { chunk, .. } => {
+                    assert!(!held[chunk.index()] && !under_way.contains(&chunk), "{chunk:?}");
+                    under_way.push(chunk);
+                }
             }
-            while !under_way.is_empty() && random.below(3) == 0 {
-                let object = under_way.swap_remove(random.below(under_way.len()));
-                prefetcher.loaded(object);
-                held[object.index()] = true;
-            }
+            let all = (0..bytes.len() as u32).map(ChunkId);
+            let sum: u64 = all.filter(|c| held[c.index()] || under_way.contains(c)).map(|c| bytes[c.index()]).sum();
+            assert!(sum <= 150 && sum == prefetcher.used(), "{sum}");
         }
-        steps
-    };
-    let steps = run();
-    let evicted = steps.iter().filter(|step| matches!(step, Step::Evict(_))).count();
-    assert!(evicted > 100, "{evicted}");
-    assert!(steps == run());
+        while !under_way.is_empty() && random.below(3) == 0 {
+            let chunk: ChunkId = under_way.swap_remove(random.below(under_way.len()));
+            prefetcher.loaded(chunk);
+            held[chunk.index()] = true;
+        }
+    }
+    steps
 }
 
 /// In a grid of rooms, no walk from door to door is shorter than what a load was told with.
@@ -302,11 +315,11 @@ fn no_walk_is_shorter_than_told() {
     for _ in 0..200 {
         let mut cell = random.below(all.len()) as u32;
         let start = middle(cell) + p(1.8 * random.signed(), 0.0, 1.8 * random.signed());
-        let mut prefetcher = Prefetcher::new(&file, &culler, &all, 1000);
+        let mut prefetcher = Prefetcher::new(&file, &culler, Chunks::of_one(all.to_vec()), 1000);
         prefetcher.frame((start - file.origin).as_vec3(), &Motion::default(), &[]);
         let mut metres = [f32::NAN; (SIDE * SIDE) as usize];
-        while let Some(Step::Load { object, metres: told }) = prefetcher.next_step() {
-            metres[object.index()] = told;
+        while let Some(Step::Load { chunk, metres: told }) = prefetcher.next_step() {
+            metres[chunk.index()] = told;
         }
         let (mut at, mut walked) = (start, 0.0);
         for _ in 0..30 {

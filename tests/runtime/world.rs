@@ -160,6 +160,44 @@ fn a_shut_door_on_either_side_of_a_join_shuts_it() {
     }
 }
 
+/// What a room's own windows show the outside around is seen through a window of the next room: a mast that stands behind both.
+#[test]
+fn outdoors_of_a_module_is_seen_through_the_windows_of_another() {
+    let mut near = Building::default();
+    let (room, outside) = (
+        near.cell("room", vec![block(p(0.0, 0.0, 0.0), p(4.0, 3.0, 4.0))]),
+        near.outside(p(0.0, 0.0, 0.0), p(4.0, 3.0, 4.0)),
+    );
+    for [low, high] in [[1.5, 2.5], [0.2, 0.8], [3.2, 3.8]] {
+        near.portal(room, outside, p(4.0, 0.5, low), p(4.0, 2.0, high), PortalKind::Window);
+    }
+    let mast = near.thing("mast", p(20.0, 0.0, 1.9), p(20.2, 3.0, 2.1));
+    let (_, near) = near.finish();
+    let mut next = Building::default();
+    let (porch, outside) = (
+        next.cell("porch", vec![block(p(4.0, 0.0, 1.0), p(6.0, 3.0, 3.0))]),
+        next.outside(p(4.0, 0.0, 1.0), p(6.0, 3.0, 3.0)),
+    );
+    next.portal(outside, porch, p(4.0, 0.5, 1.5), p(4.0, 2.0, 2.5), PortalKind::Window);
+    next.portal(porch, outside, p(6.0, 0.5, 1.5), p(6.0, 2.0, 2.5), PortalKind::Door);
+    next.thing("chest", p(4.1, 0.0, 1.1), p(4.4, 0.3, 1.4));
+    let (_, next) = next.finish();
+    let cullers = [&near, &next].map(Culler::new);
+    let mut world = World::new();
+    let at = |file: &PvsFile| Placement::new(DQuat::IDENTITY, file.origin).unwrap();
+    let ids = [world.place(&cullers[0], at(&near)), world.place(&cullers[1], at(&next))];
+    world.join(ids[0], PortalId(0), ids[1], PortalId(0)).unwrap();
+    let mut shut = Doors::open(&cullers[1]);
+    shut.set_open(PortalId(1), false);
+    let ahead = camera(p(1.0, 1.5, 2.0), DVec3::X);
+    for mode in Mode::WITHOUT_QUERIES {
+        assert!(set(&mut WorldView::new(), &world, &ids, &ahead, mode).contains(&(0, mast)), "{mode}");
+    }
+    let mut behind_a_leaf = WorldView::new();
+    behind_a_leaf.set_doors(&world, ids[1], &shut).unwrap();
+    assert!(!set(&mut behind_a_leaf, &world, &ids, &ahead, Mode::Portals).contains(&(0, mast)));
+}
+
 #[test]
 fn joins_that_do_not_fit_are_errors_with_a_name() {
     let (_, file) = room();

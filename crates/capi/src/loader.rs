@@ -6,7 +6,7 @@ use crate::fault::{EnfStatus, Fault, handle, needed, status};
 use crate::lists::list;
 use crate::shapes::EnfCamera;
 use runtime::ObjectId;
-use runtime::runtime::prefetch::{Prefetcher, Step};
+use runtime::runtime::prefetch::{ChunkId, Chunks, Prefetcher, Step};
 use runtime::runtime::{Camera, Culler, Motion};
 use std::mem::MaybeUninit;
 use std::sync::Arc;
@@ -63,7 +63,7 @@ pub unsafe extern "C" fn enf_loader_new(
         if objects != all {
             return Err(Fault::argument(format_args!("bytes of {objects} objects, and there are {all}")));
         }
-        let prefetcher = Prefetcher::new(file, culler, bytes, budget);
+        let prefetcher = Prefetcher::new(file, culler, Chunks::of_one(bytes.to_vec()), budget);
         Ok(EnfLoader { culler: culler.clone(), prefetcher, motion: Motion::default(), visible: Vec::with_capacity(all) })
     })
 }
@@ -121,8 +121,9 @@ pub extern "C" fn enf_loader_next(loader: Option<&mut EnfLoader>, step: Option<&
         let (loader, step) = (needed(loader, "the loader")?, needed(step, "the step")?);
         let next = loader.prefetcher.next_step().ok_or_else(|| Fault::nothing("nothing to load"))?;
         step.write(match next {
-            Step::Load { object, metres } => EnfStep { kind: ENF_STEP_LOAD, object: object.0, metres },
-            Step::Evict(object) => EnfStep { kind: ENF_STEP_EVICT, object: object.0, metres: 0.0 },
+            // A chunk is an object.
+            Step::Load { chunk, metres } => EnfStep { kind: ENF_STEP_LOAD, object: chunk.0, metres },
+            Step::Evict(chunk) => EnfStep { kind: ENF_STEP_EVICT, object: chunk.0, metres: 0.0 },
         });
         Ok(())
     })
@@ -134,7 +135,7 @@ pub extern "C" fn enf_loader_loaded(loader: Option<&mut EnfLoader>, object: u32)
     status(|| {
         let loader = needed(loader, "the loader")?;
         let object = loader.object(object)?;
-        loader.prefetcher.loaded(object);
+        loader.prefetcher.loaded(ChunkId(object.0));
         Ok(())
     })
 }
@@ -145,7 +146,7 @@ pub extern "C" fn enf_loader_failed(loader: Option<&mut EnfLoader>, object: u32)
     status(|| {
         let loader = needed(loader, "the loader")?;
         let object = loader.object(object)?;
-        loader.prefetcher.failed(object);
+        loader.prefetcher.failed(ChunkId(object.0));
         Ok(())
     })
 }

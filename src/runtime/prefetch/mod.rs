@@ -1,4 +1,5 @@
-//! Prefetching: which objects a client should load before they become visible, and which it may evict, within a memory budget.
+//! Prefetching: what a client should load before it becomes visible, and what it may evict, within a memory budget. What is loaded and evicted
+//! at once is a chunk: one object, or several ([`Chunks`]).
 //!
 //! Based on: T. Funkhouser, C. Séquin and S. Teller, *Management of large amounts of data in interactive building walkthroughs*, 1992:
 //! objects visible from the cells that the eye may reach, nearest in time first, by shortest paths through portals. The order by these
@@ -9,26 +10,25 @@
 //! that the eye sees now and within two seconds (`sight`).
 //!
 //! ```no_run
-//! # use enfilade::ObjectId;
 //! use enfilade::file::PvsFile;
-//! use enfilade::runtime::prefetch::{Prefetcher, Step};
+//! use enfilade::runtime::prefetch::{ChunkId, Chunks, Prefetcher, Step};
 //! use enfilade::runtime::{Camera, Culler, Mode, Motion, View};
 //!
 //! # struct Loader;
 //! # impl Loader {
 //! #     fn is_idle(&self) -> bool { true }
-//! #     fn ask(&mut self, _: ObjectId) {}
-//! #     fn forget(&mut self, _: ObjectId) {}
-//! #     fn next_that_came(&mut self) -> Option<ObjectId> { None }
+//! #     fn ask(&mut self, _: ChunkId) {}
+//! #     fn forget(&mut self, _: ChunkId) {}
+//! #     fn next_that_came(&mut self) -> Option<ChunkId> { None }
 //! # }
-//! # fn demo(file: &PvsFile, camera: Camera, seconds: f64, bytes: &[u64], loader: &mut Loader) {
+//! # fn demo(file: &PvsFile, camera: Camera, seconds: f64, bytes: Vec<u64>, loader: &mut Loader) {
 //! let culler = Culler::new(file);
 //! let mut view = View::new(&culler);
 //! let mut motion = Motion::default();
-//! let mut prefetcher = Prefetcher::new(file, &culler, bytes, 64 << 20);
+//! let mut prefetcher = Prefetcher::new(file, &culler, Chunks::of_one(bytes), 64 << 20);
 //! // Each frame:
-//! while let Some(object) = loader.next_that_came() {
-//!     prefetcher.loaded(object);
+//! while let Some(chunk) = loader.next_that_came() {
+//!     prefetcher.loaded(chunk);
 //! }
 //! motion.see(&camera, seconds);
 //! let visible = view.cull(&camera, Mode::PortalsAndPvs);
@@ -36,8 +36,8 @@
 //! println!("{} objects are drawn, {missing} are late", visible.objects.len());
 //! while loader.is_idle() {
 //!     match prefetcher.next_step() {
-//!         Some(Step::Evict(object)) => loader.forget(object),
-//!         Some(Step::Load { object, .. }) => loader.ask(object),
+//!         Some(Step::Evict(chunk)) => loader.forget(chunk),
+//!         Some(Step::Load { chunk, .. }) => loader.ask(chunk),
 //!         None => break,
 //!     }
 //! }
@@ -46,12 +46,12 @@
 //!
 //! # Guarantees
 //!
-//! * The bytes of loaded and pending objects never exceed the budget.
-//! * Objects visible in a frame are not evicted before the next frame. The core of the plan, its first three quarters (starting with the
-//!   rows of the eye's cells), is evicted only for missing visible objects. The rest of the plan uses free memory only, so that distant
-//!   objects are not loaded and evicted with every step.
+//! * The bytes of loaded and pending chunks never exceed the budget.
+//! * Chunks with objects visible in a frame are not evicted before the next frame. The core of the plan, its first three quarters (starting with the
+//!   rows of the eye's cells), is evicted only for what is visible and missing. The rest of the plan uses free memory only, so that distant
+//!   chunks are not loaded and evicted with every step.
 //! * No object is missing in a frame under three conditions. The rows are sound, and the eye passes only portals that are not barred. The
-//!   objects before it in the plan fit into three quarters of the budget. And it is loaded before the eye has moved by
+//!   chunks before it in the plan fit into three quarters of the budget. And it is loaded before the eye has moved by
 //!   [`Step::Load::metres`], a lower bound of the distance.
 //! * Steps depend only on previous calls. After [`Prefetcher::new`], no call allocates.
 //!
@@ -59,7 +59,7 @@
 //!
 //! * The first frame, and the one after a jump, are not planned: its visible objects are loaded first, the rest of its rows after that.
 //! * If the rows of the eye's cells exceed the budget, objects may be missing after a fast turn. If the frame itself exceeds it, some
-//!   always are. An object larger than the budget is never loaded.
+//!   always are. A chunk larger than the budget is never loaded.
 //! * Pending loads are not cancelled, even if the eye has turned away.
 //!
 //! # Special cases
@@ -70,6 +70,7 @@
 //!   straight. A non-finite eye keeps the last plan, too.
 //! * Without rows in the file, a plan has the objects of each cell. An object in no row (and in no cell) is loaded when a frame sees it.
 
+mod chunks;
 mod order;
 mod reach;
 mod sight;
@@ -80,6 +81,7 @@ use super::motion::Motion;
 use crate::file::PvsFile;
 use crate::types::portal::PortalKind;
 use crate::{CellId, ObjectId, PortalId};
+pub use chunks::{ChunkId, Chunks};
 use glam::Vec3;
 use order::{Plan, Planned};
 use reach::{Reach, Walker};
@@ -100,19 +102,19 @@ const JUMP: f32 = 50.0;
 /// An action for the client.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Step {
-    /// Evict an object now: its bytes count as free from here on.
-    Evict(ObjectId),
-    /// Load an object, and call [`Prefetcher::loaded`] or [`Prefetcher::failed`] afterwards.
+    /// Evict a chunk now: its bytes count as free from here on.
+    Evict(ChunkId),
+    /// Load a chunk, and call [`Prefetcher::loaded`] or [`Prefetcher::failed`] afterwards.
     Load {
-        /// The object.
-        object: ObjectId,
-        /// Lower bound of the eye's distance until the object may be visible, metres: 0 if it may be visible from the eye's cell. Divided
+        /// The chunk.
+        chunk: ChunkId,
+        /// Lower bound of the eye's distance until the chunk may be visible, metres: 0 if it may be visible from the eye's cell. Divided
         /// by the speed, it is the remaining time in seconds.
         metres: f32,
     },
 }
 
-/// The state of an object.
+/// The state of a chunk.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum State {
     Absent,
@@ -127,10 +129,10 @@ enum State {
 pub struct Prefetcher {
     culler: Arc<Culler>,
     budget: u64,
-    /// By object.
-    bytes: Vec<u64>,
+    chunks: Chunks,
+    /// By chunk.
     states: Vec<State>,
-    /// By object: the last frame that saw it, and the frame of the last plan with it.
+    /// By chunk: the last frame that saw it, and the frame of the last plan with it.
     shown: Vec<u64>,
     planned: Vec<u64>,
     /// Bytes loaded and pending.
@@ -139,16 +141,16 @@ pub struct Prefetcher {
     loaded: u64,
     loaded_and_shown: u64,
     frame: u64,
-    /// Visible objects that are not loaded.
-    missing: Vec<ObjectId>,
+    /// Chunks with visible objects that are not loaded.
+    missing: Vec<ChunkId>,
     plan: Plan,
     sight: Sight,
     /// Frame, eye and view direction of the plan; `None` before the first, and if a new one is necessary.
     made: Option<(u64, [Vec3; 2])>,
     homes: Vec<CellId>,
     last_piece: u32,
-    /// Loaded objects that are not planned, the oldest first; valid if `is_listed`.
-    spare: Vec<ObjectId>,
+    /// Loaded chunks that are not planned, the oldest first; valid if `is_listed`.
+    spare: Vec<ChunkId>,
     is_listed: bool,
     /// Positions of this frame in `missing`, the plan, `spare`, and the plan from its end.
     at: Places,
@@ -163,35 +165,34 @@ struct Places {
 }
 
 impl Prefetcher {
-    /// A prefetcher for a file and its culler, with the size of each object in memory, bytes, and the memory budget, bytes. Nothing is
-    /// loaded.
+    /// A prefetcher for a file and its culler, with what is loaded at once, and the memory budget, bytes. Nothing is loaded.
     ///
     /// # Panics
     ///
-    /// If `culler` is of another file, or `bytes` does not have one size per object.
-    pub fn new(file: &PvsFile, culler: &Arc<Culler>, bytes: &[u64], budget: u64) -> Self {
-        let objects = culler.object_count();
-        assert_eq!((file.objects.len(), bytes.len()), (objects, objects), "objects of the file, and sizes");
+    /// If `culler` is of another file, or `chunks` are of another number of objects.
+    pub fn new(file: &PvsFile, culler: &Arc<Culler>, chunks: Chunks, budget: u64) -> Self {
+        let (objects, count) = (culler.object_count(), chunks.bytes.len());
+        assert_eq!((file.objects.len(), chunks.of.len()), (objects, objects), "objects of the file, and in chunks");
         assert_eq!(file.portals.len(), culler.portal_count(), "portals of the file");
         let windows = file.portals.iter().map(|portal| portal.kind == PortalKind::Window).collect();
         Self {
             culler: culler.clone(),
             budget,
-            bytes: bytes.to_vec(),
-            states: vec![State::Absent; objects],
-            shown: vec![0; objects],
-            planned: vec![0; objects],
+            states: vec![State::Absent; count],
+            shown: vec![0; count],
+            planned: vec![0; count],
             used: 0,
             loaded: 0,
             loaded_and_shown: 0,
             frame: 0,
-            missing: Vec::with_capacity(objects),
-            plan: Plan::new(culler, Reach::new(culler, windows), budget),
+            missing: Vec::with_capacity(count),
+            plan: Plan::new(&chunks, Reach::new(culler, windows), budget),
+            chunks,
             sight: Sight::new(culler),
             made: None,
             homes: Vec::with_capacity(super::locate::MOST_HOMES),
             last_piece: 0,
-            spare: Vec::with_capacity(objects),
+            spare: Vec::with_capacity(count),
             is_listed: false,
             at: Places::default(),
         }
@@ -212,20 +213,25 @@ impl Prefetcher {
         self.frame += 1;
         self.loaded_and_shown = 0;
         self.missing.clear();
+        let mut missing = 0;
         for &object in visible {
-            let at = object.index();
-            self.shown[at] = self.frame;
-            match self.states[at] {
-                State::Loaded => self.loaded_and_shown += self.bytes[at],
-                _ if self.missing.len() < self.missing.capacity() => self.missing.push(object),
-                _ => {}
+            let chunk = self.chunks.of(object);
+            let (at, is_loaded) = (chunk.index(), self.states[chunk.index()] == State::Loaded);
+            missing += usize::from(!is_loaded);
+            if std::mem::replace(&mut self.shown[at], self.frame) == self.frame {
+                continue;
+            }
+            if is_loaded {
+                self.loaded_and_shown += self.chunks.bytes[at];
+            } else {
+                self.missing.push(chunk);
             }
         }
         if eye.is_finite() {
             self.look_ahead(eye, motion);
         }
         self.at = Places { tail: self.plan.order().len(), ..Places::default() };
-        self.missing.len()
+        missing
     }
 
     /// Makes a new plan if necessary.
@@ -243,9 +249,9 @@ impl Prefetcher {
         self.homes.extend_from_slice(homes);
         let ahead = motion.ahead(AHEAD).map_or(eye, |camera| camera.eye);
         let ahead = if ahead.distance(eye) < JUMP { ahead } else { eye };
-        self.plan.make(&self.culler, &self.bytes, Walker { eye, ahead }, &self.homes, &mut self.sight, motion);
+        self.plan.make(&self.culler, &self.chunks, Walker { eye, ahead }, &self.homes, &mut self.sight, motion);
         for planned in self.plan.order() {
-            self.planned[planned.object.index()] = self.frame;
+            self.planned[planned.chunk.index()] = self.frame;
         }
         self.made = Some((self.frame, [eye, looks]));
         self.is_listed = false;
@@ -253,14 +259,14 @@ impl Prefetcher {
 
     /// The next action; `None`: nothing in this frame. A returned step counts as taken.
     pub fn next_step(&mut self) -> Option<Step> {
-        while let Some((Planned { object, metres }, is_shown)) = self.wanted() {
-            let bytes = self.bytes[object.index()];
+        while let Some((Planned { chunk, metres }, is_shown)) = self.wanted() {
+            let bytes = self.chunks.bytes[chunk.index()];
             if bytes <= self.budget && self.used <= self.budget - bytes {
-                self.states[object.index()] = State::UnderWay;
+                self.states[chunk.index()] = State::UnderWay;
                 self.used += bytes;
-                return Some(Step::Load { object, metres });
+                return Some(Step::Load { chunk, metres });
             }
-            // Planned objects fit, unless unplanned ones are pending. Visible objects may not fit.
+            // Planned chunks fit, unless unplanned ones are pending. Visible ones may not fit.
             let stays = self.used - self.loaded + self.loaded_and_shown;
             let fits = bytes <= self.budget && stays <= self.budget - bytes;
             let core = self.plan.core();
@@ -271,7 +277,7 @@ impl Prefetcher {
             };
             match leaver {
                 Some(leaver) => {
-                    let bytes = self.bytes[leaver.index()];
+                    let bytes = self.chunks.bytes[leaver.index()];
                     self.states[leaver.index()] = State::Absent;
                     self.used -= bytes;
                     self.loaded -= bytes;
@@ -285,17 +291,17 @@ impl Prefetcher {
         None
     }
 
-    /// The most urgent object that is neither loaded nor pending, and whether the frame sees it.
+    /// The most urgent chunk that is neither loaded nor pending, and whether the frame sees it.
     fn wanted(&mut self) -> Option<(Planned, bool)> {
-        let is_absent = |object: ObjectId| self.states[object.index()] == State::Absent;
-        while let Some(&object) = self.missing.get(self.at.missing) {
-            if is_absent(object) {
-                return Some((Planned { object, metres: 0.0 }, true));
+        let is_absent = |chunk: ChunkId| self.states[chunk.index()] == State::Absent;
+        while let Some(&chunk) = self.missing.get(self.at.missing) {
+            if is_absent(chunk) {
+                return Some((Planned { chunk, metres: 0.0 }, true));
             }
             self.at.missing += 1;
         }
         while let Some(&planned) = self.plan.order().get(self.at.plan) {
-            if is_absent(planned.object) {
+            if is_absent(planned.chunk) {
                 return Some((planned, false));
             }
             self.at.plan += 1;
@@ -303,24 +309,24 @@ impl Prefetcher {
         None
     }
 
-    /// The next object to evict: first unplanned ones, the oldest first; then planned ones, the farthest first, except the first `kept`.
-    fn leaver(&mut self, kept: usize) -> Option<ObjectId> {
+    /// The next chunk to evict: first unplanned ones, the oldest first; then planned ones, the farthest first, except the first `kept`.
+    fn leaver(&mut self, kept: usize) -> Option<ChunkId> {
         if !self.is_listed {
             self.list_spare();
         }
         let may_leave =
-            |object: ObjectId| self.states[object.index()] == State::Loaded && self.shown[object.index()] != self.frame;
-        while let Some(&object) = self.spare.get(self.at.spare) {
+            |chunk: ChunkId| self.states[chunk.index()] == State::Loaded && self.shown[chunk.index()] != self.frame;
+        while let Some(&chunk) = self.spare.get(self.at.spare) {
             self.at.spare += 1;
-            if may_leave(object) {
-                return Some(object);
+            if may_leave(chunk) {
+                return Some(chunk);
             }
         }
         while self.at.tail > kept {
             self.at.tail -= 1;
-            let object = self.plan.order()[self.at.tail].object;
-            if may_leave(object) {
-                return Some(object);
+            let chunk = self.plan.order()[self.at.tail].chunk;
+            if may_leave(chunk) {
+                return Some(chunk);
             }
         }
         None
@@ -331,31 +337,31 @@ impl Prefetcher {
         let (states, planned, shown) = (&self.states, &self.planned, &self.shown);
         let is_spare = |i: &usize| states[*i] == State::Loaded && (planned[*i] != now || now == 0);
         self.spare.clear();
-        self.spare.extend((0..states.len()).filter(is_spare).map(|i| ObjectId(i as u32)));
-        self.spare.sort_unstable_by_key(|object| (planned[object.index()].max(shown[object.index()]), *object));
+        self.spare.extend((0..states.len()).filter(is_spare).map(|i| ChunkId(i as u32)));
+        self.spare.sort_unstable_by_key(|chunk| (planned[chunk.index()].max(shown[chunk.index()]), *chunk));
         self.is_listed = true;
         self.at.spare = 0;
     }
 
-    /// Reports that a requested object is loaded. Other objects are ignored.
-    pub fn loaded(&mut self, object: ObjectId) {
-        let at = object.index();
+    /// Reports that a requested chunk is loaded. Others are ignored.
+    pub fn loaded(&mut self, chunk: ChunkId) {
+        let at = chunk.index();
         if self.states.get(at) == Some(&State::UnderWay) {
             self.states[at] = State::Loaded;
-            self.loaded += self.bytes[at];
+            self.loaded += self.chunks.bytes[at];
             if self.shown[at] == self.frame {
-                self.loaded_and_shown += self.bytes[at];
+                self.loaded_and_shown += self.chunks.bytes[at];
             }
             // If it is no longer planned, it must be listed.
             self.is_listed &= self.made.is_some_and(|(frame, _)| self.planned[at] == frame);
         }
     }
 
-    /// Reports that a requested object cannot be loaded. It is not requested again.
-    pub fn failed(&mut self, object: ObjectId) {
-        if self.states.get(object.index()) == Some(&State::UnderWay) {
-            self.states[object.index()] = State::Failed;
-            self.used -= self.bytes[object.index()];
+    /// Reports that a requested chunk cannot be loaded. It is not requested again.
+    pub fn failed(&mut self, chunk: ChunkId) {
+        if self.states.get(chunk.index()) == Some(&State::UnderWay) {
+            self.states[chunk.index()] = State::Failed;
+            self.used -= self.chunks.bytes[chunk.index()];
         }
     }
 
@@ -369,12 +375,12 @@ impl Prefetcher {
         self.made = None;
     }
 
-    /// Whether an object is reported as loaded.
+    /// Whether an object's chunk is reported as loaded.
     pub fn is_loaded(&self, object: ObjectId) -> bool {
-        self.states.get(object.index()) == Some(&State::Loaded)
+        self.chunks.of.get(object.index()).is_some_and(|chunk| self.states[chunk.index()] == State::Loaded)
     }
 
-    /// Bytes of loaded and pending objects.
+    /// Bytes of loaded and pending chunks.
     pub fn used(&self) -> u64 {
         self.used
     }

@@ -1,25 +1,26 @@
-//! The plan: objects that an eye may need next, in order, within the memory budget.
+//! The plan: chunks that an eye may need next, in order, within the memory budget.
 
 use super::super::culler::{Culler, bit};
 use super::super::motion::Motion;
+use super::chunks::{ChunkId, Chunks};
 use super::reach::{Reach, Walker};
 use super::sight::Sight;
 use crate::math::bits::ones;
 use crate::{CellId, ObjectId};
 
-/// An object of a plan.
+/// A chunk of a plan.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Planned {
-    pub object: ObjectId,
+    pub chunk: ChunkId,
     /// Lower bound of the eye's distance until it may need the object, metres.
     pub metres: f32,
 }
 
-/// One part in this many of the budget uses free memory only. Smaller: less of the plan is certain to be loaded. Larger: objects at the end
+/// One part in this many of the budget uses free memory only. Smaller: less of the plan is certain to be loaded. Larger: chunks at the end
 /// of the plan are loaded and evicted with every step.
 const LOOSE: u64 = 4;
 
-/// Objects ordered by the eye's distance until they may be visible: first those of the rows of its own cells, then those added by the row
+/// Chunks ordered by the eye's distance until they may be visible: first those of the rows of its own cells, then those added by the row
 /// of the next cell, and so on, until memory is full. Of the objects of a row, those in the cell come first. If the rows of its own cells
 /// do not fit, the objects that the eye sees now and soon come first.
 #[derive(Clone, Debug)]
@@ -34,22 +35,33 @@ pub(super) struct Plan {
     core: usize,
     /// Remaining bytes.
     left: u64,
-    /// Objects that are planned or never fit, as bits.
+    /// Chunks that are planned or never fit, as bits.
     seen: Vec<u64>,
+    /// Objects of these that were met in a row, as bits.
+    met: Vec<u64>,
 }
 
 impl Plan {
-    pub fn new(culler: &Culler, reach: Reach, budget: u64) -> Self {
-        let objects = culler.object_count();
-        let order = Vec::with_capacity(objects);
-        Self { reach, budget, is_by_sight: false, order, core: 0, left: 0, seen: vec![0; objects.div_ceil(64)] }
+    pub fn new(chunks: &Chunks, reach: Reach, budget: u64) -> Self {
+        let bits = |count: usize| vec![0; count.div_ceil(64)];
+        let (seen, met) = (bits(chunks.bytes.len()), bits(chunks.of.len()));
+        Self {
+            reach,
+            budget,
+            is_by_sight: false,
+            order: Vec::with_capacity(chunks.bytes.len()),
+            core: 0,
+            left: 0,
+            seen,
+            met,
+        }
     }
 
     pub fn reach_mut(&mut self) -> &mut Reach {
         &mut self.reach
     }
 
-    /// The planned objects, most urgent first.
+    /// The planned chunks, most urgent first.
     pub fn order(&self) -> &[Planned] {
         &self.order
     }
@@ -68,26 +80,26 @@ impl Plan {
     pub fn make(
         &mut self,
         culler: &Culler,
-        bytes: &[u64],
+        chunks: &Chunks,
         walker: Walker,
         homes: &[CellId],
         sight: &mut Sight,
         motion: &Motion,
     ) {
         self.clear();
-        let mut fits = homes.iter().all(|&home| self.add_cell(culler, bytes, home, 0.0));
+        let mut fits = homes.iter().all(|&home| self.add_cell(culler, chunks, home, 0.0));
         self.is_by_sight = !fits;
         if self.is_by_sight {
             self.clear();
-            sight.each(culler, motion, &mut |object| self.add(bytes, Planned { object, metres: 0.0 }));
+            sight.each(culler, motion, &mut |object| self.add(chunks, object, 0.0));
             for &home in homes {
-                self.add_cell(culler, bytes, home, 0.0);
+                self.add_cell(culler, chunks, home, 0.0);
             }
         }
         self.reach.start(culler, walker, homes);
         while fits {
             let Some((cell, metres)) = self.reach.next(culler) else { break };
-            fits = self.add_cell(culler, bytes, cell, metres);
+            fits = self.add_cell(culler, chunks, cell, metres);
         }
     }
 
@@ -95,45 +107,44 @@ impl Plan {
         self.order.clear();
         self.core = 0;
         self.seen.fill(0);
+        self.met.fill(0);
         self.left = self.budget;
     }
 
-    /// Adds the objects of a cell's row; false if some did not fit.
-    fn add_cell(&mut self, culler: &Culler, bytes: &[u64], cell: CellId, metres: f32) -> bool {
+    /// Adds the chunks of the objects of a cell's row; false if some did not fit.
+    fn add_cell(&mut self, culler: &Culler, chunks: &Chunks, cell: CellId, metres: f32) -> bool {
         let row = culler.object_row(cell);
         let mut fits = true;
         for &object in culler.cell_objects.get(cell.index()) {
             if row.is_none_or(|row| bit(row, object.index())) {
-                fits = fits && self.add(bytes, Planned { object, metres });
+                fits = fits && self.add(chunks, object, metres);
             }
         }
         for (word, &seen) in row.unwrap_or_default().iter().enumerate() {
-            for i in ones(&[seen & !self.seen[word]]) {
-                fits = fits && self.add(bytes, Planned { object: ObjectId((64 * word + i) as u32), metres });
+            for i in ones(&[seen & !self.met[word]]) {
+                fits = fits && self.add(chunks, ObjectId((64 * word + i) as u32), metres);
             }
         }
         fits
     }
 
-    /// Adds an object that is not planned yet; false if it does not fit.
-    fn add(&mut self, bytes: &[u64], planned: Planned) -> bool {
-        let object = planned.object.index();
-        if bit(&self.seen, object) {
-            return true;
-        }
-        let size = bytes[object];
-        // An object that never fits does not block others.
-        if size <= self.budget {
+    /// Adds an object's chunk, if it is not planned yet; false if it does not fit.
+    fn add(&mut self, chunks: &Chunks, object: ObjectId, metres: f32) -> bool {
+        let chunk = chunks.of(object);
+        let (size, is_known) = (chunks.bytes[chunk.index()], bit(&self.seen, chunk.index()));
+        // A chunk that never fits does not block others.
+        if !is_known && size <= self.budget {
             if size > self.left {
                 return false;
             }
             self.left -= size;
-            self.order.push(planned);
+            self.order.push(Planned { chunk, metres });
             if self.left >= self.budget / LOOSE {
                 self.core = self.order.len();
             }
         }
-        self.seen[object / 64] |= 1 << (object % 64);
+        self.seen[chunk.index() / 64] |= 1 << (chunk.index() % 64);
+        self.met[object.index() / 64] |= 1 << (object.index() % 64);
         true
     }
 }

@@ -6,7 +6,7 @@ mod on_demand;
 use super::stroll::Stroll;
 use enfilade::ObjectId;
 use enfilade::file::PvsFile;
-use enfilade::runtime::prefetch::{Prefetcher, Step};
+use enfilade::runtime::prefetch::{ChunkId, Chunks, Prefetcher, Step};
 use enfilade::runtime::{Camera, Culler, Doors, Mode, Motion, View};
 use loader::Loader;
 use on_demand::OnDemand;
@@ -162,7 +162,7 @@ impl<'b> Client<'b> {
         let budget = options.budget;
         let policy = match method {
             Method::Rows => {
-                let mut prefetcher = Prefetcher::new(file, culler, bytes, budget);
+                let mut prefetcher = Prefetcher::new(file, culler, Chunks::of_one(bytes.to_vec()), budget);
                 prefetcher.set_doors(doors);
                 Policy::Rows(Box::new(prefetcher))
             }
@@ -202,14 +202,15 @@ impl<'b> Client<'b> {
             });
             match step {
                 None => break,
-                Some(Step::Evict(object)) => {
-                    self.in_memory[object.index()] = false;
-                    self.used -= self.bytes[object.index()];
+                // A chunk is an object.
+                Some(Step::Evict(chunk)) => {
+                    self.in_memory[chunk.index()] = false;
+                    self.used -= self.bytes[chunk.index()];
                 }
-                Some(Step::Load { object, .. }) => {
-                    self.used += self.bytes[object.index()];
+                Some(Step::Load { chunk, .. }) => {
+                    self.used += self.bytes[chunk.index()];
                     self.summary.bytes_most = self.summary.bytes_most.max(self.used);
-                    self.loader.ask(now, object, self.bytes[object.index()]);
+                    self.loader.ask(now, ObjectId(chunk.0), self.bytes[chunk.index()]);
                 }
             }
         }
@@ -229,7 +230,7 @@ impl<'b> Client<'b> {
             self.in_memory[object.index()] = true;
             self.summary.bytes_loaded += self.bytes[object.index()];
             match &mut self.policy {
-                Policy::Rows(rows) => rows.loaded(object),
+                Policy::Rows(rows) => rows.loaded(ChunkId(object.0)),
                 Policy::OnDemand(plain) => plain.loaded(object),
             }
         }

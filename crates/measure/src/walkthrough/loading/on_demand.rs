@@ -1,7 +1,7 @@
 //! Loading on demand, for comparison: a frame loads its missing objects, and the least recently seen ones are evicted.
 
 use enfilade::ObjectId;
-use enfilade::runtime::prefetch::Step;
+use enfilade::runtime::prefetch::{ChunkId, Step};
 use std::collections::BTreeSet;
 
 /// See the [module](self).
@@ -65,7 +65,7 @@ impl<'b> OnDemand<'b> {
                 self.missing.pop();
                 self.under_way[object.index()] = true;
                 self.used += bytes;
-                return Some(Step::Load { object, metres: 0.0 });
+                return Some(Step::Load { chunk: ChunkId(object.0), metres: 0.0 });
             }
             let fits = self.used - self.evictable + bytes <= self.budget;
             match self.oldest.first().copied().filter(|(seen, _)| fits && *seen < self.frame) {
@@ -75,7 +75,7 @@ impl<'b> OnDemand<'b> {
                     self.used -= self.bytes[evicted.index()];
                     self.held -= self.bytes[evicted.index()];
                     self.evictable -= self.bytes[evicted.index()];
-                    return Some(Step::Evict(evicted));
+                    return Some(Step::Evict(ChunkId(evicted.0)));
                 }
                 None => drop(self.missing.pop()),
             }

@@ -1,0 +1,49 @@
+// Builds the packages: `node build.mjs`. It needs cargo with the target wasm32-unknown-unknown, and what package.json names.
+
+import { execFileSync } from 'node:child_process';
+import { copyFileSync, mkdirSync, readFileSync, rmSync, statSync } from 'node:fs';
+import { gzipSync } from 'node:zlib';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { build } from 'esbuild';
+
+const web = dirname(fileURLToPath(import.meta.url));
+const target = process.env.CARGO_TARGET_DIR ?? join(web, '../target');
+const run = (program, args, options = {}) => execFileSync(program, args, { stdio: 'inherit', cwd: web, ...options });
+
+/** The module of the run time, and what is made around it. */
+function wasm() {
+  const flags = '-C target-feature=+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext';
+  const env = { ...process.env, CARGO_TARGET_DIR: target, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: flags };
+  run('cargo', ['build', '-q', '-p', 'enfilade-web', '--profile', 'web', '--target', 'wasm32-unknown-unknown'], { env });
+  const made = join(web, 'runtime/build');
+  rmSync(made, { recursive: true, force: true });
+  const compiled = join(target, 'wasm32-unknown-unknown/web/enfilade_web.wasm');
+  run('cargo', ['run', '-q', '--manifest-path', 'bindgen/Cargo.toml', '--', compiled, made], { env: { ...process.env, CARGO_TARGET_DIR: target } });
+  const features = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types'];
+  const optimize = join(web, 'node_modules/binaryen/bin/wasm-opt');
+  const flagsOf = features.map((feature) => `--enable-${feature}`);
+  run('node', [optimize, '-O3', ...flagsOf, '--strip-debug', '--strip-producers', join(made, 'enfilade_bg.wasm'), '-o', join(made, 'enfilade.wasm')]);
+}
+
+/** The modules that a page loads, and their types. */
+async function modules() {
+  const shared = { bundle: true, format: 'esm', minify: true, target: 'es2022', logLevel: 'warning', absWorkingDir: web };
+  const external = ['node:fs/promises', '@enfilade/runtime', 'three', 'three/*'];
+  rmSync(join(web, 'runtime/dist'), { recursive: true, force: true });
+  mkdirSync(join(web, 'runtime/dist'));
+  copyFileSync(join(web, 'runtime/build/enfilade.wasm'), join(web, 'runtime/dist/enfilade.wasm'));
+  await build({ ...shared, external, entryPoints: ['runtime/ts/index.ts'], outfile: 'runtime/dist/enfilade.js' });
+  await build({ ...shared, external, entryPoints: ['runtime/ts/inline.ts'], outfile: 'runtime/dist/enfilade.inline.js', loader: { '.wasm': 'base64' } });
+  run('node_modules/.bin/tsc', ['-p', 'runtime', '--emitDeclarationOnly']);
+}
+
+function size(name) {
+  const bytes = readFileSync(join(web, name));
+  console.log(`${name}: ${statSync(join(web, name)).size} bytes, ${gzipSync(bytes, { level: 9 }).length} with gzip`);
+}
+
+if (!process.argv.includes('--no-wasm')) wasm();
+await modules();
+size('runtime/dist/enfilade.wasm');
+size('runtime/dist/enfilade.js');
