@@ -23,7 +23,7 @@ function wasm() {
   const features = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types'];
   const optimize = join(web, 'node_modules/binaryen/bin/wasm-opt');
   const flagsOf = features.map((feature) => `--enable-${feature}`);
-  run('node', [optimize, '-O3', ...flagsOf, '--strip-debug', '--strip-producers', join(made, 'enfilade_bg.wasm'), '-o', join(made, 'enfilade.wasm')]);
+  run('node', [optimize, '-Oz', ...flagsOf, '--strip-debug', '--strip-producers', join(made, 'enfilade_bg.wasm'), '-o', join(made, 'enfilade.wasm')]);
 }
 
 /** The modules that a page loads, and their types. */
