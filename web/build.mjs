@@ -28,7 +28,9 @@ function wasm() {
 
 /** The modules that a page loads, and their types. */
 async function modules() {
-  const shared = { bundle: true, format: 'esm', minify: true, target: 'es2022', logLevel: 'warning', absWorkingDir: web };
+  // What the generated classes call their own memory is nobody else's business.
+  const mangleProps = /^__(destroy_into_raw|wbg_ptr)$/;
+  const shared = { bundle: true, mangleProps, format: 'esm', minify: true, target: 'es2022', logLevel: 'warning', absWorkingDir: web };
   const external = ['node:fs/promises', '@enfilade/runtime', 'three', 'three/*'];
   rmSync(join(web, 'runtime/dist'), { recursive: true, force: true });
   mkdirSync(join(web, 'runtime/dist'));
