@@ -3,7 +3,7 @@
 import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { Building, View, ready } from '../runtime/dist/enfilade.js';
-import { folder, frames } from '../test/native.mjs';
+import { folder, frames } from '../testing/native.mjs';
 
 const [pvs, path] = process.argv.slice(2);
 await ready;

@@ -7,7 +7,7 @@ import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { Building, Movers, Paths, Prefetch, View, hash, ready } from '../runtime/dist/enfilade.js';
 import * as inline from '../runtime/dist/enfilade.inline.js';
-import { baked, folder, frames, repository, web } from './native.mjs';
+import { baked, folder, frames, repository, web } from '../testing/native.mjs';
 
 let bytes, building, list, place;
 
@@ -179,7 +179,7 @@ test('the module with the wasm inside says the same', async () => {
 });
 
 test('nothing is allocated for a frame once it is warm', () => {
-  const program = join(web, 'test/allocations.mjs');
+  const program = join(web, 'testing/allocations.mjs');
   const grown = execFileSync(process.execPath, ['--expose-gc', program, join(place, 'office.pvs'), join(place, 'frames')], { encoding: 'utf8' });
   const { frames: count, script, wasm } = JSON.parse(grown);
   // A number that is boxed takes 12 bytes or more; what the engine does beside, some 100 kB in all.

@@ -5,7 +5,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { Building, View, hash, ready } from '../runtime/dist/enfilade.js';
-import { baked, folder, frames, modes, repository } from './native.mjs';
+import { baked, folder, frames, modes, repository } from '../testing/native.mjs';
 
 for (const model of ['villa_rotonda', 'office', 'gallery100']) {
   test(`${model}: the same objects as natively`, async (context) => {
