@@ -1,0 +1,203 @@
+//! Chunks: items that the same cells need, or nearly the same, so that few requests bring little too much.
+//!
+//! Items with equal columns begin as one cluster. Then, in rounds, pairs of clusters in one cell or behind one of its portals are joined, those
+//! first that save most requests for the bytes that they bring too much. Agglomeration by column is the field's (van de Panne and Stewart,
+//! *Effective compression techniques for precomputed visibility*, 1999); the limits in bytes are our own. A cluster is compared with a limited
+//! number of those whose columns have about as many cells, so a round takes time in proportion to the clusters.
+
+use crate::columns::{Item, common, count, needs, without};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Limits of chunks.
+#[derive(Clone, Copy)]
+pub(crate) struct Limits {
+    /// Share of the bytes that are fetched of a chunk which the cells that fetch it don't need, in all. More: a step into a room brings what
+    /// is elsewhere. Less: each object is a request.
+    pub(crate) waste: f64,
+    /// Share of what a cell needs that may come on top of it. More: rooms with little in them fetch several times that. Less: small
+    /// objects stay alone.
+    pub(crate) cell_waste: f64,
+    /// Bytes of a chunk without items, about: what a request brings at any rate.
+    pub(crate) fixed: u64,
+    /// Bytes of a chunk. More: the first object of a chunk comes late. Less: more requests.
+    pub(crate) most: u64,
+}
+
+/// Those of `pack`.
+pub(crate) const LIMITS: Limits = Limits { waste: 0.1, cell_waste: 0.15, fixed: 1000, most: 1 << 20 };
+
+/// Clusters with about as many cells that each is compared with, by cell.
+const COMPARED: usize = 48;
+/// Neighbours of a cell whose clusters are compared with those of the cell.
+const NEIGHBOURS: usize = 24;
+
+/// A chunk in the making.
+struct Cluster {
+    column: Vec<u64>,
+    cells: u64,
+    weight: u64,
+    /// Over all cells, the bytes that they need of it.
+    needed: u64,
+    /// Ascending.
+    items: Vec<u32>,
+    /// The cells that its items are in, ascending.
+    homes: Vec<usize>,
+}
+
+/// Divides items into chunks, each ascending, in the order of their first items.
+pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], limits: Limits) -> Vec<Vec<u32>> {
+    let var = |n: &str, d: f64| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+    let limits = Limits { waste: var("XW", limits.waste), cell_waste: var("XC", limits.cell_waste), fixed: var("XF", limits.fixed as f64) as u64, ..limits };
+    let needs = needs(items, neighbours.len());
+    let mut clusters = equal_columns(items);
+    let mut extra = vec![0u64; neighbours.len()];
+    loop {
+        let pairs = candidates(&clusters, neighbours, &needs, limits);
+        let joined = join(&mut clusters, &pairs, &needs, &mut extra, limits);
+        if !joined {
+            break;
+        }
+        clusters.retain(|cluster| !cluster.items.is_empty());
+    }
+    let mut chunks: Vec<Vec<u32>> =
+        clusters.into_iter().flat_map(|cluster| split(cluster.items, items, limits.most)).collect();
+    chunks.sort_unstable();
+    chunks
+}
+
+/// One cluster for each column.
+fn equal_columns(items: &[Item]) -> Vec<Cluster> {
+    let mut known: HashMap<&[u64], usize> = HashMap::new();
+    let mut clusters: Vec<Cluster> = Vec::new();
+    for (number, item) in items.iter().enumerate() {
+        let at = *known.entry(&item.column).or_insert(clusters.len());
+        if at == clusters.len() {
+            let (column, cells) = (item.column.clone(), count(&item.column));
+            clusters.push(Cluster { column, cells, weight: 0, needed: 0, items: Vec::new(), homes: Vec::new() });
+        }
+        let cluster = &mut clusters[at];
+        cluster.weight += item.weight;
+        cluster.needed += item.weight * cluster.cells;
+        cluster.items.push(number as u32);
+        cluster.homes.extend(item.home);
+    }
+    for cluster in &mut clusters {
+        cluster.homes.sort_unstable();
+        cluster.homes.dedup();
+    }
+    clusters
+}
+
+/// Pairs of clusters that may be joined, best first: bytes too many per request that is saved, and the two clusters.
+fn candidates(clusters: &[Cluster], neighbours: &[Vec<usize>], needs: &[u64], limits: Limits) -> Vec<(f64, u32, u32)> {
+    let mut in_cell: Vec<Vec<u32>> = vec![Vec::new(); neighbours.len()];
+    let mut order: Vec<u32> = (0..clusters.len() as u32).collect();
+    order.sort_unstable_by_key(|&c| (clusters[c as usize].cells, clusters[c as usize].items.first().copied()));
+    let mut rank = vec![0; clusters.len()];
+    for (place, &cluster) in order.iter().enumerate() {
+        rank[cluster as usize] = place;
+        clusters[cluster as usize].homes.iter().for_each(|&cell| in_cell[cell].push(cluster));
+    }
+    let of = |a: u32| {
+        let mut others: Vec<u32> = Vec::new();
+        for &home in &clusters[a as usize].homes {
+            for &cell in std::iter::once(&home).chain(neighbours[home].iter().take(NEIGHBOURS)) {
+                let list = &in_cell[cell];
+                let from = list.partition_point(|&b| rank[b as usize] <= rank[a as usize]);
+                others.extend(list[from..].iter().take(COMPARED));
+            }
+        }
+        others.sort_unstable();
+        others.dedup();
+        let pair = |b: u32| {
+            let score = score(&clusters[a as usize], &clusters[b as usize], needs, limits)?;
+            Some((score, a.min(b), a.max(b)))
+        };
+        others.into_iter().filter_map(pair).collect::<Vec<_>>()
+    };
+    let mut pairs: Vec<(f64, u32, u32)> = (0..clusters.len() as u32).into_par_iter().flat_map_iter(of).collect();
+    pairs.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    pairs
+}
+
+/// The share of their needs that cells would get on top, all cells together, per request that is saved; `None` beyond the limits.
+fn score(a: &Cluster, b: &Cluster, needs: &[u64], limits: Limits) -> Option<f64> {
+    let weight = a.weight + b.weight;
+    if weight > limits.most {
+        return None;
+    }
+    let both = common(&a.column, &b.column);
+    let cells = a.cells + b.cells - both;
+    let wasted = (cells * weight - a.needed - b.needed) as f64;
+    let is_wasteful = wasted > limits.waste * (cells * (weight + limits.fixed)) as f64;
+    if both == 0 || is_wasteful {
+        return None;
+    }
+    let on_top = |of: &Cluster, other: &Cluster| -> f64 {
+        without(&of.column, &other.column).map(|cell| other.weight as f64 / needs[cell] as f64).sum()
+    };
+    Some((on_top(a, b) + on_top(b, a)) / both as f64)
+}
+
+/// Joins pairs in order, each cluster once, while no cell gets too much. `extra`: bytes beyond its needs, by cell. Returns whether there
+/// was one. A joined cluster leaves an empty one behind.
+fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], needs: &[u64], extra: &mut [u64], limits: Limits) -> bool {
+    let mut is_joined = vec![false; clusters.len()];
+    let mut any = false;
+    for &(_, a, b) in pairs {
+        let [a, b] = [a as usize, b as usize];
+        if is_joined[a] || is_joined[b] {
+            continue;
+        }
+        let (first, second) = (&clusters[a], &clusters[b]);
+        let of_first = without(&first.column, &second.column).map(|cell| (cell, second.weight));
+        let of_second = without(&second.column, &first.column).map(|cell| (cell, first.weight));
+        let more: Vec<(usize, u64)> = of_first.chain(of_second).collect();
+        if more.iter().any(|&(cell, more)| (extra[cell] + more) as f64 > limits.cell_waste * needs[cell] as f64) {
+            continue;
+        }
+        more.iter().for_each(|&(cell, more)| extra[cell] += more);
+        let second = std::mem::replace(
+            &mut clusters[b],
+            Cluster { column: Vec::new(), cells: 0, weight: 0, needed: 0, items: Vec::new(), homes: Vec::new() },
+        );
+        clusters[a].take_in(second);
+        (is_joined[a], is_joined[b], any) = (true, true, true);
+    }
+    any
+}
+
+impl Cluster {
+    fn take_in(&mut self, other: Self) {
+        self.column.iter_mut().zip(&other.column).for_each(|(a, b)| *a |= b);
+        self.cells = count(&self.column);
+        self.weight += other.weight;
+        self.needed += other.needed;
+        self.items.extend(other.items);
+        self.items.sort_unstable();
+        self.homes.extend(other.homes);
+        self.homes.sort_unstable();
+        self.homes.dedup();
+    }
+}
+
+/// Cuts a chunk into those of at most so many bytes; an item that has more is alone.
+fn split(chunk: Vec<u32>, items: &[Item], most: u64) -> Vec<Vec<u32>> {
+    let mut parts: Vec<Vec<u32>> = Vec::new();
+    let mut weight = 0;
+    for number in chunk {
+        let own = items[number as usize].weight;
+        match parts.last_mut().filter(|_| weight + own <= most) {
+            Some(part) => {
+                part.push(number);
+                weight += own;
+            }
+            None => {
+                parts.push(vec![number]);
+                weight = own;
+            }
+        }
+    }
+    parts
+}
