@@ -5,7 +5,8 @@
 //! *Effective compression techniques for precomputed visibility*, 1999); the limits in bytes are our own. A cluster is compared with a limited
 //! number of those whose columns have about as many cells, so a round takes time in proportion to the clusters.
 
-use crate::columns::{Item, common, count, needs, without};
+use crate::columns::{Item, both, common, count, needs, without};
+use enfilade::math::bits::ones;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -15,17 +16,20 @@ pub(crate) struct Limits {
     /// Share of the bytes that are fetched of a chunk which the cells that fetch it don't need, in all. More: a step into a room brings what
     /// is elsewhere. Less: each object is a request.
     pub(crate) waste: f64,
-    /// Share of what a cell needs that may come on top of it. More: rooms with little in them fetch several times that. Less: small
+    /// Share of what a cell asks for that may come on top of it. More: rooms with little in them fetch several times that. Less: small
     /// objects stay alone.
     pub(crate) cell_waste: f64,
-    /// Bytes of a chunk without items, about: what a request brings at any rate.
+    /// Bytes of a chunk besides its items.
     pub(crate) fixed: u64,
     /// Bytes of a chunk. More: the first object of a chunk comes late. Less: more requests.
     pub(crate) most: u64,
 }
 
+/// About the bytes of a chunk besides its objects: what a request brings at any rate. More: rooms of small objects are one chunk, whoever sees
+/// them. Less: each of them is a chunk that is mostly its own head.
+pub(crate) const FIXED: u64 = 1000;
 /// Those of `pack`.
-pub(crate) const LIMITS: Limits = Limits { waste: 0.1, cell_waste: 0.15, fixed: 1000, most: 1 << 20 };
+pub(crate) const LIMITS: Limits = Limits { waste: 0.1, cell_waste: 0.4, fixed: FIXED, most: 1 << 20 };
 
 /// Clusters with about as many cells that each is compared with, by cell.
 const COMPARED: usize = 48;
@@ -33,6 +37,7 @@ const COMPARED: usize = 48;
 const NEIGHBOURS: usize = 24;
 
 /// A chunk in the making.
+#[derive(Default)]
 struct Cluster {
     column: Vec<u64>,
     cells: u64,
@@ -47,14 +52,11 @@ struct Cluster {
 
 /// Divides items into chunks, each ascending, in the order of their first items.
 pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], limits: Limits) -> Vec<Vec<u32>> {
-    let var = |n: &str, d: f64| std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let limits = Limits { waste: var("XW", limits.waste), cell_waste: var("XC", limits.cell_waste), fixed: var("XF", limits.fixed as f64) as u64, ..limits };
-    let needs = needs(items, neighbours.len());
     let mut clusters = equal_columns(items);
-    let mut extra = vec![0u64; neighbours.len()];
+    let mut cells = Cells::of(items, &clusters, neighbours.len());
     loop {
-        let pairs = candidates(&clusters, neighbours, &needs, limits);
-        let joined = join(&mut clusters, &pairs, &needs, &mut extra, limits);
+        let pairs = candidates(&clusters, neighbours, &cells.needs, limits);
+        let joined = join(&mut clusters, &pairs, &mut cells, limits);
         if !joined {
             break;
         }
@@ -74,7 +76,7 @@ fn equal_columns(items: &[Item]) -> Vec<Cluster> {
         let at = *known.entry(&item.column).or_insert(clusters.len());
         if at == clusters.len() {
             let (column, cells) = (item.column.clone(), count(&item.column));
-            clusters.push(Cluster { column, cells, weight: 0, needed: 0, items: Vec::new(), homes: Vec::new() });
+            clusters.push(Cluster { column, cells, ..Cluster::default() });
         }
         let cluster = &mut clusters[at];
         cluster.weight += item.weight;
@@ -127,45 +129,72 @@ fn score(a: &Cluster, b: &Cluster, needs: &[u64], limits: Limits) -> Option<f64>
     if weight > limits.most {
         return None;
     }
-    let both = common(&a.column, &b.column);
-    let cells = a.cells + b.cells - both;
+    let saved = common(&a.column, &b.column);
+    let cells = a.cells + b.cells - saved;
     let wasted = (cells * weight - a.needed - b.needed) as f64;
     let is_wasteful = wasted > limits.waste * (cells * (weight + limits.fixed)) as f64;
-    if both == 0 || is_wasteful {
+    if saved == 0 || is_wasteful {
         return None;
     }
     let on_top = |of: &Cluster, other: &Cluster| -> f64 {
         without(&of.column, &other.column).map(|cell| other.weight as f64 / needs[cell] as f64).sum()
     };
-    Some((on_top(a, b) + on_top(b, a)) / both as f64)
+    Some((on_top(a, b) + on_top(b, a)) / saved as f64)
 }
 
-/// Joins pairs in order, each cluster once, while no cell gets too much. `extra`: bytes beyond its needs, by cell. Returns whether there
-/// was one. A joined cluster leaves an empty one behind.
-fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], needs: &[u64], extra: &mut [u64], limits: Limits) -> bool {
+/// Joins pairs in order, each cluster once, while no cell gets too much. Returns whether there was one. A joined cluster leaves an empty one
+/// behind.
+fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells, limits: Limits) -> bool {
     let mut is_joined = vec![false; clusters.len()];
     let mut any = false;
     for &(_, a, b) in pairs {
         let [a, b] = [a as usize, b as usize];
-        if is_joined[a] || is_joined[b] {
+        if is_joined[a] || is_joined[b] || !cells.take(&clusters[a], &clusters[b], limits) {
             continue;
         }
-        let (first, second) = (&clusters[a], &clusters[b]);
-        let of_first = without(&first.column, &second.column).map(|cell| (cell, second.weight));
-        let of_second = without(&second.column, &first.column).map(|cell| (cell, first.weight));
-        let more: Vec<(usize, u64)> = of_first.chain(of_second).collect();
-        if more.iter().any(|&(cell, more)| (extra[cell] + more) as f64 > limits.cell_waste * needs[cell] as f64) {
-            continue;
-        }
-        more.iter().for_each(|&(cell, more)| extra[cell] += more);
-        let second = std::mem::replace(
-            &mut clusters[b],
-            Cluster { column: Vec::new(), cells: 0, weight: 0, needed: 0, items: Vec::new(), homes: Vec::new() },
-        );
+        let second = std::mem::take(&mut clusters[b]);
         clusters[a].take_in(second);
         (is_joined[a], is_joined[b], any) = (true, true, true);
     }
     any
+}
+
+/// What each cell fetches.
+struct Cells {
+    /// Bytes of the items that it needs.
+    needs: Vec<u64>,
+    /// Bytes of items that it doesn't need.
+    extra: Vec<u64>,
+    /// Number of clusters.
+    clusters: Vec<u64>,
+}
+
+impl Cells {
+    fn of(items: &[Item], clusters: &[Cluster], cells: usize) -> Self {
+        let mut all = Self { needs: needs(items, cells), extra: vec![0; cells], clusters: vec![0; cells] };
+        clusters.iter().for_each(|cluster| ones(&cluster.column).for_each(|cell| all.clusters[cell] += 1));
+        all
+    }
+
+    /// Counts two clusters as one, unless a cell would get too much.
+    fn take(&mut self, a: &Cluster, b: &Cluster, limits: Limits) -> bool {
+        let of_one = without(&a.column, &b.column).map(|cell| (cell, b.weight, 0));
+        let of_other = without(&b.column, &a.column).map(|cell| (cell, a.weight, 0));
+        let of_both = both(&a.column, &b.column).map(|cell| (cell, 0, 1));
+        let changes: Vec<(usize, u64, u64)> = of_one.chain(of_other).chain(of_both).collect();
+        let is_too_much = |&(cell, more, fewer): &(usize, u64, u64)| {
+            let asked = self.needs[cell] + limits.fixed * (self.clusters[cell] - fewer);
+            (self.extra[cell] + more) as f64 > limits.cell_waste * asked as f64
+        };
+        if changes.iter().any(is_too_much) {
+            return false;
+        }
+        for (cell, more, fewer) in changes {
+            self.extra[cell] += more;
+            self.clusters[cell] -= fewer;
+        }
+        true
+    }
 }
 
 impl Cluster {

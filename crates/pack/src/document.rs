@@ -150,13 +150,14 @@ impl Document {
     /// Adds a compressed view.
     fn view(&mut self, encoded: &[u8], mode: &str, count: usize, stride: usize) -> usize {
         let length = count * stride;
-        let source = json!({
-            "buffer": 0, "byteOffset": self.binary.len(), "byteLength": encoded.len(), "byteStride": stride, "mode": mode,
-            "count": count,
-        });
-        self.views.push(json!({
-            "buffer": 1, "byteOffset": self.plain, "byteLength": length, "extensions": { MESHOPT: source },
-        }));
+        let mut source =
+            json!({ "buffer": 0, "byteLength": encoded.len(), "byteStride": stride, "mode": mode, "count": count });
+        let mut view = json!({ "buffer": 1, "byteLength": length });
+        if self.plain > 0 {
+            (source["byteOffset"], view["byteOffset"]) = (self.binary.len().into(), self.plain.into());
+        }
+        view["extensions"] = json!({ MESHOPT: source });
+        self.views.push(view);
         self.plain += length.next_multiple_of(4);
         self.binary.extend(encoded);
         pad(&mut self.binary, 0);

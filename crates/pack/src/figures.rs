@@ -1,5 +1,6 @@
 //! What cells fetch of a packed folder, against what their rows ask for.
 
+use crate::cluster::FIXED;
 use crate::manifest::{FileEntry, Manifest};
 use enfilade::file::PvsFile;
 use enfilade::{CellId, ObjectId};
@@ -44,7 +45,7 @@ pub struct Cells {
     pub share_mean: f64,
     /// That of the cell with the greatest.
     pub share_worst: f64,
-    /// Mean of the bytes fetched beyond those of the row, as a share of these.
+    /// Mean of the bytes of objects, meshes and pictures that are fetched and that the row doesn't ask for, as a share of all others.
     pub extra_mean: f64,
     /// That of the cell with the greatest.
     pub extra_worst: f64,
@@ -135,7 +136,8 @@ impl Cells {
             }
             let needed = Needed::of(row.manifest, objects.iter().map(|&object| row.chunk_of[object]));
             let fetched = needed.bytes(row.manifest) as f64;
-            let (share, extra) = (fetched / all as f64, fetched / row.asked(&objects) - 1.0);
+            let (share, extra) = (fetched / all as f64, row.extra(&needed, &objects) / fetched);
+            let extra = extra / (1.0 - extra);
             sums.cells += 1;
             sums.share_mean += share;
             sums.share_worst = sums.share_worst.max(share);
@@ -150,7 +152,7 @@ impl Cells {
     }
 }
 
-/// The bytes of objects and meshes: those of their files, shared out by weight.
+/// The bytes of objects and meshes: those of their files without [`FIXED`], shared out by weight.
 struct Row<'m> {
     manifest: &'m Manifest,
     made: &'m [Made],
@@ -167,23 +169,31 @@ impl<'m> Row<'m> {
         for chunk in &manifest.chunks {
             let objects = || chunk.objects.iter().cloned().flatten().map(|object| object as usize);
             let weight: u64 = objects().map(|object| made[object].weight).sum();
-            let scale = chunk.file.bytes as f64 / weight as f64;
+            let scale = chunk.file.bytes as f64 / (weight + FIXED) as f64;
             objects().for_each(|object| bytes[object] = made[object].weight as f64 * scale);
         }
         for file in &manifest.meshes {
             let meshes = || file.meshes.clone().map(|mesh| mesh as usize);
-            let scale = file.file.bytes as f64 / meshes().map(|mesh| mesh_weights[mesh]).sum::<u64>() as f64;
+            let weight: u64 = meshes().map(|mesh| mesh_weights[mesh]).sum();
+            let scale = file.file.bytes as f64 / (weight + FIXED) as f64;
             meshes().for_each(|mesh| mesh_bytes[mesh] = mesh_weights[mesh] as f64 * scale);
         }
         Self { manifest, made, chunk_of: manifest.chunk_of_object(), bytes, mesh_bytes }
     }
 
-    /// The bytes of objects with their meshes and pictures.
-    fn asked(&self, objects: &[usize]) -> f64 {
-        let meshes: BTreeSet<u32> = objects.iter().filter_map(|&object| self.made[object].mesh).collect();
-        let pictures: BTreeSet<usize> = objects.iter().flat_map(|&object| &self.made[object].pictures).copied().collect();
-        objects.iter().map(|&object| self.bytes[object]).sum::<f64>()
-            + meshes.iter().map(|&mesh| self.mesh_bytes[mesh as usize]).sum::<f64>()
-            + pictures.iter().map(|&picture| self.manifest.pictures[picture].bytes as f64).sum::<f64>()
+    /// The bytes of objects, meshes and pictures among these files that none of these objects needs.
+    fn extra(&self, needed: &Needed, objects: &[usize]) -> f64 {
+        let Needed { chunks, meshes, pictures } = needed;
+        let asked: f64 = objects.iter().map(|&object| self.bytes[object]).sum();
+        let own: BTreeSet<u32> = objects.iter().filter_map(|&object| self.made[object].mesh).collect();
+        let asked = asked + own.iter().map(|&mesh| self.mesh_bytes[mesh as usize]).sum::<f64>();
+        let fetched =
+            chunks.iter().flat_map(|&chunk| self.manifest.chunks[chunk as usize].objects.iter().cloned().flatten());
+        let fetched: f64 = fetched.map(|object| self.bytes[object as usize]).sum();
+        let of_meshes = meshes.iter().flat_map(|&file| self.manifest.meshes[file as usize].meshes.clone());
+        let fetched = fetched + of_meshes.map(|mesh| self.mesh_bytes[mesh as usize]).sum::<f64>();
+        let own: BTreeSet<usize> = objects.iter().flat_map(|&object| &self.made[object].pictures).copied().collect();
+        let others = pictures.iter().map(|&picture| picture as usize).filter(|picture| !own.contains(picture));
+        fetched - asked + others.map(|picture| self.manifest.pictures[picture].bytes as f64).sum::<f64>()
     }
 }
