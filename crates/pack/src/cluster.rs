@@ -230,3 +230,81 @@ fn split(chunk: Vec<u32>, items: &[Item], most: u64) -> Vec<Vec<u32>> {
     }
     parts
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers that look random, of xorshift (Marsaglia, 2003).
+    fn numbers(seed: u64) -> impl FnMut(u64) -> u64 {
+        let mut state = seed * 2 + 1;
+        move |below| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state % below
+        }
+    }
+
+    /// Rooms in a row, each with items that most of the rooms around see.
+    fn row(cells: usize, seed: u64) -> (Vec<Item>, Vec<Vec<usize>>) {
+        let mut number = numbers(seed);
+        let item = |i: usize| {
+            let home = i % cells;
+            let mut column = vec![0; cells.div_ceil(64)];
+            for cell in home.saturating_sub(number(3) as usize)..(home + 1 + number(3) as usize).min(cells) {
+                column[cell / 64] |= 1 << (cell % 64);
+            }
+            Item { column, weight: 1 + number(3000), home: Some(home) }
+        };
+        let items = (0..cells * 12).map(item).collect();
+        let neighbours =
+            |cell: usize| (cell.saturating_sub(1)..(cell + 2).min(cells)).filter(|other| *other != cell).collect();
+        (items, (0..cells).map(neighbours).collect())
+    }
+
+    #[test]
+    fn chunks_keep_their_limits_by_brute_force() {
+        for seed in 0..20 {
+            let cells = 70;
+            let (items, neighbours) = row(cells, seed);
+            let limits = Limits { most: 40_000, ..LIMITS };
+            let made = chunks(&items, &neighbours, limits);
+            let mut all: Vec<u32> = made.concat();
+            all.sort_unstable();
+            assert!(all.iter().copied().eq(0..items.len() as u32), "each item once");
+            assert!(made.len() * 3 < items.len() * 2, "{} chunks of {} items", made.len(), items.len());
+            let sees = |cell: usize, item: u32| items[item as usize].column[cell / 64] >> (cell % 64) & 1 == 1;
+            let weight = |list: &mut dyn Iterator<Item = u32>| list.map(|item| items[item as usize].weight).sum::<u64>();
+            let (mut extra, mut asked) = (vec![0; cells], vec![0; cells]);
+            for chunk in &made {
+                let own = weight(&mut chunk.iter().copied());
+                assert!(own <= limits.most || chunk.len() == 1);
+                let (mut fetched, mut wasted) = (0, 0);
+                for cell in (0..cells).filter(|&cell| chunk.iter().any(|&item| sees(cell, item))) {
+                    let unseen = weight(&mut chunk.iter().copied().filter(|&item| !sees(cell, item)));
+                    (fetched, wasted) = (fetched + own + limits.fixed, wasted + unseen);
+                    (extra[cell], asked[cell]) = (extra[cell] + unseen, asked[cell] + own - unseen + limits.fixed);
+                }
+                assert!(wasted as f64 <= limits.waste * fetched as f64, "seed {seed}: {wasted} of {fetched}");
+            }
+            for cell in 0..cells {
+                assert!(extra[cell] as f64 <= limits.cell_waste * asked[cell] as f64, "seed {seed}, cell {cell}");
+            }
+        }
+    }
+
+    #[test]
+    fn equal_columns_are_one_chunk_up_to_its_size_and_strangers_are_not() {
+        let item = |column: u64, weight| Item { column: vec![column], weight, home: Some(0) };
+        let neighbours = vec![Vec::new(); 4];
+        // Nobody sees the last one.
+        let items = [item(0b11, 90_000), item(0b1100, 90_000), item(0b11, 90_000), item(0b1100, 9), item(0, 9)];
+        assert_eq!(chunks(&items, &neighbours, LIMITS), [vec![0, 2], vec![1, 3], vec![4]]);
+        assert_eq!(chunks(&items, &neighbours, Limits { most: 100_000, ..LIMITS }), [vec![0], vec![1, 3], vec![2], vec![4]]);
+        // A hundredth of what the second cell needs.
+        let items = [item(0b11, 100_000), item(0b01, 1_000)];
+        assert_eq!(chunks(&items, &neighbours, LIMITS), [vec![0, 1]]);
+        assert_eq!(chunks(&items, &neighbours, Limits { cell_waste: 0.005, ..LIMITS }), [vec![0], vec![1]]);
+    }
+}
