@@ -60,7 +60,7 @@ fn only_a_folder_that_pack_wrote_is_replaced() {
     std::fs::write(&out, "my own text").unwrap();
     refuses(&out, "is not a folder that pack wrote");
     std::fs::remove_file(&out).unwrap();
-    refuses(&folder.join("no/such/folder"), "there is no such folder");
+    refused(&enfilade!("pack", &pvs, "--model", &model, "-o", &folder.join("no/such/folder")), &["there is no such folder"]);
     refuses(&pvs, "would be overwritten");
     refuses(&model, "would be overwritten");
 

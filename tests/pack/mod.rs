@@ -130,11 +130,13 @@ fn document(glb: &[u8]) -> Value {
 
 /// The triangles of each node with a mesh, by the library's reader.
 fn drawn(glb: &[u8]) -> BTreeMap<usize, Vec<Triangle>> {
-    let options = ImportOptions { files_under: None, ..options() };
-    let scene = enfilade_formats::gltf::from_slice(glb, "chunk", None, &options).unwrap();
+    // Ids are no roles.
+    let mut root = document(glb);
+    root["nodes"].as_array_mut().unwrap().iter_mut().for_each(|node| _ = node.as_object_mut().unwrap().remove("extras"));
+    let bytes = testing::glb::pack(root.to_string().as_bytes(), chunks(glb).unwrap().1);
+    let scene = enfilade_formats::gltf::from_slice(&bytes, "chunk", None, &options()).unwrap();
     let number = |object: &Object| object.node.rsplit(' ').next().unwrap().parse().unwrap();
-    let at = |triangle: Triangle| triangle.map(|p| p + scene.origin);
-    scene.objects.iter().map(|o| (number(o), corners(&scene, o).into_iter().map(at).collect())).collect()
+    scene.objects.iter().map(|o| (number(o), corners(&scene, o))).collect()
 }
 
 /// A node's transform, as glTF has it.
@@ -148,7 +150,7 @@ fn transform(node: &Value) -> DAffine3 {
     DAffine3::from_scale_rotation_translation(of("scale", DVec3::ONE), rotation, of("translation", DVec3::ZERO))
 }
 
-/// The triangles of all objects of a folder, relative to the origin. Each object is in one chunk: the one that the manifest says.
+/// The triangles of all objects of a folder, in the coordinates of the model. Each object is in one chunk: the one that the manifest says.
 fn read_again(building: &Building) -> Vec<Vec<Triangle>> {
     let manifest = &building.manifest;
     let mut shared = Vec::new();
@@ -185,6 +187,7 @@ fn read_again(building: &Building) -> Vec<Vec<Triangle>> {
         ids.sort_unstable();
         assert_eq!(ids, chunk.objects.iter().cloned().flatten().collect::<Vec<_>>(), "{}", chunk.file.file);
     }
+    objects.iter_mut().flatten().flatten().for_each(|p| *p += manifest.origin);
     objects
 }
 

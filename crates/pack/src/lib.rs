@@ -156,8 +156,8 @@ impl Plan {
         let items: Vec<Item> = shared.iter().map(item).collect();
         let groups = chunks(&items, &neighbours, LIMITS);
         let shared: Vec<usize> = groups.iter().flatten().map(|&item| shared[item as usize]).collect();
-        let mut next = 0;
-        let mesh_files = groups.iter().map(|group| group.iter().map(|_| (next, next += 1).0).collect()).collect();
+        let mut next = 0u32..;
+        let mesh_files = groups.iter().map(|group| next.by_ref().take(group.len()).collect()).collect();
         let numbers: BTreeMap<usize, u32> = shared.iter().copied().zip(0..).collect();
 
         let made = |placed: &model::Placed| {
