@@ -16,6 +16,7 @@ mod levels;
 mod licences;
 mod measure;
 mod occlusion;
+mod pack;
 mod pvs;
 mod real;
 mod runtime;

@@ -38,6 +38,13 @@ pub fn single_precision(extent: f64) -> f64 {
     extent * 16.0 * f64::from(f32::EPSILON)
 }
 
+/// Step of the grid that positions of a packed model lie on, a power of two, metres: no position moves more than `clearance` (metres, above
+/// 0). Larger: what the rows hide could show. Smaller: more bytes, and chunks that 16 bits can't span.
+pub fn packed_step(clearance: f64) -> f64 {
+    // Half the diagonal of a cube.
+    (clearance * 2.0 / 3f64.sqrt()).log2().floor().exp2()
+}
+
 /// Largest distance of a leaf from its portal's plane, as a share of the portal's diagonal: 0.8 m for a door of 0.9 x 2.1 m. A shut leaf is
 /// within half of it, or is larger than its portal. Larger: more of the room behind a shut door is drawn. Smaller: leaves are lost.
 pub const DOORWAY: f64 = 0.35;

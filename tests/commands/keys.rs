@@ -35,11 +35,16 @@ fn every_key_of_every_command_is_in_the_page() {
     let [model, file, level, rows, path] = [&model, &file, &level, &rows, &path].map(|p| text(p));
     let out = text(&folder).to_owned() + "/out.pvs";
     let glb = text(&folder).to_owned() + "/out.glb";
-    let runs: [&[&str]; 12] = [
+    let packed = text(&folder).to_owned() + "/packed";
+    let walk = text(&folder).to_owned() + "/walk.json";
+    let frame = r#"{"eye": [0, 1.6, 0], "target": [1, 1.6, 0]}"#;
+    std::fs::write(&walk, format!(r#"{{"name": "w", "fov_y_degrees": 60, "near": 0.1, "frames": [{frame}]}}"#)).unwrap();
+    let runs: [&[&str]; 13] = [
         &["bake", model, "-o", &out, "--rays", "100k", "--rows", "both", "--view-cells", "auto", "--fresh"],
         &["info", &out],
         &["dump", &out],
         &["export", &out, "--model", model, "-o", &glb],
+        &["pack", &out, "--model", model, "-o", &packed, "--path", &walk],
         &["check", &out, "--model", model, "--rays", "1k", "--exact", "2"],
         &["walk", file, "--model", model, "--mode", "all", "--every", "50", "--verify-pixels", "--size", "64x64"],
         &["walk", file, "--model", model, "--mode", "exact", "--path", "random:3", "--size", "64x64"],

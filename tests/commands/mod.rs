@@ -6,6 +6,7 @@ mod ground;
 mod keys;
 mod lost;
 mod notes;
+mod pack;
 mod report;
 mod vis;
 mod walk;

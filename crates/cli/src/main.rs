@@ -47,6 +47,11 @@ enum Command {
         after_help = "Examples:\n  enfilade export office.pvs --model data/buildings/office.glb -o objects.glb\n  enfilade export level.pvs --model level.map -o level.glb --json"
     )]
     Export(commands::export::Args),
+    /// Write a folder that a client loads as it walks: the .pvs file, and the model in chunks by what cells see.
+    #[command(
+        after_help = "Examples:\n  enfilade pack office.pvs --model data/buildings/office.glb -o office\n  enfilade pack level.pvs --model level.map -o level --json"
+    )]
+    Pack(commands::pack::Args),
     /// Compute the visibility of a level with ready portals: a .prt, or a Quake .bsp, with rows written back.
     #[command(
         after_help = "Examples:\n  enfilade vis level.bsp\n  enfilade vis level.prt --rows rows.txt --against other.txt"
@@ -117,6 +122,7 @@ impl Command {
             Self::Why(args) => args.files(),
             Self::Dump(args) => args.files(),
             Self::Export(args) => args.files(),
+            Self::Pack(args) => args.files(),
             Self::Vis(args) => args.files(),
             Self::Report(args) => args.files(),
             Self::Ground(args) => args.files(),
@@ -133,6 +139,7 @@ impl Command {
             Self::Why(args) => commands::why::run(args),
             Self::Dump(args) => commands::dump::run(args),
             Self::Export(args) => commands::export::run(args),
+            Self::Pack(args) => commands::pack::run(args),
             Self::Vis(args) => commands::vis::run(args),
             Self::Report(args) => commands::report::run(args),
             Self::Ground(args) => commands::ground::run(args),

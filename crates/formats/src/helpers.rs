@@ -301,20 +301,31 @@ impl Helpers {
 #[cfg(test)]
 fn table() -> String {
     let sign = |sign: Sign| match sign {
-        Sign::Word(word) => format!("name has the word `{word}`"),
-        Sign::Prefix(prefix) => format!("name begins with `{prefix}_`"),
-        Sign::Suffix(suffix) => format!("name ends with `-{suffix}`, `_{suffix}` or `${suffix}`"),
-        Sign::MaybePrefix(prefix) => format!("name begins with `{prefix}_` (*)"),
-        Sign::MaybeSuffix(suffix) => format!("name ends with `-{suffix}`, `_{suffix}` or `${suffix}` (*)"),
-        Sign::Material(material) => format!("material `{material}`"),
-        Sign::MaterialPath(material) => format!("material `.../{material}`"),
-        Sign::True(key) => format!("`{key}`: true"),
-        Sign::False(key) => format!("`{key}`: false"),
-        Sign::Key(key) => format!("`{key}`"),
-        Sign::Value(key, value) => format!("`{key}`: `{value}`"),
+        Sign::Word(word) => ("name has the word ", format!("`{word}`")),
+        Sign::Prefix(prefix) => ("name begins with ", format!("`{prefix}_`")),
+        Sign::Suffix(suffix) => ("name ends with ", format!("`-{suffix}`, `_{suffix}` or `${suffix}`")),
+        Sign::MaybePrefix(prefix) => ("name begins with ", format!("`{prefix}_` (*)")),
+        Sign::MaybeSuffix(suffix) => ("name ends with ", format!("`-{suffix}`, `_{suffix}` or `${suffix}` (*)")),
+        Sign::Material(material) => ("material ", format!("`{material}`")),
+        Sign::MaterialPath(material) => ("material ", format!("`.../{material}`")),
+        Sign::True(key) => ("", format!("`{key}`: true")),
+        Sign::False(key) => ("", format!("`{key}`: false")),
+        Sign::Key(key) => ("", format!("`{key}`")),
+        Sign::Value(key, value) => ("", format!("`{key}`: `{value}`")),
     };
-    let row = |row: &Row| format!("| {} | {} | {} | {} |\n", sign(row.sign), row.by, row.means, row.source);
-    let rows: String = TABLE.iter().map(row).collect();
+    let mut groups: Vec<(&str, &Row, Vec<String>)> = Vec::new();
+    for row in TABLE {
+        let (lead, sign) = sign(row.sign);
+        let of = |row: &Row| (row.by, row.means, row.source);
+        match groups.iter_mut().find(|(other, first, _)| *other == lead && of(first) == of(row)) {
+            Some((.., signs)) => signs.push(sign),
+            None => groups.push((lead, row, vec![sign])),
+        }
+    }
+    let line = |(lead, Row { by, means, source, .. }, signs): &(&str, &Row, Vec<String>)| {
+        format!("| {lead}{} | {by} | {means} | {source} |\n", signs.join(", "))
+    };
+    let rows: String = groups.iter().map(line).collect();
     format!("| sign | written by | meaning | source |\n| --- | --- | --- | --- |\n{rows}")
 }
 

@@ -28,9 +28,19 @@ struct Read {
 /// A file or a folder to write to.
 struct Write {
     path: PathBuf,
-    kind: Option<Kind>,
+    target: Target,
     /// The file is an input; a backup is kept.
     in_place: bool,
+}
+
+/// What is written.
+enum Target {
+    /// A file of this kind.
+    File(Kind),
+    /// Files of a folder, beside what it has.
+    Filled,
+    /// A whole folder. One that is there is replaced, unless there is a reason not to.
+    Folder(fn(&Path) -> Option<String>),
 }
 
 impl Files {
@@ -68,20 +78,26 @@ impl Files {
     /// Adds an output file, if given.
     pub fn writes<'p>(mut self, path: impl Into<Option<&'p PathBuf>>, kind: Kind) -> Self {
         let path = path.into().cloned();
-        self.writes.extend(path.map(|path| Write { path, kind: Some(kind), in_place: false }));
+        self.writes.extend(path.map(|path| Write { path, target: Target::File(kind), in_place: false }));
         self
     }
 
     /// Adds an input that is written back, with a backup.
     pub fn writes_back(mut self, path: &Path, kind: Kind) -> Self {
-        self.writes.push(Write { path: path.to_owned(), kind: Some(kind), in_place: true });
+        self.writes.push(Write { path: path.to_owned(), target: Target::File(kind), in_place: true });
         self
     }
 
     /// Adds an output folder, if given.
     pub fn fills<'p>(mut self, folder: impl Into<Option<&'p PathBuf>>) -> Self {
         let folder = folder.into().cloned();
-        self.writes.extend(folder.map(|path| Write { path, kind: None, in_place: false }));
+        self.writes.extend(folder.map(|path| Write { path, target: Target::Filled, in_place: false }));
+        self
+    }
+
+    /// Adds an output folder that is written as a whole. `refusal`: why the one that is there is not replaced.
+    pub fn replaces(mut self, folder: &Path, refusal: fn(&Path) -> Option<String>) -> Self {
+        self.writes.push(Write { path: folder.to_owned(), target: Target::Folder(refusal), in_place: false });
         self
     }
 
@@ -110,8 +126,23 @@ impl Files {
             }
             outputs.push((path, identity));
         }
+        self.writes.iter().try_for_each(|write| self.check_inputs_outside(write))?;
         let mut folders = Vec::new();
         self.writes.iter().try_for_each(|write| write.check(&mut folders))
+    }
+
+    /// Refuses a folder that would be replaced with an input in it.
+    fn check_inputs_outside(&self, write: &Write) -> Result<(), CliError> {
+        let Target::Folder(_) = write.target else { return Ok(()) };
+        let Ok(folder) = fs::canonicalize(&write.path) else { return Ok(()) };
+        let is_in = |read: &&Read| fs::canonicalize(&read.path).is_ok_and(|path| path.starts_with(&folder));
+        match self.reads.iter().find(is_in) {
+            Some(read) => {
+                let input = read.path.display();
+                Err(at(&write.path, format!("has an input, {input}, which would be overwritten; give the output another name")))
+            }
+            None => Ok(()),
+        }
     }
 }
 
@@ -140,7 +171,17 @@ impl Read {
 impl Write {
     /// Refuses a path that can't be written or holds another kind of file. `folders`: known to be writable.
     fn check(&self, folders: &mut Vec<PathBuf>) -> Result<(), CliError> {
-        let Some(kind) = self.kind else { return check_filled(&self.path, folders) };
+        let kind = match self.target {
+            Target::File(kind) => kind,
+            Target::Filled => return check_filled(&self.path, folders),
+            Target::Folder(refusal) => {
+                if let Some(reason) = refusal(&self.path) {
+                    return Err(at(&self.path, reason));
+                }
+                let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
+                return check_folder(&self.path, folder_of(&target), folders);
+            }
+        };
         // A link stays; its target is replaced.
         let target = fs::canonicalize(&self.path).unwrap_or_else(|_| self.path.clone());
         match fs::metadata(&target) {

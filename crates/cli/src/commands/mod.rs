@@ -14,6 +14,7 @@ pub mod info;
 pub mod kinds;
 pub mod level;
 pub mod lost;
+pub mod pack;
 mod portal_file;
 pub mod report;
 mod resume;

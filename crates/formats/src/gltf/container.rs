@@ -19,7 +19,7 @@ pub const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 pub(super) const JSON_START: usize = 20;
 
 /// The JSON and BIN chunks of a `.glb`.
-pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
+pub fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError> {
     let word = |at: usize| {
         let word = bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes);
         word.ok_or_else(|| ImportError::malformed(Place::Byte(bytes.len()), "the file ends within a GLB header"))
@@ -56,17 +56,18 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), ImportError
     Ok((json, bin))
 }
 
-/// The bytes of a `.glb`; `None` if it exceeds the 4 GiB that its header can count.
+/// The bytes of a `.glb`, without a binary chunk if that is empty; `None` if it exceeds the 4 GiB that its header can count.
 pub fn glb(document: &Value, mut binary: Vec<u8>) -> Option<Vec<u8>> {
     let mut text = document.to_string().into_bytes();
     pad(&mut text, b' ');
     pad(&mut binary, 0);
-    let total = u32::try_from(12 + 8 + text.len() + 8 + binary.len()).ok()?;
+    let chunks = [(b"JSON", &text), (b"BIN\0", &binary)].into_iter().filter(|(_, chunk)| !chunk.is_empty());
+    let total = u32::try_from(12 + chunks.clone().map(|(_, chunk)| 8 + chunk.len()).sum::<usize>()).ok()?;
     let mut out = Vec::with_capacity(total as usize);
     out.extend(b"glTF");
     out.extend(2u32.to_le_bytes());
     out.extend(total.to_le_bytes());
-    for (kind, chunk) in [(b"JSON", &text), (b"BIN\0", &binary)] {
+    for (kind, chunk) in chunks {
         out.extend((chunk.len() as u32).to_le_bytes());
         out.extend(kind);
         out.extend(chunk);
