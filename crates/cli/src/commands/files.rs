@@ -139,7 +139,10 @@ impl Files {
         match self.reads.iter().find(is_in) {
             Some(read) => {
                 let input = read.path.display();
-                Err(at(&write.path, format!("has an input, {input}, which would be overwritten; give the output another name")))
+                Err(at(
+                    &write.path,
+                    format!("has an input, {input}, which would be overwritten; give the output another name"),
+                ))
             }
             None => Ok(()),
         }
