@@ -134,7 +134,7 @@ impl Model {
         }
         attributes.sort_by(|a, b| a.name.cmp(&b.name));
         let indices: Vec<u32> = of(&primitive["indices"])?.values.into_iter().map(|index| index as u32).collect();
-        if indices.len() % 3 != 0 || indices.iter().any(|&index| index as usize >= positions.len()) {
+        if !indices.len().is_multiple_of(3) || indices.iter().any(|&index| index as usize >= positions.len()) {
             return Err(fault("its triangles"));
         }
         Ok(Mesh { positions, attributes, indices, material: self.material(mesh) })
@@ -144,7 +144,7 @@ impl Model {
     fn numbers(&self, accessor: usize) -> Option<Numbers> {
         let accessor = self.root["accessors"].get(accessor)?;
         let bytes = self.view(number(accessor, "bufferView"))?;
-        let (size, most, read): (usize, f64, fn(&[u8]) -> f64) = match number(accessor, "componentType") {
+        let (size, most, read): (usize, f64, Read) = match number(accessor, "componentType") {
             5120 => (1, 127.0, |b| f64::from(b[0] as i8)),
             5121 => (1, 255.0, |b| f64::from(b[0])),
             5122 => (2, 32767.0, |b| f64::from(i16::from_le_bytes([b[0], b[1]]))),
@@ -174,6 +174,9 @@ impl Model {
         Some(Numbers { width, values, is_bytes: size == 1 })
     }
 }
+
+/// Reads a number of a component type.
+type Read = fn(&[u8]) -> f64;
 
 /// The numbers of an accessor.
 struct Numbers {
