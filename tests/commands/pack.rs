@@ -43,6 +43,34 @@ fn the_folder_has_what_its_manifest_says() {
 }
 
 #[test]
+fn a_page_is_in_the_folder_and_in_its_manifest() {
+    let folder = folder("page");
+    let (model, pvs) = maze(&folder);
+    let (out, page) = (folder.join("out"), folder.join("page"));
+    std::fs::create_dir(&page).unwrap();
+    std::fs::write(page.join("walk.js"), "walk()").unwrap();
+    refused(&enfilade!("pack", &pvs, "--model", &model, "-o", &out, "--page", &page), &["page", "it has no index.html"]);
+    std::fs::write(page.join("index.html"), "<script src=walk.js></script>").unwrap();
+    done(&enfilade!("pack", &pvs, "--model", &model, "-o", &out, "--page", &page));
+    let found = files(&out);
+    let manifest = Manifest::read(std::str::from_utf8(&found["manifest.json"]).unwrap()).unwrap();
+    assert_eq!(manifest.page.iter().map(|file| &*file.file).collect::<Vec<_>>(), ["index.html", "walk.js"]);
+    assert_eq!((&*found["walk.js"], found.len()), (&b"walk()"[..], manifest.files().count() + 1));
+    // Over it, and without a page.
+    done(&enfilade!("pack", &pvs, "--model", &model, "-o", &out));
+    assert!(!files(&out).contains_key("walk.js"));
+    std::fs::create_dir(page.join("more")).unwrap();
+    refused(
+        &enfilade!("pack", &pvs, "--model", &model, "-o", &out, "--page", &page),
+        &["has more, which is no file of a page"],
+    );
+    refused(
+        &enfilade!("pack", &pvs, "--model", &model, "-o", &out, "--page", &out.join("chunks")),
+        &["would be overwritten"],
+    );
+}
+
+#[test]
 fn only_a_folder_that_pack_wrote_is_replaced() {
     let folder = folder("replaced");
     let (model, pvs) = maze(&folder);

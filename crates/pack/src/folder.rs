@@ -1,6 +1,6 @@
 //! Writes a folder in one step: beside its place, then renamed. A folder is replaced only if all that is in it was packed.
 
-use crate::manifest::{MANIFEST, Manifest};
+use crate::manifest::{MANIFEST, Manifest, is_within};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -12,6 +12,29 @@ pub struct Packed {
     pub name: String,
     /// Its contents.
     pub bytes: Vec<u8>,
+}
+
+/// The files of a page in a folder: `index.html`, and what lies beside it.
+///
+/// # Errors
+///
+/// If the folder can't be read, has no `index.html`, or has what a packed folder can't: other folders, or names of more than letters, digits, `-`, `_`
+/// and `.`.
+pub fn page(folder: &Path) -> io::Result<Vec<Packed>> {
+    let mut page = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if !path.is_file() || !is_within(&name) || name == MANIFEST {
+            return Err(io::Error::other(format!("has {name}, which is no file of a page")));
+        }
+        page.push(Packed { bytes: fs::read(&path)?, name });
+    }
+    page.sort_unstable_by(|a, b| a.name.cmp(&b.name));
+    match page.iter().any(|file| file.name == "index.html") {
+        true => Ok(page),
+        false => Err(io::Error::other("is no page: it has no index.html; build it as web/README.md says")),
+    }
 }
 
 /// Why a folder is not replaced; `None` if it may be, or if there is none.

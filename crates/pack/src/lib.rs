@@ -65,6 +65,16 @@ pub struct Building {
     pub notes: Vec<String>,
 }
 
+impl Building {
+    /// Adds a page that walks in the folder.
+    pub fn add_page(&mut self, page: Vec<Packed>) {
+        self.manifest.page = page.iter().map(|file| FileEntry::of(&file.name, &file.bytes)).collect();
+        self.files.pop();
+        self.files.extend(page);
+        self.files.push(Packed { name: MANIFEST.to_owned(), bytes: self.manifest.write().into_bytes() });
+    }
+}
+
 /// Name of the `.pvs` file.
 const PVS: &str = "building.pvs";
 /// Bytes of the JSON of an object with its own triangles: a node, a mesh and an accessor.
@@ -103,6 +113,7 @@ pub fn pack(pvs: &[u8], file: &PvsFile, model: &Path, options: &ImportOptions) -
             .collect(),
         meshes: plan.mesh_files.iter().zip(&meshes).enumerate().map(|(i, (of, file))| mesh_entry(i, of, file)).collect(),
         pictures: pictures.files.iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
+        page: Vec::new(),
     };
     let names = manifest.chunks.iter().map(|chunk| &chunk.file).chain(manifest.meshes.iter().map(|meshes| &meshes.file));
     let contents = written.into_iter().chain(meshes).map(|written| written.bytes);

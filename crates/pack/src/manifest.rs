@@ -27,6 +27,8 @@ pub struct Manifest {
     pub meshes: Vec<MeshFile>,
     /// Pictures.
     pub pictures: Vec<FileEntry>,
+    /// A page that walks in the folder.
+    pub page: Vec<FileEntry>,
 }
 
 /// A file.
@@ -97,7 +99,7 @@ impl Manifest {
     pub fn files(&self) -> impl Iterator<Item = &FileEntry> {
         let chunks = self.chunks.iter().map(|chunk| &chunk.file);
         let meshes = self.meshes.iter().map(|file| &file.file);
-        std::iter::once(&self.pvs).chain(chunks).chain(meshes).chain(&self.pictures)
+        std::iter::once(&self.pvs).chain(chunks).chain(meshes).chain(&self.pictures).chain(&self.page)
     }
 
     /// For each object the index of its chunk.
@@ -122,7 +124,8 @@ impl Manifest {
             with(&c.file, &[("objects", objects), ("meshes", c.meshes.clone()), ("pictures", c.pictures.clone())])
         };
         let meshes = |m: &MeshFile| with(&m.file, &[("meshes", ends(&m.meshes).to_vec()), ("pictures", m.pictures.clone())]);
-        json!({
+        let entries = |list: &[FileEntry]| list.iter().map(FileEntry::json).collect::<Vec<_>>();
+        let mut root = json!({
             "enfilade": VERSION,
             "pvs": self.pvs.json(),
             "model": format!("{:032x}", self.model),
@@ -130,9 +133,12 @@ impl Manifest {
             "objects": self.objects,
             "chunks": self.chunks.iter().map(chunk).collect::<Vec<_>>(),
             "meshes": self.meshes.iter().map(meshes).collect::<Vec<_>>(),
-            "pictures": self.pictures.iter().map(FileEntry::json).collect::<Vec<_>>(),
-        })
-        .to_string()
+            "pictures": entries(&self.pictures),
+        });
+        if !self.page.is_empty() {
+            root["page"] = json!(entries(&self.page));
+        }
+        root.to_string()
     }
 
     /// Reads and checks the text of a manifest: names stay within the folder, indices and ranges within their lists, and each object is in one
@@ -158,6 +164,7 @@ impl Manifest {
             pictures: root.entries("pictures", Fields::file)?,
             meshes: root.entries("meshes", Fields::mesh_file)?,
             chunks: root.entries("chunks", Fields::chunk)?,
+            page: if root.map.contains_key("page") { root.entries("page", Fields::file)? } else { Vec::new() },
         };
         manifest.check()?;
         Ok(manifest)
@@ -213,7 +220,7 @@ fn fault(field: &str, what: &'static str) -> ManifestError {
 }
 
 /// Whether a name leads to a file in the folder: plain words, with `/` between them.
-fn is_within(name: &str) -> bool {
+pub(crate) fn is_within(name: &str) -> bool {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
     name.len() < 256 && name.split('/').all(|part| !part.starts_with('.') && !part.is_empty() && part.chars().all(is_plain))
 }

@@ -24,6 +24,9 @@ pub struct Args {
     /// The folder to write; a folder that pack wrote is replaced.
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// A page to put into the folder, which walks in it: web/demo/dist, as web/README.md builds it
+    #[arg(long, value_name = "DIR")]
+    page: Option<PathBuf>,
     /// A camera path, of which the bytes to load are printed
     #[arg(long, value_name = "FILE")]
     path: Option<PathBuf>,
@@ -61,22 +64,27 @@ impl Args {
     /// Input files and the output folder.
     pub fn files(&self) -> Files {
         let files = Files::new().reads(&self.file, &["pvs"]).model(&self.model).reads_too(self.files.paths());
-        let files = files.reads_too(&self.path);
+        let files = files.reads_too(&self.path).reads_too(&self.page);
         files.replaces(&self.output, folder::refusal)
     }
 }
 
 /// Runs the command.
 pub fn run(args: Args) -> Result<Outcome, CliError> {
-    let Args { file: pvs, model, output, path, files, threads, json } = args;
+    let Args { file: pvs, model, output, page, path, files, threads, json } = args;
+    let page = page.map(|page| folder::page(&page).map_err(|e| at(&page, e))).transpose()?;
     let walk = path.map(|path| CameraPath::load(&path).map_err(|e| at(&path, e))).transpose()?;
     let bytes = load_bytes(&pvs)?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&pvs, e))?;
     let packed = super::pool(threads)?.install(|| pack(&bytes, &file, &model, &files.again(&file.import)));
-    let Building { manifest, files, figures, notes } = packed.map_err(|e| match e {
+    let mut packed = packed.map_err(|e| match e {
         PackError::Model(ExportError::OtherModel { .. }) => at(&model, format!("{}: {e}", pvs.display())),
         e => at(&model, e),
     })?;
+    if let Some(page) = page {
+        packed.add_page(page);
+    }
+    let Building { manifest, files, figures, notes } = packed;
     folder::write(&output, &files).map_err(|e| at(&output, e))?;
     let path = walk.map(|walk| PathBytes::of(&walk, &file, &manifest, figures.manifest_bytes + figures.pvs_bytes));
     if json {
