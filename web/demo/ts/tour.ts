@@ -109,27 +109,47 @@ export class Tour {
   }
 }
 
-/** Where a walk begins, and where it looks: before a door, in the largest cell beside one; else in the middle. */
+/** Where a walk begins, and where it looks: before the door that shows most cells from indoors; else in the middle. */
 function start(building: Building): [Vector3, Vector3] {
-  const eye = new Vector3();
+  let best: [Vector3, Vector3] | undefined;
+  let most = 0;
+  const outdoors = widest(building);
   for (let i = 0; i < building.portals; i++) {
-    const { kind, corners } = building.portal(i);
+    const { kind, corners, cells } = building.portal(i);
     if (kind === 'window') continue;
-    const [a, b, c] = [0, 3, 6].map((at) => new Vector3().fromArray(corners, at)) as [Vector3, Vector3, Vector3];
-    const across = b.sub(a).cross(c.sub(a)).setY(0).normalize();
-    if (across.lengthSq() < 0.5) continue;
-    const middle = new Vector3();
-    let low = Infinity;
-    for (let at = 0; at < corners.length; at += 3) {
-      middle.add(new Vector3().fromArray(corners, at));
-      low = Math.min(low, corners[at + 1]!);
-    }
-    middle.divideScalar(corners.length / 3).setY(low + EYE);
-    for (const side of [2.5, -2.5]) {
-      eye.copy(middle).addScaledVector(across, side);
+    const before = beforeDoor(corners);
+    for (const [eye, middle] of before) {
       const cell = building.cellOf(eye);
-      if (cell > 0) return [eye, middle];
+      // Openings count less: many are gaps, high up.
+      const shown = cells.includes(cell) && cell !== outdoors ? building.cellRow(cell).length * (kind === 'door' ? 1 : 0.01) : 0;
+      if (shown > most) [most, best] = [shown, [eye, middle]];
     }
   }
-  return [eye.set(building.origin.x, building.origin.y + EYE, building.origin.z), new Vector3(building.origin.x, building.origin.y + EYE, building.origin.z - 1)];
+  const { x, y, z } = building.origin;
+  return best ?? [new Vector3(x, y + EYE, z), new Vector3(x, y + EYE, z - 1)];
+}
+
+/** The cell that sees most objects. */
+function widest(building: Building): number {
+  let [best, most] = [-1, 0];
+  for (let cell = 0; cell < building.cells; cell++) {
+    const { length } = building.row(cell);
+    if (length > most) [best, most] = [cell, length];
+  }
+  return best;
+}
+
+/** On both sides of an upright opening: where one stands, and its middle. */
+function beforeDoor(corners: Float64Array): [Vector3, Vector3][] {
+  const [a, b, c] = [0, 3, 6].map((at) => new Vector3().fromArray(corners, at)) as [Vector3, Vector3, Vector3];
+  const across = b.sub(a).cross(c.sub(a)).normalize();
+  if (Math.abs(across.y) > 0.1) return [];
+  const middle = new Vector3();
+  let low = Infinity;
+  for (let at = 0; at < corners.length; at += 3) {
+    middle.add(new Vector3().fromArray(corners, at));
+    low = Math.min(low, corners[at + 1]!);
+  }
+  middle.divideScalar(corners.length / 3).setY(low + EYE);
+  return [2.5, -2.5].map((side) => [middle.clone().addScaledVector(across, side), middle]);
 }
