@@ -63,7 +63,7 @@ test('drop, walk, doors, plan, modes, freeze, keys, resize, a lost context', asy
   // The eye begins before a door: with it shut, less is seen.
   await page.keyboard.press('KeyE');
   await page.waitForFunction(() => /is shut/.test(document.getElementById('message').textContent));
-  await page.waitForTimeout(300);
+  await page.waitForTimeout(500);
   const [shut] = await numbers(page);
   await picture(page, '3 door shut');
   assert.ok(shut < drawn, `${shut} and ${drawn}`);
@@ -77,7 +77,7 @@ test('drop, walk, doors, plan, modes, freeze, keys, resize, a lost context', asy
   await picture(page, '4 walked, with the plan');
   await page.keyboard.press('KeyH');
   await page.keyboard.press('Digit2');
-  await page.waitForTimeout(300);
+  await page.waitForFunction(() => / frustum · /.test(document.getElementById('line').textContent));
   const [byFrustum, all] = await numbers(page);
   assert.equal(byFrustum, all);
   await picture(page, '5 keys, by the frustum');

@@ -44,6 +44,27 @@ function compare(model, frame, mode) {
   return { differ, calls, triangles, whole };
 }
 
+const kept = [];
+
+/** Draws a frame, and keeps its pixels. */
+function keep(model, mode) {
+  model.update(camera, mode);
+  renderer.render(scene, camera);
+  kept.push({ pixels: pixels(new Uint8Array(some.length)), triangles: renderer.info.render.triangles });
+}
+
+/** Draws a frame with everything: how many pixels differ from those of the kept frame, and the triangles of both. */
+function differ(model, frame, number) {
+  look(frame);
+  model.update(camera, 'none');
+  renderer.render(scene, camera);
+  pixels(all);
+  const old = kept[number];
+  let count = 0;
+  for (let i = 0; i < all.length; i += 4) if (old.pixels[i] !== all[i] || old.pixels[i + 1] !== all[i + 1] || old.pixels[i + 2] !== all[i + 2]) count++;
+  return { pixels: count, triangles: old.triangles, all: renderer.info.render.triangles };
+}
+
 async function bytes(address) {
   return new Uint8Array(await (await fetch(address)).arrayBuffer());
 }
@@ -56,5 +77,5 @@ async function culled(pvs, glb) {
   return { model: new Culled(loaded, building), building, loaded };
 }
 
-Object.assign(window, { three, runtime, Culled, Walk, readManifest, scene, camera, renderer, look, compare, culled, bytes });
+Object.assign(window, { three, runtime, Culled, Walk, readManifest, scene, camera, renderer, look, compare, keep, differ, culled, bytes });
 window.isReady = runtime.ready.then(() => true);

@@ -7,8 +7,6 @@ export interface Entry {
   readonly bytes: number;
   /** XXH3 of its bytes, 64 bits, in hexadecimal. */
   readonly hash: string;
-  /** Bytes that it takes in memory: as vertices and indices, or as a picture with its smaller copies. Without: as many as in the file. */
-  readonly memory: number;
 }
 
 /** A file of objects. */
@@ -117,8 +115,7 @@ function name(value: unknown, at: string): string {
 
 function entry(fields: Fields, at: string): Entry {
   const bytes = whole(fields['bytes'], `${at}.bytes`, MOST_BYTES);
-  const memory = fields['memory'] === undefined ? bytes : whole(fields['memory'], `${at}.memory`, 2 ** 53);
-  return { file: name(fields['file'], `${at}.file`), bytes, hash: hash(fields['hash'], `${at}.hash`, 16), memory };
+  return { file: name(fields['file'], `${at}.file`), bytes, hash: hash(fields['hash'], `${at}.hash`, 16) };
 }
 
 /** Ascending whole numbers below a count; none if there is no such field. */
@@ -189,4 +186,11 @@ export function chunkOfObjects(manifest: Manifest): Uint32Array {
     for (let at = 0; at < objects.length; at += 2) chunks.fill(i, objects[at]!, objects[at + 1]!);
   });
   return chunks;
+}
+
+/** All files that a chunk needs, itself too. */
+export function filesOf({ meshes, pictures }: Manifest, chunk: Chunk): Entry[] {
+  const shared = chunk.meshes.map((number) => meshes[number]!);
+  const numbers = [...chunk.pictures, ...shared.flatMap((file) => file.pictures)];
+  return [chunk, ...shared, ...numbers.map((number) => pictures[number]!)];
 }

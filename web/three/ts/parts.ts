@@ -24,7 +24,7 @@ interface Placed {
 }
 
 /** A part to be added. */
-interface New {
+export interface New {
   readonly object: number;
   readonly geometry: BufferGeometry;
   readonly look: string;
@@ -35,10 +35,16 @@ interface New {
   readonly isMirrored: boolean;
 }
 
+/** A chunk that can be added. */
+export interface Prepared {
+  readonly parts: readonly New[];
+  readonly bytes: number;
+}
+
 /** A chunk that is held. */
 interface Held {
-  readonly objects: number[];
-  readonly placed: Placed[];
+  readonly objects: readonly number[];
+  readonly placed: readonly Placed[];
   readonly bytes: number;
 }
 
@@ -64,17 +70,30 @@ export class Parts {
     return this.first[object] !== undefined;
   }
 
+  /** Chunks that are held. */
+  get chunks(): IterableIterator<number> {
+    return this.held.keys();
+  }
+
+  /** Whether a chunk is held. */
+  holds(chunk: number): boolean {
+    return this.held.has(chunk);
+  }
+
   setShown(object: number, isShown: boolean): void {
     for (let part = this.first[object]; part; part = part.next) part.batch.setShown(part.instance, isShown);
   }
 
-  /** Adds the objects of a chunk, hidden. */
-  add(chunk: number, file: string, arrived: Arrived): void {
+  /** The parts of a chunk that came, and their bytes. */
+  prepare(file: string, arrived: Arrived): Prepared {
     const own = arrived.own.map(([object, piece]) => this.own(object, piece, file));
     const shared = arrived.placed.map(([object, mesh, matrix]) => this.placed(object, mesh, matrix));
-    const all = [...own, ...shared];
     const geometries = own.reduce((sum, { geometry }) => sum + sizeOf(geometry), 0);
-    const bytes = geometries + INSTANCE * all.length + arrived.sharedBytes;
+    return { parts: [...own, ...shared], bytes: geometries + INSTANCE * (own.length + shared.length) + arrived.sharedBytes };
+  }
+
+  /** Adds the objects of a chunk, hidden. */
+  add(chunk: number, { parts: all, bytes }: Prepared): void {
     const placed: Placed[] = [];
     for (const [key, parts] of grouped(all)) {
       const batch = this.batch(key, parts);
@@ -154,7 +173,7 @@ export class Parts {
 }
 
 /** Parts by the keys of their batches. */
-function grouped(parts: New[]): Map<string, New[]> {
+function grouped(parts: readonly New[]): Map<string, New[]> {
   const groups = new Map<string, New[]>();
   for (const part of parts) {
     const key = `${part.look}: ${layoutOf(part.geometry)}`;

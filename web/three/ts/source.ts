@@ -53,13 +53,6 @@ export class Source {
     manifest.pictures.forEach(({ file }, i) => this.numbers.set(file, i));
   }
 
-  /** Bytes that a chunk takes in memory, as the manifest says, with all that it shares. */
-  static memory(manifest: Manifest, { memory, meshes, pictures }: Chunk): number {
-    const picture = (sum: number, number: number): number => sum + manifest.pictures[number]!.memory;
-    const files = meshes.map((number) => manifest.meshes[number]!);
-    return files.reduce((sum, file) => sum + file.pictures.reduce(picture, file.memory), pictures.reduce(picture, memory));
-  }
-
   /** Reads a chunk. Its objects are the manifest's; else, or if it does not come, throws an `Error`. What it shares is held until `letGo`. */
   async read(number: number): Promise<Arrived> {
     const chunk = this.manifest.chunks[number]!;

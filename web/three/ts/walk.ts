@@ -1,10 +1,11 @@
-import { Building, Prefetch, View, ready, type Mode } from '@enfilade/runtime';
+import { Building, View, ready, type Mode } from '@enfilade/runtime';
 import { Group, type Camera, type Object3D } from 'three';
 import { Boxes } from './boxes.js';
 import { Eye } from './eye.js';
 import { Files } from './files.js';
-import { chunkOfObjects, readManifest, type Manifest } from './manifest.js';
+import { readManifest, type Manifest } from './manifest.js';
 import { Parts } from './parts.js';
+import { Plan } from './plan.js';
 import { Shown } from './shown.js';
 import { Source } from './source.js';
 
@@ -23,7 +24,7 @@ interface Opened {
   readonly manifest: Manifest;
   readonly building: Building;
   readonly view: View;
-  readonly prefetch: Prefetch;
+  readonly plan: Plan;
   readonly source: Source;
   readonly parts: Parts;
   readonly shown: Shown;
@@ -44,6 +45,9 @@ export class Walk {
   private readonly eye = new Eye();
   private readonly hidden = new Set<number>();
   private readonly asked = new Set<number>();
+  /** Chunks that are held, and that a new plan has not asked for yet. */
+  private readonly spare = new Set<number>();
+  private readonly failed = new Set<number>();
   private opened: Opened | undefined;
   private isEnded = false;
 
@@ -89,18 +93,18 @@ export class Walk {
   update(camera: Camera, mode: Mode = 'both'): void {
     const opened = this.opened;
     if (!opened) return;
-    const { view, prefetch, shown } = opened;
+    const { view, plan, shown } = opened;
     this.eye.take(camera, this.scene);
     const { matrix, position } = this.eye;
     const objects = view.cull(matrix.elements, position, mode);
     shown.set(objects);
-    this.drawBoxes(opened, objects);
-    this.missing = prefetch.frame(view, matrix.elements, position, performance.now() / 1000);
+    this.missing = this.drawBoxes(opened, objects);
+    if (plan.isOff) this.renew(opened);
+    plan.prefetch.frame(view, matrix.elements, position, performance.now() / 1000);
     while (this.asked.size < AT_ONCE) {
-      const step = prefetch.next();
+      const step = plan.prefetch.next();
       if (!step) break;
-      if (step.load) void this.load(opened, step.chunk);
-      else this.letGo(opened, step.chunk);
+      this.take(opened, step.chunk, step.load);
     }
   }
 
@@ -108,8 +112,7 @@ export class Walk {
   hide(object: number, isHidden: boolean): void {
     if (isHidden) this.hidden.add(object);
     else this.hidden.delete(object);
-    const { parts, shown } = this.known;
-    parts.setShown(object, shown.has(object) && !isHidden);
+    this.known.parts.setShown(object, this.isShown(this.known, object));
   }
 
   /** Ends the walk: removes all from the scene, and gives its memory back. */
@@ -123,7 +126,7 @@ export class Walk {
     if (!opened) return;
     opened.parts.dispose();
     opened.boxes.dispose();
-    opened.prefetch.free();
+    opened.plan.prefetch.free();
     opened.view.free();
     opened.building.free();
   }
@@ -140,51 +143,95 @@ export class Walk {
     if (this.isEnded) return building.free();
     try {
       check(manifest, building);
-      const bytes = Float64Array.from(manifest.chunks, (chunk) => Source.memory(manifest, chunk));
-      const prefetch = new Prefetch(building, chunkOfObjects(manifest), bytes, budget);
+      const plan = new Plan(building, manifest, budget);
       const source = new Source(manifest, this.files, (text) => this.fail(text));
       const parts = new Parts(building.objects, this.group);
       const shown = new Shown(building.objects, (object, isShown) => parts.setShown(object, isShown && !this.hidden.has(object)));
       const boxes = new Boxes(building, manifest.origin);
       this.group.add(boxes.lines);
       this.group.position.fromArray(manifest.origin);
-      this.opened = { manifest, building, view: new View(building), prefetch, source, parts, shown, boxes, size: sizeOf(manifest) };
+      this.opened = { manifest, building, view: new View(building), plan, source, parts, shown, boxes, size: sizeOf(manifest) };
     } catch (error) {
       building.free();
       throw error;
     }
   }
 
+  /** Takes a step of the plan. */
+  private take(opened: Opened, chunk: number, isLoad: boolean): void {
+    const { plan, parts } = opened;
+    if (!isLoad) return this.letGo(opened, chunk);
+    this.spare.delete(chunk);
+    if (parts.holds(chunk)) return plan.prefetch.loaded(chunk);
+    if (this.failed.has(chunk)) return plan.prefetch.failed(chunk);
+    // What an older plan has asked for is on its way.
+    if (!this.asked.has(chunk)) void this.load(opened, chunk);
+  }
+
   private async load(opened: Opened, chunk: number): Promise<void> {
-    const { prefetch, source, parts, shown, manifest } = opened;
+    const { plan, source, parts, manifest } = opened;
     this.asked.add(chunk);
     try {
       const arrived = await source.read(chunk);
       if (this.isEnded) return source.letGo(chunk);
-      parts.add(chunk, manifest.chunks[chunk]!.file, arrived);
-      for (const [object] of [...arrived.own, ...arrived.placed]) parts.setShown(object, shown.has(object) && !this.hidden.has(object));
-      prefetch.loaded(chunk);
+      const prepared = parts.prepare(manifest.chunks[chunk]!.file, arrived);
+      plan.learn(chunk, prepared.bytes);
+      if (!this.makeRoom(opened, prepared.bytes)) {
+        // It is larger than it was taken for: the next plan knows.
+        source.letGo(chunk);
+        return this.renew(opened);
+      }
+      parts.add(chunk, prepared);
+      for (const { object } of prepared.parts) parts.setShown(object, this.isShown(opened, object));
+      plan.prefetch.loaded(chunk);
     } catch (error) {
       if (this.isEnded) return;
       this.fail((error as Error).message);
-      prefetch.failed(chunk);
+      this.failed.add(chunk);
+      plan.prefetch.failed(chunk);
     } finally {
       this.asked.delete(chunk);
     }
   }
 
+  /** Makes a new plan; what is held stays until it is asked for, or its room is needed. */
+  private renew({ plan, parts }: Opened): void {
+    plan.renew();
+    for (const chunk of parts.chunks) this.spare.add(chunk);
+  }
+
+  /** Makes room for so many bytes; `false`: there is not enough. */
+  private makeRoom(opened: Opened, bytes: number): boolean {
+    const { plan, parts } = opened;
+    for (const chunk of this.spare) {
+      if (parts.bytes + bytes <= plan.budget) break;
+      this.letGo(opened, chunk);
+    }
+    return parts.bytes + bytes <= plan.budget;
+  }
+
   private letGo({ parts, source }: Opened, chunk: number): void {
+    this.spare.delete(chunk);
     parts.remove(chunk);
     source.letGo(chunk);
   }
 
-  private drawBoxes({ boxes, parts }: Opened, objects: Uint32Array): void {
+  private isShown({ shown }: Opened, object: number): boolean {
+    return shown.has(object) && !this.hidden.has(object);
+  }
+
+  /** Draws the boxes of what is not there, and gives their number. */
+  private drawBoxes({ boxes, parts }: Opened, objects: Uint32Array): number {
     boxes.clear();
+    let missing = 0;
     for (let i = 0; i < objects.length; i++) {
       const object = objects[i]!;
-      if (!parts.has(object)) boxes.add(object);
+      if (parts.has(object)) continue;
+      boxes.add(object);
+      missing++;
     }
     boxes.show();
+    return missing;
   }
 
   private fail(text: string): void {
