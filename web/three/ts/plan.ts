@@ -20,7 +20,8 @@ export class Plan {
   private filesOfKnown = 0;
   private allKnown = 0;
   private off = 0;
-  private readonly chunkOf: Uint32Array;
+  /** The chunk of each object. */
+  readonly chunkOf: Uint32Array;
 
   constructor(private readonly building: Building, manifest: Manifest, readonly budget: number) {
     const chunks = manifest.chunks;

@@ -1,5 +1,6 @@
 import { Building, View, ready, type Mode } from '@enfilade/runtime';
 import { Group, type Camera, type Object3D } from 'three';
+import { Ahead } from './ahead.js';
 import { Boxes } from './boxes.js';
 import { Eye } from './eye.js';
 import { Files } from './files.js';
@@ -27,6 +28,7 @@ interface Opened {
   readonly plan: Plan;
   readonly source: Source;
   readonly parts: Parts;
+  readonly ahead: Ahead;
   readonly shown: Shown;
   readonly boxes: Boxes;
   readonly size: number;
@@ -45,9 +47,14 @@ export class Walk {
   private readonly eye = new Eye();
   private readonly hidden = new Set<number>();
   private readonly asked = new Set<number>();
+  /** Chunks that have room in the plan, and are not there. */
+  private readonly wanted = new Set<number>();
+  private readonly failed = new Set<number>();
+  /** Chunks of objects that the last frame needs and that are not there: the first few. */
+  private readonly lateChunks = new Uint32Array(AT_ONCE);
+  private late = 0;
   /** Chunks that are held, and that a new plan has not asked for yet. */
   private readonly spare = new Set<number>();
-  private readonly failed = new Set<number>();
   private opened: Opened | undefined;
   private isEnded = false;
 
@@ -93,7 +100,7 @@ export class Walk {
   update(camera: Camera, mode: Mode = 'both'): void {
     const opened = this.opened;
     if (!opened) return;
-    const { view, plan, shown } = opened;
+    const { view, plan, shown, ahead } = opened;
     this.eye.take(camera, this.scene);
     const { matrix, position } = this.eye;
     const objects = view.cull(matrix.elements, position, mode);
@@ -101,11 +108,9 @@ export class Walk {
     this.missing = this.drawBoxes(opened, objects);
     if (plan.isOff) this.renew(opened);
     plan.prefetch.frame(view, matrix.elements, position, performance.now() / 1000);
-    while (this.asked.size < AT_ONCE) {
-      const step = plan.prefetch.next();
-      if (!step) break;
-      this.take(opened, step.chunk, step.load);
-    }
+    for (let step = plan.prefetch.next(); step; step = plan.prefetch.next()) this.take(opened, step.chunk, step.load);
+    ahead.take(position, view.homes());
+    this.fetch(opened);
   }
 
   /** Hides an object in all frames, or no longer. */
@@ -144,28 +149,42 @@ export class Walk {
     try {
       check(manifest, building);
       const plan = new Plan(building, manifest, budget);
+      const ahead = new Ahead(building, plan.chunkOf, manifest.chunks.length);
       const source = new Source(manifest, this.files, (text) => this.fail(text));
       const parts = new Parts(building.objects, this.group);
       const shown = new Shown(building.objects, (object, isShown) => parts.setShown(object, isShown && !this.hidden.has(object)));
       const boxes = new Boxes(building, manifest.origin);
       this.group.add(boxes.lines);
       this.group.position.fromArray(manifest.origin);
-      this.opened = { manifest, building, view: new View(building), plan, source, parts, shown, boxes, size: sizeOf(manifest) };
+      this.opened = { manifest, building, view: new View(building), plan, ahead, source, parts, shown, boxes, size: sizeOf(manifest) };
     } catch (error) {
       building.free();
       throw error;
     }
   }
 
-  /** Takes a step of the plan. */
+  /** Takes a step of the plan: what it would load has room from now on, and is fetched when it is near. */
   private take(opened: Opened, chunk: number, isLoad: boolean): void {
     const { plan, parts } = opened;
-    if (!isLoad) return this.letGo(opened, chunk);
-    this.spare.delete(chunk);
-    if (parts.holds(chunk)) return plan.prefetch.loaded(chunk);
-    if (this.failed.has(chunk)) return plan.prefetch.failed(chunk);
-    // What an older plan has asked for is on its way.
-    if (!this.asked.has(chunk)) void this.load(opened, chunk);
+    if (isLoad) {
+      this.spare.delete(chunk);
+      if (!parts.holds(chunk) && !this.failed.has(chunk)) this.wanted.add(chunk);
+      plan.prefetch.loaded(chunk);
+    } else {
+      this.wanted.delete(chunk);
+      if (parts.holds(chunk)) this.letGo(opened, chunk);
+    }
+  }
+
+  /** Fetches what is seen and not there, then what may be seen soon. */
+  private fetch(opened: Opened): void {
+    const { ahead: { order, count } } = opened;
+    for (let i = 0; i < this.late && this.asked.size < AT_ONCE; i++) this.ask(opened, this.lateChunks[i]!);
+    for (let i = 0; i < count && this.asked.size < AT_ONCE; i++) this.ask(opened, order[i]!);
+  }
+
+  private ask(opened: Opened, chunk: number): void {
+    if (this.wanted.has(chunk) && !this.asked.has(chunk)) void this.load(opened, chunk);
   }
 
   private async load(opened: Opened, chunk: number): Promise<void> {
@@ -173,7 +192,7 @@ export class Walk {
     this.asked.add(chunk);
     try {
       const arrived = await source.read(chunk);
-      if (this.isEnded) return source.letGo(chunk);
+      if (this.isEnded || !this.wanted.has(chunk)) return source.letGo(chunk);
       const prepared = parts.prepare(manifest.chunks[chunk]!.file, arrived);
       plan.learn(chunk, prepared.bytes);
       if (!this.makeRoom(opened, prepared.bytes)) {
@@ -181,14 +200,14 @@ export class Walk {
         source.letGo(chunk);
         return this.renew(opened);
       }
+      this.wanted.delete(chunk);
       parts.add(chunk, prepared);
       for (const { object } of prepared.parts) parts.setShown(object, this.isShown(opened, object));
-      plan.prefetch.loaded(chunk);
     } catch (error) {
       if (this.isEnded) return;
       this.fail((error as Error).message);
       this.failed.add(chunk);
-      plan.prefetch.failed(chunk);
+      this.wanted.delete(chunk);
     } finally {
       this.asked.delete(chunk);
     }
@@ -197,6 +216,7 @@ export class Walk {
   /** Makes a new plan; what is held stays until it is asked for, or its room is needed. */
   private renew({ plan, parts }: Opened): void {
     plan.renew();
+    this.wanted.clear();
     for (const chunk of parts.chunks) this.spare.add(chunk);
   }
 
@@ -221,17 +241,25 @@ export class Walk {
   }
 
   /** Draws the boxes of what is not there, and gives their number. */
-  private drawBoxes({ boxes, parts }: Opened, objects: Uint32Array): number {
+  private drawBoxes({ boxes, parts, plan }: Opened, objects: Uint32Array): number {
     boxes.clear();
     let missing = 0;
+    this.late = 0;
     for (let i = 0; i < objects.length; i++) {
       const object = objects[i]!;
       if (parts.has(object)) continue;
       boxes.add(object);
       missing++;
+      this.isLate(plan.chunkOf[object]!);
     }
     boxes.show();
     return missing;
+  }
+
+  private isLate(chunk: number): void {
+    if (this.late === AT_ONCE || this.failed.has(chunk) || this.asked.has(chunk)) return;
+    for (let i = 0; i < this.late; i++) if (this.lateChunks[i] === chunk) return;
+    this.lateChunks[this.late++] = chunk;
   }
 
   private fail(text: string): void {
