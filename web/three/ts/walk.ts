@@ -53,6 +53,8 @@ export class Walk {
   /** Chunks of objects that the last frame needs and that are not there: the first few. */
   private readonly lateChunks = new Uint32Array(AT_ONCE);
   private late = 0;
+  /** Whether one of them may come. */
+  private isWaiting = false;
   /** Chunks that are held, and that a new plan has not asked for yet. */
   private readonly spare = new Set<number>();
   private opened: Opened | undefined;
@@ -156,7 +158,7 @@ export class Walk {
       const boxes = new Boxes(building, manifest.origin);
       this.group.add(boxes.lines);
       this.group.position.fromArray(manifest.origin);
-      this.opened = { manifest, building, view: new View(building), plan, ahead, source, parts, shown, boxes, size: sizeOf(manifest) };
+      this.opened = { manifest, building, view: new View(building), plan, ahead, source, parts, shown, boxes, size: this.files.bytes - manifest.pvs.bytes + sizeOf(manifest) };
     } catch (error) {
       building.free();
       throw error;
@@ -180,6 +182,8 @@ export class Walk {
   private fetch(opened: Opened): void {
     const { ahead: { order, count } } = opened;
     for (let i = 0; i < this.late && this.asked.size < AT_ONCE; i++) this.ask(opened, this.lateChunks[i]!);
+    // The line is theirs alone.
+    if (this.isWaiting) return;
     for (let i = 0; i < count && this.asked.size < AT_ONCE; i++) this.ask(opened, order[i]!);
   }
 
@@ -245,6 +249,7 @@ export class Walk {
     boxes.clear();
     let missing = 0;
     this.late = 0;
+    this.isWaiting = false;
     for (let i = 0; i < objects.length; i++) {
       const object = objects[i]!;
       if (parts.has(object)) continue;
@@ -257,7 +262,10 @@ export class Walk {
   }
 
   private isLate(chunk: number): void {
-    if (this.late === AT_ONCE || this.failed.has(chunk) || this.asked.has(chunk)) return;
+    if (this.failed.has(chunk)) return;
+    // What does not fit into the budget does not come.
+    this.isWaiting ||= this.asked.has(chunk) || this.wanted.has(chunk);
+    if (this.late === AT_ONCE || this.asked.has(chunk)) return;
     for (let i = 0; i < this.late; i++) if (this.lateChunks[i] === chunk) return;
     this.lateChunks[this.late++] = chunk;
   }
