@@ -1,11 +1,11 @@
 // The page as a person uses it. Pictures of each step are left in the folder that is printed, to be looked at.
 
 import assert from 'node:assert/strict';
-import { mkdirSync, readFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { cpSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
+import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, open } from './tools/browser.mjs';
-import { glb, made, pvs, web } from './tools/buildings.mjs';
+import { folder, glb, made, noPack, pvs, web } from './tools/buildings.mjs';
 import { serve } from './tools/server.mjs';
 
 const pictures = join(made, 'pictures');
@@ -113,6 +113,31 @@ test('drop, walk, doors, plan, modes, freeze, keys, resize, a lost context', asy
   assert.ok(colours > 10, `${colours} colours`);
   assert.deepEqual(page.faults.filter((text) => !/404|CONTEXT_LOST/.test(text)), []);
   await page.context().close();
+});
+
+test('a packed folder: named in the address, and with the page in it; what does not come is told', { skip: noPack }, async () => {
+  const name = basename(folder('office'));
+  const page = await open(browser, `${server.address}/web/demo/dist/index.html?pack=/made/${name}`, { viewport: { width: 800, height: 450 } });
+  await opened(page);
+  await page.waitForFunction(() => / 0 missing/.test(document.getElementById('line').textContent));
+  await page.keyboard.press('KeyM');
+  await page.waitForTimeout(400);
+  await picture(page, '12 packed');
+  assert.match(await line(page), /MB fetched · .* MB held · 0 missing/);
+  await page.context().close();
+
+  const place = join(made, 'with-page');
+  rmSync(place, { recursive: true, force: true });
+  cpSync(folder('office'), place, { recursive: true });
+  cpSync(join(web, 'demo/dist'), place, { recursive: true });
+  server.spoil = (address) => /chunks\/\d*[05]\.glb/.test(address) ? 503 : undefined;
+  const other = await open(browser, `${server.address}/made/with-page/index.html`, { viewport: { width: 800, height: 450 } });
+  await opened(other);
+  await other.waitForFunction(() => /files did not come/.test(document.getElementById('message').textContent), undefined, { timeout: 20000 });
+  await other.waitForTimeout(1500);
+  await picture(other, '13 boxes');
+  server.spoil = undefined;
+  await other.context().close();
 });
 
 test('two thumbs walk and look', async () => {

@@ -115,13 +115,14 @@ function start(building: Building): [Vector3, Vector3] {
   let most = 0;
   const outdoors = widest(building);
   for (let i = 0; i < building.portals; i++) {
-    const { kind, corners, cells } = building.portal(i);
+    const { kind, corners, cells, shut } = building.portal(i);
     if (kind === 'window') continue;
     const before = beforeDoor(corners);
     for (const [eye, middle] of before) {
       const cell = building.cellOf(eye);
-      // Openings count less: many are gaps, high up.
-      const shown = cells.includes(cell) && cell !== outdoors ? building.cellRow(cell).length * (kind === 'door' ? 1 : 0.01) : 0;
+      // A door that is shut shows nothing; openings count less: many are gaps, high up.
+      const isInside = cells.includes(cell) && cell !== outdoors;
+      const shown = isInside ? building.cellRow(cell).length * (kind === 'door' && !shut ? 1 : 0.01) : 0;
       if (shown > most) [most, best] = [shown, [eye, middle]];
     }
   }

@@ -3,10 +3,15 @@ import type { Vector3 } from 'three';
 
 /** What cells that are so far off need is fetched, metres. More: bytes that no one sees. Less: at 1.4 m/s less than two seconds to fetch it. */
 const AHEAD = 3;
+/** Objects that are farther off than this are fetched when they are seen, metres. More: bytes of facades that no one turns to. Less: what is seen after a
+ * turn comes late. */
+const FAR = 40;
+/** Objects in steps of so many metres are as near as each other. */
+const STEP = 2;
 /** The order is made again after so many metres. */
 const MOVED = 0.5;
 
-/** The chunks that the eye's cells need, then those that the next cells need, the nearest first. Nothing is allocated for a frame. */
+/** The chunks that the eye's cells need, the nearest first, then those that the next cells need. Nothing is allocated for a frame. */
 export class Ahead {
   /** Chunks, the most urgent first. */
   readonly order: Uint32Array;
@@ -22,9 +27,22 @@ export class Ahead {
   private readonly isDone: Uint8Array;
   private readonly reached: Int32Array;
   private readonly taken: Uint8Array;
+  /** Chunks of a cell that are not taken yet: which, the step of each, and how many there are of each step. */
+  private readonly found: Uint32Array;
+  private readonly steps: Uint8Array;
+  private readonly counts = new Uint32Array(FAR / STEP + 1);
 
-  constructor(private readonly building: Building, private readonly chunkOf: Uint32Array, chunks: number) {
+  /** `corners`: of each object the least and the greatest, relative to `origin`. */
+  constructor(
+    private readonly building: Building,
+    private readonly chunkOf: Uint32Array,
+    private readonly corners: Float32Array,
+    private readonly origin: readonly [number, number, number],
+    chunks: number,
+  ) {
     this.order = new Uint32Array(chunks);
+    this.found = new Uint32Array(chunks);
+    this.steps = new Uint8Array(chunks);
     this.taken = new Uint8Array(chunks);
     this.portals = Array.from({ length: building.cells }, () => []);
     this.targets = new Int32Array(2 * building.portals);
@@ -101,20 +119,47 @@ export class Ahead {
   }
 
   private distance(portal: number): number {
-    const { boxes, at } = this;
-    const x = Math.max(boxes[6 * portal]! - at.x, at.x - boxes[6 * portal + 3]!, 0);
-    const y = Math.max(boxes[6 * portal + 1]! - at.y, at.y - boxes[6 * portal + 4]!, 0);
-    const z = Math.max(boxes[6 * portal + 2]! - at.z, at.z - boxes[6 * portal + 5]!, 0);
-    return Math.sqrt(x * x + y * y + z * z);
+    return gap(this.boxes, 6 * portal, this.at.x, this.at.y, this.at.z);
   }
 
+  /** Adds the chunks that a cell needs, the nearest first. */
   private add(cell: number): void {
+    const { at, origin, counts, steps, found, order } = this;
     const row = this.building.row(cell);
+    counts.fill(0);
+    let chunks = 0;
     for (let i = 0; i < row.length; i++) {
-      const chunk = this.chunkOf[row[i]!]!;
-      if (this.taken[chunk] !== 0) continue;
-      this.taken[chunk] = 1;
-      this.order[this.count++] = chunk;
+      const object = row[i]!, chunk = this.chunkOf[object]!;
+      const metres = gap(this.corners, 6 * object, at.x - origin[0], at.y - origin[1], at.z - origin[2]);
+      if (metres >= FAR || this.taken[chunk] === DONE) continue;
+      const step = Math.floor(metres / STEP);
+      if (this.taken[chunk] === FOUND) {
+        if (step < steps[chunk]!) steps[chunk] = step;
+        continue;
+      }
+      this.taken[chunk] = FOUND;
+      steps[chunk] = step;
+      found[chunks++] = chunk;
     }
+    for (let i = 0; i < chunks; i++) counts[steps[found[i]!]! + 1]!++;
+    for (let step = 1; step < counts.length; step++) counts[step]! += counts[step - 1]!;
+    for (let i = 0; i < chunks; i++) {
+      const chunk = found[i]!;
+      order[this.count + counts[steps[chunk]!]!++] = chunk;
+      this.taken[chunk] = DONE;
+    }
+    this.count += chunks;
   }
+}
+
+/** A chunk that the cell needs, and one that is in the order. */
+const FOUND = 1;
+const DONE = 2;
+
+/** How far a point is from a box. */
+function gap(boxes: Float32Array | Float64Array, box: number, x: number, y: number, z: number): number {
+  const dx = Math.max(boxes[box]! - x, x - boxes[box + 3]!, 0);
+  const dy = Math.max(boxes[box + 1]! - y, y - boxes[box + 4]!, 0);
+  const dz = Math.max(boxes[box + 2]! - z, z - boxes[box + 5]!, 0);
+  return Math.sqrt(dx * dx + dy * dy + dz * dz);
 }

@@ -8,7 +8,7 @@ const EDGES = [0, 1, 2, 3, 4, 5, 6, 7, 0, 2, 1, 3, 4, 6, 5, 7, 0, 4, 1, 5, 2, 6,
 export class Boxes {
   readonly lines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0x6a7f95 }));
   /** By object: its least and its greatest corner, relative to the origin. */
-  private readonly corners: Float32Array;
+  readonly corners: Float32Array;
   private position = new BufferAttribute(new Float32Array(0), 3);
   private room = 0;
   private count = 0;

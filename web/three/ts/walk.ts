@@ -151,11 +151,11 @@ export class Walk {
     try {
       check(manifest, building);
       const plan = new Plan(building, manifest, budget);
-      const ahead = new Ahead(building, plan.chunkOf, manifest.chunks.length);
       const source = new Source(manifest, this.files, (text) => this.fail(text));
       const parts = new Parts(building.objects, this.group);
       const shown = new Shown(building.objects, (object, isShown) => parts.setShown(object, isShown && !this.hidden.has(object)));
       const boxes = new Boxes(building, manifest.origin);
+      const ahead = new Ahead(building, plan.chunkOf, boxes.corners, manifest.origin, manifest.chunks.length);
       this.group.add(boxes.lines);
       this.group.position.fromArray(manifest.origin);
       this.opened = { manifest, building, view: new View(building), plan, ahead, source, parts, shown, boxes, size: this.files.bytes - manifest.pvs.bytes + sizeOf(manifest) };
