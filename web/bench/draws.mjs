@@ -6,9 +6,9 @@
 import { readFileSync } from 'node:fs';
 import { basename, dirname, resolve } from 'node:path';
 import { parseArgs } from 'node:util';
-import { launch, open } from '../test/tools/browser.mjs';
-import { web } from '../test/tools/buildings.mjs';
-import { serve } from '../test/tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 const { values, positionals } = parseArgs({ allowPositionals: true, options: { frames: { type: 'string', default: '20' } } });
 const [folder, pvs, whole, path] = positionals.map((name) => resolve(name));
@@ -21,7 +21,7 @@ const browser = await launch();
 
 /** Draws all frames twice, and measures the second time. `make`: gives what hides things; run in the page. */
 async function measure(name, make, ...given) {
-  const page = await open(browser, `${server.address}/web/test/pages/scene.html`);
+  const page = await open(browser, `${server.address}/web/testing/pages/scene.html`);
   await page.waitForFunction(() => window.isReady);
   await page.evaluate(make, given);
   const found = await page.evaluate(async (frames) => {

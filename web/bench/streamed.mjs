@@ -6,9 +6,9 @@
 import { readFileSync } from 'node:fs';
 import { basename, dirname, resolve } from 'node:path';
 import { parseArgs } from 'node:util';
-import { launch, open } from '../test/tools/browser.mjs';
-import { web } from '../test/tools/buildings.mjs';
-import { serve } from '../test/tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 const { values, positionals } = parseArgs({ allowPositionals: true, options: { budget: { type: 'string', default: '256' }, seconds: { type: 'string', default: '60' } } });
 const [folder, path] = positionals.map((name) => resolve(name));
@@ -16,7 +16,7 @@ const METRES_A_SECOND = 1.4;
 
 const server = await serve({ web, folder: dirname(folder) });
 const browser = await launch();
-const page = await open(browser, `${server.address}/web/test/pages/scene.html`);
+const page = await open(browser, `${server.address}/web/testing/pages/scene.html`);
 await page.waitForFunction(() => window.isReady);
 server.line = { bits: 50e6, milliseconds: 50 };
 

@@ -2,9 +2,9 @@
 
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { launch, open } from './tools/browser.mjs';
-import { data, glb, made, path, pvs, web } from './tools/buildings.mjs';
-import { serve } from './tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { data, glb, made, path, pvs, web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 let server, browser;
 before(async () => {
@@ -17,7 +17,7 @@ after(async () => {
 });
 
 async function scene() {
-  const page = await open(browser, `${server.address}/web/test/pages/scene.html`);
+  const page = await open(browser, `${server.address}/web/testing/pages/scene.html`);
   await page.waitForFunction(() => window.isReady);
   return page;
 }

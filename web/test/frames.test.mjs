@@ -3,9 +3,9 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { basename } from 'node:path';
-import { launch, open } from './tools/browser.mjs';
-import { folder, glb, made, noPack, path, pvs, web } from './tools/buildings.mjs';
-import { serve } from './tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { folder, glb, made, noPack, path, pvs, web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 /** Each call of the wasm module that may fail gives its result as an array of two, which takes so many bytes; `cull` and `frame` are such calls. */
 const RESULT = 36;
@@ -52,7 +52,7 @@ const growth = (page, frames) => page.evaluate(async (frames) => {
 }, frames);
 
 async function scene() {
-  const page = await open(browser, `${server.address}/web/test/pages/scene.html`);
+  const page = await open(browser, `${server.address}/web/testing/pages/scene.html`);
   await page.waitForFunction(() => window.isReady);
   return page;
 }

@@ -4,9 +4,9 @@ import assert from 'node:assert/strict';
 import { cpSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { launch, open } from './tools/browser.mjs';
-import { folder, glb, made, noPack, pvs, web } from './tools/buildings.mjs';
-import { serve } from './tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { folder, glb, made, noPack, pvs, web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 const pictures = join(made, 'pictures');
 let server, browser;

@@ -6,9 +6,9 @@ import { copyFileSync, mkdtempSync, readFileSync, rmSync, symlinkSync, writeFile
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
 import { test } from 'node:test';
-import { launch, open } from './tools/browser.mjs';
-import { model, program, web } from './tools/buildings.mjs';
-import { serve } from './tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { model, program, web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 const section = readFileSync(join(web, 'README.md'), 'utf8').split('## A model of your own')[1];
 const block = (kind) => new RegExp(`\`\`\`${kind}\n([\\s\\S]*?)\`\`\``).exec(section)[1];
@@ -26,7 +26,7 @@ test('the README leads from a glTF to a culled scene', async () => {
     assert.ok(lines <= 20, `${lines} lines`);
     // As it stands, and with what the test looks at.
     writeFileSync(join(folder, 'program.js'), `${text}\nObject.assign(window, { renderer, culled, building });\n`);
-    copyFileSync(join(web, 'test/pages/readme.html'), join(folder, 'index.html'));
+    copyFileSync(join(web, 'testing/pages/readme.html'), join(folder, 'index.html'));
     const page = await open(browser, `${server.address}/site/index.html`);
     await page.waitForFunction(() => window.renderer?.info.render.frame > 2);
     const [calls, objects] = await page.evaluate(() => [window.renderer.info.render.calls, window.building.objects]);

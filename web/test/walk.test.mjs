@@ -4,9 +4,9 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { launch, open } from './tools/browser.mjs';
-import { folder, made, noPack, path, pvs, web } from './tools/buildings.mjs';
-import { serve } from './tools/server.mjs';
+import { launch, open } from '../testing/browser.mjs';
+import { folder, made, noPack, path, pvs, web } from '../testing/buildings.mjs';
+import { serve } from '../testing/server.mjs';
 
 const skip = process.env.FAKE ? false : noPack;
 let server, browser;
@@ -21,7 +21,7 @@ after(async () => {
 
 async function scene() {
   server.spoil = server.line = server.headers = undefined;
-  const page = await open(browser, `${server.address}/web/test/pages/scene.html`);
+  const page = await open(browser, `${server.address}/web/testing/pages/scene.html`);
   await page.waitForFunction(() => window.isReady);
   return page;
 }

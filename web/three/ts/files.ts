@@ -4,6 +4,8 @@ import type { Entry } from './manifest.js';
 /** How often a file is asked for, and the pause after the first failure, milliseconds; it doubles. */
 const TRIES = 3;
 const PAUSE = 200;
+/** A try ends when nothing has come for so long, milliseconds. */
+const SILENCE = 15_000;
 
 /** Reads files of a folder, and checks them. */
 export class Files {
@@ -20,7 +22,7 @@ export class Files {
 
   /** The text of a small file without a known size. */
   async text(file: string): Promise<string> {
-    const response = await this.ask(this.address(file), 'default');
+    const response = await this.ask(this.address(file), 'default', this.stop.signal);
     const bytes = new Uint8Array(await response.arrayBuffer());
     this.bytes += bytes.length;
     return new TextDecoder().decode(bytes);
@@ -57,32 +59,38 @@ export class Files {
     return address;
   }
 
-  private async ask(address: URL, cache: RequestCache): Promise<Response> {
+  private async ask(address: URL, cache: RequestCache, signal: AbortSignal): Promise<Response> {
     // A redirection may lead to another origin.
-    const response = await fetch(address, { cache, redirect: 'error', signal: this.stop.signal });
+    const response = await fetch(address, { cache, redirect: 'error', signal });
     if (!response.ok) throw new Error(`the server answers ${response.status}`);
     return response;
   }
 
   private async once(address: URL, entry: Entry, cache: RequestCache): Promise<Uint8Array<ArrayBuffer>> {
-    const response = await this.ask(address, cache);
-    const told = response.headers.get('content-length');
-    if (told !== null && !response.headers.has('content-encoding') && Number(told) !== entry.bytes) {
-      await response.body?.cancel();
-      throw new Error(`${told} bytes, and the manifest says ${entry.bytes}`);
+    const silence = new Silence();
+    try {
+      const response = await this.ask(address, cache, AbortSignal.any([this.stop.signal, silence.signal]));
+      const told = response.headers.get('content-length');
+      if (told !== null && !response.headers.has('content-encoding') && Number(told) !== entry.bytes) {
+        await response.body?.cancel();
+        throw new Error(`${told} bytes, and the manifest says ${entry.bytes}`);
+      }
+      const bytes = await this.body(response, entry.bytes, silence);
+      const found = hash(bytes);
+      if (found !== entry.hash) throw new Error(`its hash is ${found}, and the manifest says ${entry.hash}`);
+      return bytes;
+    } finally {
+      silence.end();
     }
-    const bytes = await this.body(response, entry.bytes);
-    const found = hash(bytes);
-    if (found !== entry.hash) throw new Error(`its hash is ${found}, and the manifest says ${entry.hash}`);
-    return bytes;
   }
 
   /** So many bytes: no more are read, and fewer are refused. */
-  private async body(response: Response, length: number): Promise<Uint8Array<ArrayBuffer>> {
+  private async body(response: Response, length: number, silence: Silence): Promise<Uint8Array<ArrayBuffer>> {
     const bytes = new Uint8Array(length);
     const reader = response.body?.getReader();
     let at = 0;
     for (;;) {
+      silence.begin();
       const part = await reader?.read();
       if (!part || part.done) break;
       this.bytes += part.value.length;
@@ -107,5 +115,29 @@ export class Files {
       const timer = setTimeout(done, milliseconds);
       this.stop.signal.addEventListener('abort', done);
     });
+  }
+}
+
+/** Ends a request when nothing comes. */
+class Silence {
+  private readonly controller = new AbortController();
+  private timer = 0;
+
+  constructor() {
+    this.begin();
+  }
+
+  get signal(): AbortSignal {
+    return this.controller.signal;
+  }
+
+  /** Something came. */
+  begin(): void {
+    this.end();
+    this.timer = self.setTimeout(() => this.controller.abort(new Error(`nothing came for ${SILENCE / 1000} s`)), SILENCE);
+  }
+
+  end(): void {
+    clearTimeout(this.timer);
   }
 }

@@ -61,7 +61,7 @@ export class Source {
     try {
       const all = await Promise.all([this.files.read(chunk), Promise.all(pictures), Promise.all(meshes)]);
       const [bytes, came, files] = all;
-      const contents = await readGlb(bytes, (file) => this.named(file));
+      const contents = await this.parse(chunk.file, bytes);
       const ids = new Set<number>([...contents.own, ...contents.placed].map(([id]) => id));
       for (const id of ids) if (!isIn(chunk, id)) throw new Error(`${chunk.file}: has object ${id}, which the manifest has elsewhere`);
       const placed = contents.placed.map(([id, mesh, matrix]): [number, SharedMesh, Matrix4] => [id, this.shared(chunk, files, mesh), matrix]);
@@ -94,6 +94,14 @@ export class Source {
     return { piece, file: this.manifest.meshes[chunk.meshes[at]!]!.file };
   }
 
+  private async parse(file: string, bytes: Uint8Array<ArrayBuffer>): Promise<Contents> {
+    try {
+      return await readGlb(bytes, (picture) => this.named(picture));
+    } catch (error) {
+      throw new Error(`${file}: ${(error as Error).message}`);
+    }
+  }
+
   private named(file: string): Promise<Texture> {
     const picture = this.pictures.get(this.numbers.get(file) ?? -1);
     return picture ? picture.then(({ texture }) => texture) : Promise.reject(new Error(`its picture ${file} is not in the manifest's list`));
@@ -101,7 +109,7 @@ export class Source {
 
   private async meshFile(number: number): Promise<Meshes> {
     const entry = this.manifest.meshes[number]!;
-    const contents = await readGlb(await this.files.read(entry), (file) => this.named(file));
+    const contents = await this.parse(entry.file, await this.files.read(entry));
     // A mesh may be there as it is and mirrored.
     const bytes = [...contents.shared.values()].reduce((sum, { geometry }) => sum + sizeOf(ownGeometry(geometry, false)), 0);
     return { contents, bytes };

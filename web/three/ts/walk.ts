@@ -50,10 +50,10 @@ export class Walk {
   /** Chunks that have room in the plan, and are not there. */
   private readonly wanted = new Set<number>();
   private readonly failed = new Set<number>();
-  /** Chunks of objects that the last frame needs and that are not there: the first few. */
+  /** Chunks of objects that the last frame needs and that may come: the first few that are not under way. */
   private readonly lateChunks = new Uint32Array(AT_ONCE);
   private late = 0;
-  /** Whether one of them may come. */
+  /** Whether one is to come, or under way. */
   private isWaiting = false;
   /** Chunks that are held, and that a new plan has not asked for yet. */
   private readonly spare = new Set<number>();
@@ -105,12 +105,13 @@ export class Walk {
     const { view, plan, shown, ahead } = opened;
     this.eye.take(camera, this.scene);
     const { matrix, position } = this.eye;
+    // It takes memory, where the list of objects is.
+    if (plan.isOff) this.renew(opened);
     const objects = view.cull(matrix.elements, position, mode);
     shown.set(objects);
-    this.missing = this.drawBoxes(opened, objects);
-    if (plan.isOff) this.renew(opened);
     plan.prefetch.frame(view, matrix.elements, position, performance.now() / 1000);
     for (let step = plan.prefetch.next(); step; step = plan.prefetch.next()) this.take(opened, step.chunk, step.load);
+    this.missing = this.drawBoxes(opened, objects);
     ahead.take(position, view.homes());
     this.fetch(opened);
   }
@@ -261,11 +262,13 @@ export class Walk {
     return missing;
   }
 
+  /** An object of a chunk is late. */
   private isLate(chunk: number): void {
-    if (this.failed.has(chunk)) return;
-    // What does not fit into the budget does not come.
-    this.isWaiting ||= this.asked.has(chunk) || this.wanted.has(chunk);
-    if (this.late === AT_ONCE || this.asked.has(chunk)) return;
+    const isAsked = this.asked.has(chunk);
+    // What has failed, or does not fit into the budget, does not come.
+    if (!isAsked && !this.wanted.has(chunk)) return;
+    this.isWaiting = true;
+    if (isAsked || this.late === AT_ONCE) return;
     for (let i = 0; i < this.late; i++) if (this.lateChunks[i] === chunk) return;
     this.lateChunks[this.late++] = chunk;
   }

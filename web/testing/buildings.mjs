@@ -6,7 +6,7 @@ import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-export const web = join(dirname(fileURLToPath(import.meta.url)), '../..');
+export const web = join(dirname(fileURLToPath(import.meta.url)), '..');
 export const data = join(web, '../data/buildings');
 /** What tests make: models, folders and pictures to look at. */
 export const made = process.env.ENFILADE_WEB_OUT ?? join(tmpdir(), 'enfilade-web');
