@@ -197,3 +197,43 @@ test('a budget is never passed, and what is let go comes again', { skip }, async
   assert.deepEqual(left, [0, 0]);
   await page.context().close();
 });
+
+test('a picture is fetched once, counted and given back; without it walls are there all the same', { skip }, async () => {
+  const [frame] = path('villa_rotonda').frames;
+  const page = await scene();
+  const state = async () => page.evaluate(() => {
+    const maps = new Set();
+    window.renderer.render(window.scene, window.camera);
+    window.scene.traverse(({ material }) => { if (material?.map) maps.add(material.map.source); });
+    return { maps: maps.size, textures: window.renderer.info.memory.textures };
+  });
+  // three.js keeps a table for its materials once it has drawn one.
+  assert.equal(await opening(page, place('villa_rotonda')), 'ready');
+  await settle(page, frame);
+  await state();
+  await page.evaluate(() => window.walk.dispose());
+  const before = await state();
+  server.asked.length = 0;
+  assert.equal(await opening(page, place('pictured')), 'ready');
+  const { missing, held, errors } = await settle(page, frame, 'none');
+  assert.deepEqual([missing, errors], [0, []]);
+  assert.equal((await state()).maps, 1);
+  assert.equal(server.asked.filter((address) => address.includes('/pictures/')).length, 1);
+  // 16 by 16 pixels of 4 bytes and a third, with each chunk that has it.
+  const manifest = JSON.parse(readFileSync(join(folder('pictured'), 'manifest.json')));
+  const users = manifest.chunks.filter(({ pictures, meshes }) => pictures || meshes?.some((file) => manifest.meshes[file].pictures)).length;
+  assert.ok(users > 1 && held > users * Math.ceil((16 * 16 * 4 * 4) / 3));
+  await page.evaluate(() => window.walk.dispose());
+  await new Promise((resolve) => setTimeout(resolve, 100));
+  const after = await state();
+  assert.deepEqual([after.maps, after.textures], [before.maps, before.textures]);
+
+  server.spoil = (address) => address.includes('/pictures/') ? 404 : undefined;
+  assert.equal(await opening(page, place('pictured')), 'ready');
+  const without = await settle(page, frame, 'none');
+  assert.equal(without.missing, 0);
+  assert.equal(without.errors.length, 1);
+  assert.match(without.errors[0], /^pictures\/.*404/);
+  assert.equal((await state()).maps, 1);
+  await page.context().close();
+});

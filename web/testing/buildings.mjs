@@ -1,10 +1,11 @@
 // The repository's buildings, baked and exported into a temporary folder, each once for all tests.
 
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, renameSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
+import { textured } from './textured.mjs';
 
 export const web = join(dirname(fileURLToPath(import.meta.url)), '..');
 export const data = join(web, '../data/buildings');
@@ -31,7 +32,10 @@ function once(path, make) {
   return path;
 }
 
-export const model = (name) => join(data, `${name}.glb`);
+/** The villa with a picture on its walls. */
+const pictured = () => once(join(made, 'pictured-model.glb'), (to) => writeFileSync(to, textured(readFileSync(join(data, 'villa_rotonda.glb')), 0)));
+
+export const model = (name) => name === 'pictured' ? pictured() : join(data, `${name}.glb`);
 export const pvs = (name) => once(join(made, `${name}.pvs`), (to) => enfilade('bake', model(name), '-o', to));
 export const glb = (name) => once(join(made, `${name}.glb`), (to) => enfilade('export', pvs(name), '--model', model(name), '-o', to));
 export const folder = (name) => once(join(made, `${name}-packed`), (to) => enfilade('pack', pvs(name), '--model', model(name), '-o', to));
