@@ -1,22 +1,43 @@
-import type { Building } from '@enfilade/runtime';
-import type { Vector3 } from 'three';
+import { View, type Building } from '@enfilade/runtime';
+import { Matrix4, PerspectiveCamera, Vector3 } from 'three';
 
 /** What cells that are so far off need is fetched, metres. More: bytes that no one sees. Less: at 1.4 m/s less than two seconds to fetch it. */
 const AHEAD = 3;
-/** Objects that are farther off than this are fetched when they are seen, metres. More: bytes of facades that no one turns to. Less: what is seen after a
- * turn comes late. */
-const FAR = 40;
+/** Objects that are not seen from where the eye is, turned any way, are fetched within so many metres. More: bytes that no one sees. Less: what is seen after a
+ * step comes late. */
+const FAR = 24;
 /** Objects in steps of so many metres are as near as each other. */
 const STEP = 2;
 /** The order is made again after so many metres. */
 const MOVED = 0.5;
 
-/** The chunks that the eye's cells need, the nearest first, then those that the next cells need. Nothing is allocated for a frame. */
+/** Ways to look, and what is up then: all around. */
+const WAYS = [[0, 0, -1, 0, 1, 0], [1, 0, 0, 0, 1, 0], [-1, 0, 0, 0, 1, 0], [0, 0, 1, 0, 1, 0], [0, -1, 0, 0, 0, -1], [0, 1, 0, 0, 0, 1]] as const;
+
+/** From the eye to clip space, for each way. */
+function around(): Matrix4[] {
+  return WAYS.map(([x, y, z, ux, uy, uz]) => {
+    const camera = new PerspectiveCamera(90, 1, 0.01, 1000);
+    camera.up.set(ux, uy, uz);
+    camera.lookAt(new Vector3(x, y, z));
+    camera.updateMatrixWorld(true);
+    return new Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
+  });
+}
+
+/**
+ * The chunks of what the eye sees if it turns, then those that its cells need, then those that the next cells need, each the nearest first. Nothing is
+ * allocated for a frame.
+ */
 export class Ahead {
   /** Chunks, the most urgent first. */
   readonly order: Uint32Array;
   count = 0;
-  private readonly at = { x: NaN, y: NaN, z: NaN };
+  private readonly at = new Vector3(NaN, NaN, NaN);
+  /** Looks around. All doors are open for it: they may open. */
+  private readonly view: View;
+  private readonly around = around();
+  private readonly matrix = new Matrix4();
   private home = -2;
   /** By cell: its portals, windows left out: twice the portal, and 1 more towards the first of its cells. */
   private readonly portals: number[][];
@@ -40,6 +61,7 @@ export class Ahead {
     private readonly origin: readonly [number, number, number],
     chunks: number,
   ) {
+    this.view = new View(building);
     this.order = new Uint32Array(chunks);
     this.found = new Uint32Array(chunks);
     this.steps = new Uint8Array(chunks);
@@ -56,16 +78,14 @@ export class Ahead {
   /** Makes the order for an eye in some cells, if it has moved. */
   take(eye: Vector3, homes: Uint32Array): void {
     const home = homes.length > 0 ? homes[0]! : -1;
-    const moved = Math.hypot(eye.x - this.at.x, eye.y - this.at.y, eye.z - this.at.z);
-    if (home === this.home && moved < MOVED) return;
+    if (home === this.home && eye.distanceTo(this.at) < MOVED) return;
     this.home = home;
-    this.at.x = eye.x;
-    this.at.y = eye.y;
-    this.at.z = eye.z;
+    this.at.copy(eye);
     this.taken.fill(0);
     this.isDone.fill(0);
     this.metres.fill(Infinity);
     this.count = 0;
+    this.lookAround();
     let reached = 0;
     for (let i = 0; i < homes.length; i++) {
       this.metres[homes[i]!] = 0;
@@ -73,8 +93,20 @@ export class Ahead {
     }
     for (let cell = this.nearest(reached); cell >= 0; cell = this.nearest(reached)) {
       this.isDone[cell] = 1;
-      this.add(cell);
+      this.add(this.building.row(cell), FAR);
       reached = this.goOn(cell, reached);
+    }
+  }
+
+  /** Gives its memory back. */
+  free(): void {
+    this.view.free();
+  }
+
+  private lookAround(): void {
+    for (let way = 0; way < this.around.length; way++) {
+      this.matrix.makeTranslation(-this.at.x, -this.at.y, -this.at.z).premultiply(this.around[way]!);
+      this.add(this.view.cull(this.matrix.elements, this.at, 'both'), Infinity);
     }
   }
 
@@ -122,17 +154,16 @@ export class Ahead {
     return gap(this.boxes, 6 * portal, this.at.x, this.at.y, this.at.z);
   }
 
-  /** Adds the chunks that a cell needs, the nearest first. */
-  private add(cell: number): void {
+  /** Adds the chunks of objects that are not too far off, the nearest first. */
+  private add(row: Uint32Array, far: number): void {
     const { at, origin, counts, steps, found, order } = this;
-    const row = this.building.row(cell);
     counts.fill(0);
     let chunks = 0;
     for (let i = 0; i < row.length; i++) {
       const object = row[i]!, chunk = this.chunkOf[object]!;
       const metres = gap(this.corners, 6 * object, at.x - origin[0], at.y - origin[1], at.z - origin[2]);
-      if (metres >= FAR || this.taken[chunk] === DONE) continue;
-      const step = Math.floor(metres / STEP);
+      if (metres >= far || this.taken[chunk] === DONE) continue;
+      const step = Math.min(Math.floor(metres / STEP), counts.length - 2);
       if (this.taken[chunk] === FOUND) {
         if (step < steps[chunk]!) steps[chunk] = step;
         continue;

@@ -135,6 +135,7 @@ export class Walk {
     opened.parts.dispose();
     opened.boxes.dispose();
     opened.plan.prefetch.free();
+    opened.ahead.free();
     opened.view.free();
     opened.building.free();
   }
