@@ -40,7 +40,7 @@ const found = await page.evaluate(async ([address, frames, budget, speed, most])
     camera.position.lerpVectors(eyes[i - 1], eyes[i], share);
     camera.lookAt(target.lerpVectors(targets[i - 1], targets[i], share));
   };
-  const result = { opened, size: walk.size, frames: 0, late: 0, longest: 0, held: 0, heldOver: 0 };
+  const result = { opened, size: walk.size, frames: 0, late: 0, longest: 0, held: 0, heldOver: 0, gaps: [] };
   // The first view: the eye stands until all is there.
   let last = performance.now();
   let gap = 0;
@@ -64,6 +64,7 @@ const found = await page.evaluate(async ([address, frames, budget, speed, most])
       continue;
     }
     result.frames++;
+    if (walk.missing > 0 && gap === 0) result.gaps.push([walked, walk.missing]);
     gap = walk.missing > 0 ? gap + seconds : 0;
     if (walk.missing > 0) result.late++;
     result.longest = Math.max(result.longest, gap);
@@ -77,6 +78,7 @@ console.log(`opened: ${share(found.opened.bytes)}, ${found.opened.seconds.toFixe
 console.log(`first full view: ${share(found.first.bytes)}, ${found.first.seconds.toFixed(2)} s`);
 console.log(`over ${found.metres.toFixed(0)} m of the path: ${share(found.bytes)}`);
 console.log(`frames with something missing: ${found.late} of ${found.frames}, ${((100 * found.late) / found.frames).toFixed(2)} %; longest ${found.longest.toFixed(2)} s`);
+if (found.late > 0) console.log(`at ${found.gaps.map(([metres, missing]) => `${metres.toFixed(1)} m: ${missing} objects`).join(', ')}`);
 console.log(`held at most: ${(found.held / 1e6).toFixed(2)} MB; frames above the budget: ${found.heldOver}`);
 console.log(`requests: ${server.asked.filter((address) => address.startsWith('/folder/')).length}; errors: ${found.errors.length}`);
 await browser.close();
