@@ -1,9 +1,11 @@
 # What CI runs, one recipe a step; `just ci` is all of it.
 
+full := "--release --workspace --exclude bevy_enfilade --exclude enfilade-studies --features enfilade-cli/full"
+
 export ENFILADE_DATA := env("ENFILADE_DATA", justfile_directory() / "../shared/data")
 
 # Everything, in CI's order.
-ci: fmt clippy doc features readme test-full c bevy guides package
+ci: fmt clippy doc features readme test-full c web bevy guides package
 
 fmt:
     cargo fmt --all -- --check
@@ -32,11 +34,19 @@ features:
 # Every test and every format, on the real buildings of $ENFILADE_DATA; the viewer's frames on a software driver, and its window on a display
 # of its own. Both in one build; optimised, since the library is slow otherwise.
 test-full:
-    cargo test --release --workspace --exclude bevy_enfilade --exclude enfilade-studies --features enfilade-cli/full
+    cargo test {{ full }}
+
+# What `test-full` runs.
+build-full:
+    cargo test {{ full }} --no-run
 
 # The library for C: its programs say what Rust says, under AddressSanitizer and valgrind.
 c:
     bash scripts/c.sh
+
+# The run time for browsers, and what is made of it: built, typed, and tested in node and in Chromium against the native run time.
+web:
+    bash scripts/web.sh
 
 # The plugin for Bevy, without a window.
 bevy:

@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Builds the library alone and the program with each feature, and prints crates and processor seconds. The run time alone is built into an empty
-# folder, and held to 11 crates: a game that takes it must not grow. What `just clippy` and `just features` lint isn't built again; FRESH=1
+# folder, and held to 6 crates: a game that takes it must not grow. What `just clippy` and `just features` lint isn't built again; FRESH=1
 # builds all into empty folders.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
-most_crates=11
+most_crates=6
 TIMEFORMAT='%U %S'
 
 # Of `cargo COMMAND ...`, processor seconds.

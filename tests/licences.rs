@@ -134,11 +134,12 @@ fn every_crate_but_that_for_c_forbids_unsafe_code() {
     let of_all = read(&root().join("Cargo.toml"));
     assert!(of_all.contains("[workspace.lints.rust]\nunsafe_code = \"forbid\""));
     assert!(
-        of_all.contains("members = [\".\", \"bevy_enfilade\", \"crates/*\", \"tests/support\", \"viewer\"]"),
+        of_all
+            .contains("members = [\".\", \"bevy_enfilade\", \"crates/*\", \"tests/support\", \"viewer\", \"web/runtime\"]"),
         "a new member"
     );
     let crates = std::fs::read_dir(root().join("crates")).unwrap().map(|e| e.unwrap().path());
-    let others = [".", "bevy_enfilade", "tests/support", "viewer"].map(|name| root().join(name));
+    let others = [".", "bevy_enfilade", "tests/support", "viewer", "web/runtime"].map(|name| root().join(name));
     let all: Vec<_> = crates.chain(others).collect();
     assert!(all.len() > 10, "only {} crates: this reads nothing", all.len());
     for manifest in all.iter().map(|folder| folder.join("Cargo.toml")) {

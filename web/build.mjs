@@ -23,12 +23,14 @@ function wasm() {
   const features = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types'];
   const optimize = join(web, 'node_modules/binaryen/bin/wasm-opt');
   const flagsOf = features.map((feature) => `--enable-${feature}`);
-  run('node', [optimize, '-O3', ...flagsOf, '--strip-debug', '--strip-producers', join(made, 'enfilade_bg.wasm'), '-o', join(made, 'enfilade.wasm')]);
+  run('node', [optimize, '-Oz', ...flagsOf, '--strip-debug', '--strip-producers', join(made, 'enfilade_bg.wasm'), '-o', join(made, 'enfilade.wasm')]);
 }
 
 /** The modules that a page loads, and their types. */
 async function modules() {
-  const shared = { bundle: true, format: 'esm', minify: true, target: 'es2022', logLevel: 'warning', absWorkingDir: web };
+  // What the generated classes call their own memory is nobody else's business.
+  const mangleProps = /^__(destroy_into_raw|wbg_ptr)$/;
+  const shared = { bundle: true, mangleProps, format: 'esm', minify: true, target: 'es2022', logLevel: 'warning', absWorkingDir: web };
   const external = ['node:fs/promises', '@enfilade/runtime', 'three', 'three/*'];
   rmSync(join(web, 'runtime/dist'), { recursive: true, force: true });
   mkdirSync(join(web, 'runtime/dist'));

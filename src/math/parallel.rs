@@ -34,6 +34,33 @@ fn each(n: usize, run: &(dyn Fn(usize) + Sync)) {
     (0..n).for_each(run);
 }
 
+/// Deals jobs by turns to threads of the moment, one for each core, each with memory of its own: for what a game does once, with threads or without.
+#[cfg(not(target_family = "wasm"))]
+pub(crate) fn deal<T: Send, M>(
+    jobs: impl Iterator<Item = T>,
+    memory: &(impl Fn() -> M + Sync),
+    work: &(impl Fn(T, &mut M) + Sync),
+) {
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut parts: Vec<Vec<T>> = (0..threads).map(|_| Vec::new()).collect();
+    jobs.enumerate().for_each(|(number, job)| parts[number % threads].push(job));
+    std::thread::scope(|scope| {
+        for part in parts.into_iter().filter(|part| !part.is_empty()) {
+            scope.spawn(move || {
+                let mut memory = memory();
+                part.into_iter().for_each(|job| work(job, &mut memory));
+            });
+        }
+    });
+}
+
+/// The same in a browser, which starts no threads.
+#[cfg(target_family = "wasm")]
+pub(crate) fn deal<T, M>(jobs: impl Iterator<Item = T>, memory: &impl Fn() -> M, work: &impl Fn(T, &mut M)) {
+    let mut memory = memory();
+    jobs.for_each(|job| work(job, &mut memory));
+}
+
 /// Size of a block of `n` items; the last block may have fewer.
 fn block_size(n: usize) -> usize {
     let blocks = if threads() == 1 { 1 } else { BLOCKS };

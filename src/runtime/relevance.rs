@@ -10,6 +10,7 @@ use super::doors::Doors;
 use super::locate::Span;
 use super::scratch::Queue;
 use crate::file::PvsFile;
+use crate::math::parallel;
 use crate::{BitMatrix, CellId, DirectedPortal, ObjectId};
 use glam::Vec3;
 
@@ -33,22 +34,11 @@ impl Relevance {
         doors.assert_of(culler);
         let count = culler.cell_count();
         let (mut cells, mut objects) = (BitMatrix::new(count, count), BitMatrix::new(count, culler.object_count()));
-        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(count.max(1));
-        let mut parts: Vec<Vec<Row<'_>>> = (0..threads).map(|_| Vec::new()).collect();
-        let rows = cells.rows_mut().into_iter().zip(objects.rows_mut());
-        for (cell, (cells, objects)) in rows.enumerate() {
-            parts[cell % threads].push(Row { cell: CellId(cell as u32), cells, objects });
-        }
-        std::thread::scope(|scope| {
-            for part in parts {
-                scope.spawn(move || {
-                    let mut reach = Reach::for_culler(culler);
-                    for row in part {
-                        let reached = reach.of_cell(culler, doors, row.cell, metres);
-                        row.fill(culler, reached);
-                    }
-                });
-            }
+        let rows = (0..).map(CellId).zip(cells.rows_mut().into_iter().zip(objects.rows_mut()));
+        let rows = rows.map(|(cell, (cells, objects))| Row { cell, cells, objects });
+        parallel::deal(rows, &|| Reach::for_culler(culler), &|row, reach| {
+            let reached = reach.of_cell(culler, doors, row.cell, metres);
+            row.fill(culler, reached);
         });
         Self { metres, cells, objects }
     }

@@ -6,6 +6,7 @@
 //! What a search asks of one cell and one goal is a block of the table, in one place of the memory: its time is that of reading it.
 
 use super::super::culler::{Culler, Lists, target};
+use crate::math::parallel;
 use crate::{CellId, DirectedPortal};
 use glam::Vec3;
 use std::cmp::Reverse;
@@ -55,25 +56,14 @@ impl Table {
         let count = portals.len();
         let net = Net::new(culler, portals);
         let (mut units, mut ways) = (vec![0.0; count], vec![NO_WAY; count * count]);
-        let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let mut parts: Vec<Vec<Band<'_>>> = (0..threads).map(|_| Vec::new()).collect();
         let (mut units_left, mut ways_left) = (&mut units[..], &mut ways[..]);
-        for cell in 0..culler.cell_count() {
+        let bands = (0..culler.cell_count()).map(|cell| {
             let places = net.firsts[cell]..net.firsts[cell + 1];
-            let (units, ways);
-            (units, units_left) = units_left.split_at_mut(places.len());
-            (ways, ways_left) = ways_left.split_at_mut(places.len() * count);
-            parts[cell % threads].push(Band { places, units, ways });
-        }
-        std::thread::scope(|scope| {
-            for part in parts {
-                let net = &net;
-                scope.spawn(move || {
-                    let mut work = Work::default();
-                    part.into_iter().for_each(|band| net.fill(band, &mut work));
-                });
-            }
+            let units = units_left.split_off_mut(..places.len()).unwrap_or_default();
+            let ways = ways_left.split_off_mut(..places.len() * count).unwrap_or_default();
+            Band { places, units, ways }
         });
+        parallel::deal(bands, &Work::default, &|band, work| net.fill(band, work));
         let mut places = vec![NONE; 2 * culler.portal_count()];
         (0..).zip(&net.portals).for_each(|(place, portal)| places[portal.0 as usize] = place);
         let strips = Lists::new(net.portals.iter().map(|portal| strips_of(culler, *portal)));

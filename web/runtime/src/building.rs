@@ -1,6 +1,6 @@
 //! A building: a `.pvs` file, laid out for views.
 
-use crate::numbers::{give, give_list, point};
+use crate::numbers::{give, give_list, point, worked};
 use enfilade::file::PvsFile;
 use enfilade::runtime::Culler;
 use enfilade::{CellId, ObjectId, PortalId};
@@ -20,7 +20,7 @@ pub struct Building {
 }
 
 /// The text of an error, for the caller's `Error`.
-pub fn error(text: impl std::fmt::Display) -> JsError {
+fn error(text: impl std::fmt::Display) -> JsError {
     JsError::new(&text.to_string())
 }
 
@@ -61,68 +61,69 @@ impl Building {
     }
 
     /// Gives the objects that can be seen from a cell.
-    pub fn row(&mut self, cell: u32) -> Result<(), JsError> {
-        let cell = self.cell(cell)?;
-        self.list.clear();
-        self.list.extend(self.culler.objects_from(cell).map(|object| object.0));
-        give_list(&self.list);
-        Ok(())
+    pub fn row(&mut self, cell: u32) -> bool {
+        worked(self.cell(cell).map(|cell| {
+            self.list.clear();
+            self.list.extend(self.culler.objects_from(cell).map(|object| object.0));
+            give_list(&self.list);
+        }))
     }
 
     /// Gives the cells that can be seen from a cell.
     #[wasm_bindgen(js_name = cellRow)]
-    pub fn cell_row(&mut self, cell: u32) -> Result<(), JsError> {
-        let cell = self.cell(cell)?;
-        self.list.clear();
-        self.list.extend(self.culler.visible_from(cell).map(|cell| cell.0));
-        give_list(&self.list);
-        Ok(())
-    }
-
-    /// The node of the model that an object is a part of.
-    #[wasm_bindgen(js_name = objectName)]
-    pub fn object_name(&self, object: u32) -> Result<String, JsError> {
-        Ok(self.file.objects[self.object_id(object)?.index()].node.clone())
+    pub fn cell_row(&mut self, cell: u32) -> bool {
+        worked(self.cell(cell).map(|cell| {
+            self.list.clear();
+            self.list.extend(self.culler.visible_from(cell).map(|cell| cell.0));
+            give_list(&self.list);
+        }))
     }
 
     /// Gives an object's box, its number of triangles, and its indices: the first, and the first behind them.
-    pub fn object(&self, object: u32) -> Result<(), JsError> {
-        let id = self.object_id(object)?;
-        let [min, max] = self.file.objects[id.index()].bounds.map(|p| p.as_dvec3() + self.file.origin);
-        let (triangles, indices) = (self.culler.triangles(id), self.culler.indices(id));
-        let [first, end] = [indices.start, indices.end].map(f64::from);
-        give([min.x, min.y, min.z, max.x, max.y, max.z, f64::from(triangles), first, end]);
-        Ok(())
+    pub fn object(&self, object: u32) -> bool {
+        worked(self.object_id(object).map(|id| {
+            let [min, max] = self.file.objects[id.index()].bounds.map(|p| p.as_dvec3() + self.file.origin);
+            let (triangles, indices) = (self.culler.triangles(id), self.culler.indices(id));
+            let [first, end] = [indices.start, indices.end].map(f64::from);
+            give([min.x, min.y, min.z, max.x, max.y, max.z, f64::from(triangles), first, end]);
+        }))
     }
 
     /// Gives the corners of a portal, three coordinates each.
-    pub fn corners(&mut self, portal: u32) -> Result<(), JsError> {
-        let portal = portal_id(&self.culler, portal)?;
-        self.points.clear();
-        let corners = self.file.portals[portal.index()].winding.iter().map(|p| p.as_dvec3() + self.file.origin);
-        self.points.extend(corners.flat_map(|p| p.to_array()));
-        give_list(&self.points);
-        Ok(())
+    pub fn corners(&mut self, portal: u32) -> bool {
+        worked(portal_id(&self.culler, portal).map(|portal| {
+            self.points.clear();
+            let corners = self.file.portals[portal.index()].winding.iter().map(|p| p.as_dvec3() + self.file.origin);
+            self.points.extend(corners.flat_map(|p| p.to_array()));
+            give_list(&self.points);
+        }))
     }
 
     /// Gives the cells of a portal, its kind as the file has it, and whether it is shut in the model.
-    pub fn sides(&self, portal: u32) -> Result<(), JsError> {
-        let portal = &self.file.portals[portal_id(&self.culler, portal)?.index()];
-        let [behind, before] = portal.cells.map(|cell| f64::from(cell.0));
-        give([behind, before, portal.kind as u8 as f64, f64::from(u8::from(portal.state.shut))]);
-        Ok(())
+    pub fn sides(&self, portal: u32) -> bool {
+        worked(portal_id(&self.culler, portal).map(|portal| {
+            let portal = &self.file.portals[portal.index()];
+            let [behind, before] = portal.cells.map(|cell| f64::from(cell.0));
+            give([behind, before, f64::from(portal.kind as u8), f64::from(u8::from(portal.state.shut))]);
+        }))
     }
 
-    /// The name of a cell.
+    /// The node of the model that an object is a part of; nothing, if there is no such object.
+    #[wasm_bindgen(js_name = objectName)]
+    pub fn object_name(&self, object: u32) -> String {
+        self.file.objects.get(object as usize).map(|object| object.node.clone()).unwrap_or_default()
+    }
+
+    /// The name of a cell; nothing, if there is no such cell.
     #[wasm_bindgen(js_name = cellName)]
-    pub fn cell_name(&self, cell: u32) -> Result<String, JsError> {
-        Ok(self.file.cells[self.cell(cell)?.index()].name.clone())
+    pub fn cell_name(&self, cell: u32) -> String {
+        self.file.cells.get(cell as usize).map(|cell| cell.name.clone()).unwrap_or_default()
     }
 
-    /// The key of a portal: the same in any bake of the model.
+    /// The key of a portal: the same in any bake of the model; nothing, if there is no such portal.
     #[wasm_bindgen(js_name = portalKey)]
-    pub fn portal_key(&self, portal: u32) -> Result<String, JsError> {
-        Ok(self.culler.portal_key(portal_id(&self.culler, portal)?).to_owned())
+    pub fn portal_key(&self, portal: u32) -> String {
+        portal_id(&self.culler, portal).map(|portal| self.culler.portal_key(portal).to_owned()).unwrap_or_default()
     }
 
     /// The portal with a key, or -1.
@@ -132,19 +133,21 @@ impl Building {
 }
 
 impl Building {
-    fn cell(&self, cell: u32) -> Result<CellId, JsError> {
-        let all = self.culler.cell_count();
-        if (cell as usize) < all { Ok(CellId(cell)) } else { Err(error(format_args!("cell {cell} of {all}"))) }
+    fn cell(&self, cell: u32) -> Result<CellId, String> {
+        id("cell", cell, self.culler.cell_count()).map(CellId)
     }
 
-    fn object_id(&self, object: u32) -> Result<ObjectId, JsError> {
-        let all = self.culler.object_count();
-        if (object as usize) < all { Ok(ObjectId(object)) } else { Err(error(format_args!("object {object} of {all}"))) }
+    fn object_id(&self, object: u32) -> Result<ObjectId, String> {
+        id("object", object, self.culler.object_count()).map(ObjectId)
     }
 }
 
 /// A portal of a culler.
-pub fn portal_id(culler: &Culler, portal: u32) -> Result<PortalId, JsError> {
-    let all = culler.portal_count();
-    if (portal as usize) < all { Ok(PortalId(portal)) } else { Err(error(format_args!("portal {portal} of {all}"))) }
+pub fn portal_id(culler: &Culler, portal: u32) -> Result<PortalId, String> {
+    id("portal", portal, culler.portal_count()).map(PortalId)
+}
+
+/// An id that is below the number of all.
+pub fn id(what: &str, id: u32, all: usize) -> Result<u32, String> {
+    if (id as usize) < all { Ok(id) } else { Err(format!("{what} {id} of {all}")) }
 }

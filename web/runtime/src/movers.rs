@@ -1,7 +1,7 @@
 //! What moves.
 
-use crate::building::{Building, error};
-use crate::numbers::point;
+use crate::building::Building;
+use crate::numbers::{give, point, worked};
 use enfilade::runtime::{Culler, MoverId};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -32,19 +32,19 @@ impl Movers {
         Self { movers: enfilade::runtime::Movers::new(&culler), culler, origin: building.file.origin }
     }
 
-    /// Adds a mover with the box that the caller has written: its slot, and 2^32 for each mover that had it before.
-    pub fn insert(&mut self) -> Result<f64, JsError> {
-        self.movers.insert(self.given()).map(number_of).map_err(error)
+    /// Adds a mover with the box that the caller has written, and gives its slot, and 2^32 for each mover that had it before.
+    pub fn insert(&mut self) -> bool {
+        worked(self.movers.insert(self.given()).map(|mover| give([number_of(mover)])))
     }
 
     /// Moves a mover to the box that the caller has written.
-    pub fn set(&mut self, mover: f64) -> Result<(), JsError> {
-        self.movers.set(mover_of(mover), self.given()).map_err(error)
+    pub fn set(&mut self, mover: f64) -> bool {
+        worked(self.movers.set(mover_of(mover), self.given()))
     }
 
     /// Removes a mover.
-    pub fn remove(&mut self, mover: f64) -> Result<(), JsError> {
-        self.movers.remove(mover_of(mover)).map_err(error)
+    pub fn remove(&mut self, mover: f64) -> bool {
+        worked(self.movers.remove(mover_of(mover)))
     }
 }
 

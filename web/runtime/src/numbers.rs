@@ -1,7 +1,8 @@
 //! Numbers in memory that both sides know.
 
 use glam::{DVec3, Vec3};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
+use std::fmt::Display;
 use wasm_bindgen::prelude::*;
 
 /// Room for a matrix, a point and a time.
@@ -10,6 +11,18 @@ const ROOM: usize = 32;
 thread_local! {
     static NUMBERS: [Cell<f64>; ROOM] = const { [const { Cell::new(0.0) }; ROOM] };
     static LIST: [Cell<usize>; 2] = const { [const { Cell::new(0) }; 2] };
+    static FAULT: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// What the last call that failed says.
+#[wasm_bindgen]
+pub fn fault() -> String {
+    FAULT.take()
+}
+
+/// Whether a call has worked; what it says if not is kept. A `Result` would allocate in each call of the caller's.
+pub fn worked<E: Display>(result: Result<(), E>) -> bool {
+    result.map_err(|error| FAULT.replace(error.to_string())).is_ok()
 }
 
 /// Where the numbers are.

@@ -1,7 +1,7 @@
 //! The shortest way through doors.
 
-use crate::building::{Building, error};
-use crate::numbers::{give, give_list, point};
+use crate::building::Building;
+use crate::numbers::{give, give_list, point, worked};
 use crate::view::View;
 use enfilade::runtime::{Culler, Doors, Pathfinder};
 use glam::DVec3;
@@ -29,20 +29,22 @@ impl Paths {
         Self { paths, culler, origin: building.file.origin, points: Vec::new(), portals: Vec::new() }
     }
 
-    /// Finds the shortest way between the two points that the caller has written, through doors that are open in a view, and gives its length and
-    /// a length that none is below, metres. False: a point is in no cell, or there is no way.
-    pub fn find(&mut self, view: &View) -> Result<bool, JsError> {
+    /// Finds the shortest way between the two points that the caller has written, through doors that are open in a view. Gives its length and a
+    /// length that none is below, metres; negative: a point is in no cell, or there is no way.
+    pub fn find(&mut self, view: &View) -> bool {
         if !Arc::ptr_eq(&self.culler, &view.culler) {
-            return Err(error("the view is of another building"));
+            return worked(Err("the view is of another building"));
         }
         let [from, to] = [point(0, self.origin), point(3, self.origin)];
         self.points.clear();
         self.portals.clear();
-        let Some(way) = self.paths.find(view.doors(), from, to) else { return Ok(false) };
-        self.points.extend(way.points.iter().flat_map(|p| (p.as_dvec3() + self.origin).to_array()));
-        self.portals.extend(way.portals.iter().map(|portal| portal.0));
-        give([way.metres, way.at_least]);
-        Ok(true)
+        give([-1.0; 2]);
+        if let Some(way) = self.paths.find(view.doors(), from, to) {
+            self.points.extend(way.points.iter().flat_map(|p| (p.as_dvec3() + self.origin).to_array()));
+            self.portals.extend(way.portals.iter().map(|portal| portal.0));
+            give([way.metres, way.at_least]);
+        }
+        true
     }
 
     /// Gives where the last way starts, passes each portal, and ends: three coordinates each.

@@ -1,9 +1,9 @@
 //! Views: what a camera sees.
 
-use crate::building::{Building, error, portal_id};
+use crate::building::{Building, portal_id};
 use crate::camera::given;
 use crate::movers::Movers;
-use crate::numbers::{give, give_list};
+use crate::numbers::{give, give_list, worked};
 use enfilade::ObjectId;
 use enfilade::runtime::{Camera, Culler, Doors, MinPixels, Mode};
 use glam::{DVec3, Vec3};
@@ -37,17 +37,15 @@ impl View {
 
     /// Culls the frame of the camera that the caller has written, and gives its objects. A camera that shows nothing in particular, as of a matrix
     /// that is not finite, shows everything.
-    pub fn cull(&mut self, mode: u32) -> Result<(), JsError> {
-        let Some(&mode) = Mode::WITHOUT_QUERIES.get(mode as usize) else {
-            return Err(error(format_args!("no mode has number {mode}")));
-        };
+    /// `mode`: its place in [`Mode::WITHOUT_QUERIES`].
+    pub fn cull(&mut self, mode: u32) {
+        let mode = Mode::WITHOUT_QUERIES.get(mode as usize).copied().unwrap_or(Mode::PortalsAndPvs);
         let (camera, mode) = match given(self.origin) {
             Ok(camera) => (camera, mode),
             Err(_) => (ANY, Mode::None),
         };
         let frame = self.view.cull(&camera, mode);
         give_list(frame.objects);
-        Ok(())
     }
 
     /// Gives the ranges of an index buffer with the objects' triangles in the order of their ids that the last frame draws: each the first, and the
@@ -93,16 +91,17 @@ impl View {
 
     /// Opens or shuts a portal, for later frames.
     #[wasm_bindgen(js_name = setOpen)]
-    pub fn set_open(&mut self, portal: u32, open: bool) -> Result<(), JsError> {
-        self.doors.set_open(portal_id(&self.culler, portal)?, open);
-        self.view.set_doors(&self.doors);
-        Ok(())
+    pub fn set_open(&mut self, portal: u32, open: bool) -> bool {
+        worked(portal_id(&self.culler, portal).map(|portal| {
+            self.doors.set_open(portal, open);
+            self.view.set_doors(&self.doors);
+        }))
     }
 
-    /// Whether a portal is open.
+    /// Whether a portal is there and open.
     #[wasm_bindgen(js_name = isOpen)]
-    pub fn is_open(&self, portal: u32) -> Result<bool, JsError> {
-        Ok(self.doors.is_open(portal_id(&self.culler, portal)?.directed(0)))
+    pub fn is_open(&self, portal: u32) -> bool {
+        portal_id(&self.culler, portal).is_ok_and(|portal| self.doors.is_open(portal.directed(0)))
     }
 
     /// Doors as they stand in the model.
@@ -119,14 +118,14 @@ impl View {
     }
 
     /// Gives the slots of the movers that the last frame may show.
-    pub fn movers(&mut self, movers: &Movers) -> Result<(), JsError> {
+    pub fn movers(&mut self, movers: &Movers) -> bool {
         if !Arc::ptr_eq(&self.culler, &movers.culler) {
-            return Err(error("the movers are of another building"));
+            return worked(Err("the movers are of another building"));
         }
         self.list.clear();
         self.list.extend(self.view.movers(&movers.movers).iter().map(|mover| mover.slot));
         give_list(&self.list);
-        Ok(())
+        true
     }
 }
 

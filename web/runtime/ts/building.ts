@@ -1,5 +1,5 @@
 import * as wasm from '../build/enfilade.js';
-import { Lists, known, write, type Box, type Point } from './memory.js';
+import { Lists, check, known, write, type Box, type Point } from './memory.js';
 
 /** What a portal is. */
 export type PortalKind = 'door' | 'window' | 'opening';
@@ -68,13 +68,13 @@ export class Building {
 
   /** The objects that can be seen from a cell, ascending. The list holds until the next call. */
   row(cell: number): Uint32Array {
-    this.raw.row(cell);
+    check(this.raw.row(cell));
     return this.ids.given();
   }
 
   /** The cells that can be seen from a cell, ascending. The list holds until the next call. */
   cellRow(cell: number): Uint32Array {
-    this.raw.cellRow(cell);
+    check(this.raw.cellRow(cell));
     return this.ids.given();
   }
 
@@ -85,7 +85,7 @@ export class Building {
 
   /** Facts of an object. */
   object(object: number): ObjectFacts {
-    this.raw.object(object);
+    check(this.raw.object(object));
     const [ax, ay, az, bx, by, bz, triangles, first, end] = [...known()] as [number, number, number, number, number, number, number, number, number];
     const box = { min: { x: ax, y: ay, z: az }, max: { x: bx, y: by, z: bz } };
     return { box, triangles, indices: [first, end], node: this.raw.objectName(object) };
@@ -93,9 +93,9 @@ export class Building {
 
   /** Facts of a portal. */
   portal(portal: number): Portal {
-    this.raw.sides(portal);
+    check(this.raw.sides(portal));
     const [behind, before, kind, shut] = [...known()] as [number, number, number, number];
-    this.raw.corners(portal);
+    check(this.raw.corners(portal));
     const corners = this.points.given().slice();
     return { cells: [behind, before], kind: KINDS[kind]!, shut: shut !== 0, corners, key: this.raw.portalKey(portal) };
   }

@@ -23,6 +23,11 @@ export function known(): Float64Array {
   return numbers;
 }
 
+/** Throws what a call that failed says. */
+export function check(worked: boolean): void {
+  if (!worked) throw new Error(wasm.fault());
+}
+
 /** A point, or a vector of any engine. */
 export interface Point {
   readonly x: number;
@@ -53,7 +58,9 @@ export function writeBox(box: Box): void {
 /** Writes a camera: a matrix, column by column, and an eye. */
 export function writeCamera(viewProjection: ArrayLike<number>, eye: Point): void {
   if (viewProjection.length !== 16) throw new Error(`a matrix of ${viewProjection.length} numbers: it has 16`);
-  known().set(viewProjection);
+  // `set` allocates.
+  const to = known();
+  for (let i = 0; i < 16; i++) to[i] = viewProjection[i]!;
   write(16, eye);
 }
 

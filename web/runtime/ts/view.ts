@@ -1,11 +1,11 @@
 import * as wasm from '../build/enfilade.js';
 import type { Building } from './building.js';
-import { Lists, known, writeBox, writeCamera, type Box, type Point } from './memory.js';
+import { Lists, check, known, writeBox, writeCamera, type Box, type Point } from './memory.js';
 
 /** What is culled by: nothing, the frustum, portals, the row of the eye's cell, or portals and rows, which is the best of these. */
 export type Mode = 'none' | 'frustum' | 'portals' | 'pvs' | 'both';
 
-const MODES: Record<Mode, number> = { none: 0, frustum: 1, portals: 2, pvs: 3, both: 4 };
+const MODES: Partial<Record<string, number>> = { none: 0, frustum: 1, portals: 2, pvs: 3, both: 4 };
 
 /** Numbers of a frame. */
 export interface Counts {
@@ -38,8 +38,10 @@ export class View {
    * is not finite shows everything, and an eye in no cell everything in the frustum.
    */
   cull(viewProjection: ArrayLike<number>, eye: Point, mode: Mode = 'both'): Uint32Array {
+    const number = MODES[mode];
+    if (number === undefined) throw new Error(`no mode "${mode}": there are ${Object.keys(MODES).join(', ')}`);
     writeCamera(viewProjection, eye);
-    this.raw.cull(MODES[mode]);
+    this.raw.cull(number);
     return this.seen.given();
   }
 
@@ -76,7 +78,7 @@ export class View {
 
   /** Opens or shuts a portal, for later frames. */
   setOpen(portal: number, open: boolean): void {
-    this.raw.setOpen(portal, open);
+    check(this.raw.setOpen(portal, open));
   }
 
   /** Whether a portal is open. */
@@ -96,7 +98,7 @@ export class View {
 
   /** The slots of the movers that the last frame may show, in a list that holds until the next call. */
   movers(movers: Movers): Uint32Array {
-    this.raw.movers(movers.raw);
+    check(this.raw.movers(movers.raw));
     return this.made.given();
   }
 
@@ -119,18 +121,19 @@ export class Movers {
   /** Adds a mover, and gives its number. */
   insert(box: Box): number {
     writeBox(box);
-    return this.raw.insert();
+    check(this.raw.insert());
+    return known()[0]!;
   }
 
   /** Moves a mover. */
   set(mover: number, box: Box): void {
     writeBox(box);
-    this.raw.set(mover);
+    check(this.raw.set(mover));
   }
 
   /** Removes a mover. */
   remove(mover: number): void {
-    this.raw.remove(mover);
+    check(this.raw.remove(mover));
   }
 
   /** The slot of a mover: a small number, which is used again when it is removed. */

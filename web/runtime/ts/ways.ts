@@ -1,6 +1,6 @@
 import * as wasm from '../build/enfilade.js';
 import type { Building } from './building.js';
-import { Lists, known, write, writeCamera, type Point } from './memory.js';
+import { Lists, check, known, write, writeCamera, type Point } from './memory.js';
 import type { View } from './view.js';
 
 /** A shortest way. */
@@ -28,8 +28,9 @@ export class Paths {
   path(view: View, from: Point, to: Point): Path | undefined {
     write(0, from);
     write(3, to);
-    if (!this.raw.find(view.raw)) return undefined;
+    check(this.raw.find(view.raw));
     const [metres, atLeast] = known() as unknown as [number, number];
+    if (metres < 0) return undefined;
     this.raw.points();
     const points = this.points.given().slice();
     this.raw.portals();
@@ -63,7 +64,8 @@ export class Prefetch {
   frame(view: View, viewProjection: ArrayLike<number>, eye: Point, seconds: number): number {
     writeCamera(viewProjection, eye);
     known()[19] = seconds;
-    return this.raw.frame(view.raw);
+    check(this.raw.frame(view.raw));
+    return known()[0]!;
   }
 
   /** What to do next; none: nothing in this frame. A step that is given counts as taken. */
@@ -76,12 +78,12 @@ export class Prefetch {
 
   /** A chunk is loaded. */
   loaded(chunk: number): void {
-    this.raw.loaded(chunk);
+    check(this.raw.loaded(chunk));
   }
 
   /** A chunk could not be loaded: it is not asked for again. */
   failed(chunk: number): void {
-    this.raw.failed(chunk);
+    check(this.raw.failed(chunk));
   }
 
   /** Bytes of chunks that are loaded and under way: never above the budget. */
