@@ -5,7 +5,7 @@ import { Matrix4, PerspectiveCamera, Vector3 } from 'three';
 const AHEAD = 3;
 /** Objects that are not seen from where the eye is, turned any way, are fetched within so many metres. More: bytes that no one sees. Less: what is seen after a
  * step comes late. */
-const FAR = 16;
+const FAR = 20;
 /** Objects in steps of so many metres are as near as each other. */
 const STEP = 2;
 /** The order is made again after so many metres. */
