@@ -38,6 +38,18 @@ async function modules() {
   await build({ ...shared, external, entryPoints: ['runtime/ts/index.ts'], outfile: 'runtime/dist/enfilade.js' });
   await build({ ...shared, external, entryPoints: ['runtime/ts/inline.ts'], outfile: 'runtime/dist/enfilade.inline.js', loader: { '.wasm': 'base64' } });
   run('node_modules/.bin/tsc', ['-p', 'runtime', '--emitDeclarationOnly']);
+  rmSync(join(web, 'three/dist'), { recursive: true, force: true });
+  await build({ ...shared, external, entryPoints: ['three/ts/index.ts'], outfile: 'three/dist/three.js' });
+  run('node_modules/.bin/tsc', ['-p', 'three', '--emitDeclarationOnly']);
+  await page(shared);
+}
+
+/** The page: bundled, with the wasm beside it. */
+async function page(shared) {
+  rmSync(join(web, 'demo/dist'), { recursive: true, force: true });
+  await build({ ...shared, entryPoints: ['demo/ts/main.ts'], outfile: 'demo/dist/demo.js', external: ['node:fs/promises'] });
+  copyFileSync(join(web, 'demo/index.html'), join(web, 'demo/dist/index.html'));
+  copyFileSync(join(web, 'runtime/dist/enfilade.wasm'), join(web, 'demo/dist/enfilade.wasm'));
 }
 
 function size(name) {
@@ -49,3 +61,5 @@ if (!process.argv.includes('--no-wasm')) wasm();
 await modules();
 size('runtime/dist/enfilade.wasm');
 size('runtime/dist/enfilade.js');
+size('three/dist/three.js');
+size('demo/dist/demo.js');
