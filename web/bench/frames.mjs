@@ -3,12 +3,12 @@
 import { readFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
 import { launch, open } from '../testing/browser.mjs';
-import { folder, frames, web } from '../testing/native.mjs';
+import { web } from '../testing/buildings.mjs';
+import { frames } from '../testing/native.mjs';
 import { serve } from '../testing/server.mjs';
 
 const [pvs, path] = process.argv.slice(2).map((name) => resolve(name));
-const to = folder();
-const { list, median, most } = frames(pvs, path, 10_000, join(to, 'frames'));
+const { list, median, most } = frames(pvs, path, 10_000);
 console.log(`native: ${median.toFixed(2)} us, 99 % ${most.toFixed(1)}`);
 
 /** Microseconds of each frame, by the mean of a few: clocks of browsers are coarse. Runs in either. */

@@ -2,22 +2,21 @@
 
 import assert from 'node:assert/strict';
 import { execFileSync, spawnSync } from 'node:child_process';
-import { writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { Building, Movers, Paths, Prefetch, View, hash, ready } from '../runtime/dist/enfilade.js';
 import * as inline from '../runtime/dist/enfilade.inline.js';
-import { baked, folder, frames, repository, web } from '../testing/native.mjs';
+import { data, made, program, pvs, web } from '../testing/buildings.mjs';
+import { frames } from '../testing/native.mjs';
 
-let bytes, building, list, place;
+let bytes, building, list, file;
 
 before(async () => {
   await ready;
-  place = folder();
-  bytes = baked('office', join(place, 'office.pvs'));
+  bytes = new Uint8Array(readFileSync(pvs('office')));
   building = new Building(bytes);
-  const path = join(repository, 'data/buildings/office.path.json');
-  ({ list } = frames(join(place, 'office.pvs'), path, 0, join(place, 'frames')));
+  ({ list, file } = frames(pvs('office'), join(data, 'office.path.json'), 0));
 });
 
 const inside = () => list.filter(({ eye }) => building.cellOf(eye) >= 0);
@@ -138,16 +137,15 @@ test('chunks come before they are needed, within the budget', () => {
 });
 
 test('damaged files are errors with the text of the program, and the module goes on', () => {
-  const program = join(process.env.CARGO_TARGET_DIR ?? join(repository, 'target'), 'release/enfilade');
   const damaged = bytes.slice();
   damaged[damaged.length - 9] ^= 1;
   const version = bytes.slice();
   version[8] = 77;
   let named = 0;
   for (const wrong of [bytes.slice(0, bytes.length / 2), damaged, version, new Uint8Array(0), Buffer.from('not a building')]) {
-    const file = join(place, 'wrong.pvs');
-    writeFileSync(file, wrong);
-    const { stderr, status } = spawnSync(program, ['info', file], { encoding: 'utf8' });
+    const path = join(made, 'wrong.pvs');
+    writeFileSync(path, wrong);
+    const { stderr, status } = spawnSync(program, ['info', path], { encoding: 'utf8' });
     const text = stderr.trim().replace(/^(error: )?.*?wrong\.pvs: /, '');
     assert.equal(status, 2);
     assert.throws(() => new Building(wrong), (error) => error instanceof Error && error.message === text, text);
@@ -179,8 +177,8 @@ test('the module with the wasm inside says the same', async () => {
 });
 
 test('nothing is allocated for a frame once it is warm', () => {
-  const program = join(web, 'testing/allocations.mjs');
-  const grown = execFileSync(process.execPath, ['--expose-gc', program, join(place, 'office.pvs'), join(place, 'frames')], { encoding: 'utf8' });
+  const walk = join(web, 'testing/allocations.mjs');
+  const grown = execFileSync(process.execPath, ['--expose-gc', walk, pvs('office'), file], { encoding: 'utf8' });
   const { frames: count, script, wasm } = JSON.parse(grown);
   // A number that is boxed takes 12 bytes or more; what the engine does beside, some 100 kB in all.
   assert.ok(count >= 100_000 && script < 4 * count && wasm === 0, `${script} bytes of script, ${wasm} of wasm in ${count} frames`);

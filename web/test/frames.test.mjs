@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { basename } from 'node:path';
 import { launch, open } from '../testing/browser.mjs';
-import { folder, glb, made, noPack, path, pvs, web } from '../testing/buildings.mjs';
+import { folder, glb, made, path, pvs, web } from '../testing/buildings.mjs';
 import { serve } from '../testing/server.mjs';
 
 let server, browser;
@@ -64,7 +64,7 @@ test('Culled: no bytes a frame', async () => {
   await page.context().close();
 });
 
-test('Walk: no bytes but the time in a frame in which nothing arrives', { skip: noPack }, async () => {
+test('Walk: no bytes but the time in a frame in which nothing arrives', async () => {
   const page = await scene();
   const frames = path('office').frames;
   await page.evaluate(async ([address, frames]) => {

@@ -5,18 +5,17 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { Building, View, hash, ready } from '../runtime/dist/enfilade.js';
-import { baked, folder, frames, modes, repository } from '../testing/native.mjs';
+import { data, pvs } from '../testing/buildings.mjs';
+import { frames, modes } from '../testing/native.mjs';
 
 for (const model of ['villa_rotonda', 'office', 'gallery100']) {
-  test(`${model}: the same objects as natively`, async (context) => {
+  test(`${model}: the same objects as natively`, async () => {
     await ready;
-    const place = folder(context);
-    const pvs = join(place, 'model.pvs');
-    const building = new Building(baked(model, pvs));
+    const building = new Building(readFileSync(pvs(model)));
     const view = new View(building);
-    const path = join(repository, `data/buildings/${model}.path.json`);
+    const path = join(data, `${model}.path.json`);
     const recorded = JSON.parse(readFileSync(path)).frames.length;
-    const { list } = frames(pvs, path, 10_000, join(place, 'frames'));
+    const { list } = frames(pvs(model), path, 10_000);
     assert.equal(list.length, recorded + 10_000);
     let drawn = 0;
     for (const [number, { matrix, eye, answers }] of list.entries()) {

@@ -5,7 +5,7 @@ import { cpSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, open } from '../testing/browser.mjs';
-import { folder, glb, made, noPack, pvs, web } from '../testing/buildings.mjs';
+import { folder, glb, made, pvs, web } from '../testing/buildings.mjs';
 import { serve } from '../testing/server.mjs';
 
 const pictures = join(made, 'pictures');
@@ -115,7 +115,7 @@ test('drop, walk, doors, plan, modes, freeze, keys, resize, a lost context', asy
   await page.context().close();
 });
 
-test('a packed folder: named in the address, and with the page in it; what does not come is told', { skip: noPack }, async () => {
+test('a packed folder: named in the address, and with the page in it; what does not come is told', async () => {
   const name = basename(folder('office'));
   const page = await open(browser, `${server.address}/web/demo/dist/index.html?pack=/made/${name}`, { viewport: { width: 800, height: 450 } });
   await opened(page);

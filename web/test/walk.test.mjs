@@ -5,10 +5,9 @@ import { readFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { launch, open } from '../testing/browser.mjs';
-import { folder, made, noPack, path, pvs, web } from '../testing/buildings.mjs';
+import { folder, made, path, pvs, web } from '../testing/buildings.mjs';
 import { serve } from '../testing/server.mjs';
 
-const skip = process.env.FAKE ? false : noPack;
 let server, browser;
 before(async () => {
   server = await serve({ web, made });
@@ -57,7 +56,7 @@ function changed(change) {
 }
 
 for (const name of ['villa_rotonda', 'office']) {
-  test(`${name}: frames of its path drawn culled, as it arrives, are those drawn whole`, { skip }, async () => {
+  test(`${name}: frames of its path drawn culled, as it arrives, are those drawn whole`, async () => {
     const page = await scene();
     assert.equal(await opening(page, place(name)), 'ready');
     const frames = path(name).frames.filter((_, i) => i % 4 === 0);
@@ -76,7 +75,7 @@ for (const name of ['villa_rotonda', 'office']) {
   });
 }
 
-test('a manifest that does not fit is refused with the field', { skip }, async () => {
+test('a manifest that does not fit is refused with the field', async () => {
   const page = await scene();
   const cases = [
     [(m) => { m.enfilade = 2; }, /enfilade: /],
@@ -108,7 +107,7 @@ test('a manifest that does not fit is refused with the field', { skip }, async (
   await page.context().close();
 });
 
-test('a .pvs file of another hash or model, or cut, is refused before anything is drawn', { skip }, async () => {
+test('a .pvs file of another hash or model, or cut, is refused before anything is drawn', async () => {
   const page = await scene();
   const { model } = JSON.parse(readFileSync(join(folder('villa_rotonda'), 'manifest.json')));
   server.asked.length = 0;
@@ -124,7 +123,7 @@ test('a .pvs file of another hash or model, or cut, is refused before anything i
   await page.context().close();
 });
 
-test('chunks that do not come, come short or are others: three tries, boxes, and the walk goes on', { skip }, async () => {
+test('chunks that do not come, come short or are others: three tries, boxes, and the walk goes on', async () => {
   const [frame] = path('villa_rotonda').frames;
   const spoils = [
     [() => 404, /404/],
@@ -158,7 +157,7 @@ test('chunks that do not come, come short or are others: three tries, boxes, and
   }
 });
 
-test('an answer that leads elsewhere is refused', { skip }, async () => {
+test('an answer that leads elsewhere is refused', async () => {
   const page = await scene();
   server.headers = { location: 'http://127.0.0.1:1/' };
   server.spoil = (address) => address.endsWith('.pvs') ? 302 : undefined;
@@ -167,7 +166,7 @@ test('an answer that leads elsewhere is refused', { skip }, async () => {
   await page.context().close();
 });
 
-test('a budget is never passed, and what is let go comes again', { skip }, async () => {
+test('a budget is never passed, and what is let go comes again', async () => {
   const page = await scene();
   const { size } = await page.evaluate(async (address) => {
     window.walk = new window.Walk(window.scene, address);
@@ -198,7 +197,7 @@ test('a budget is never passed, and what is let go comes again', { skip }, async
   await page.context().close();
 });
 
-test('a picture is fetched once, counted and given back; without it walls are there all the same', { skip }, async () => {
+test('a picture is fetched once, counted and given back; without it walls are there all the same', async () => {
   const [frame] = path('villa_rotonda').frames;
   const page = await scene();
   const state = async () => page.evaluate(() => {

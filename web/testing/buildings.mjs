@@ -1,7 +1,7 @@
-// The repository's buildings, baked and exported into a temporary folder, each once for all tests.
+// The repository's buildings, baked, exported and packed into a temporary folder, each once for all tests.
 
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync, renameSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readFileSync, renameSync, statSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -9,16 +9,16 @@ import { textured } from './textured.mjs';
 
 export const web = join(dirname(fileURLToPath(import.meta.url)), '..');
 export const data = join(web, '../data/buildings');
-/** What tests make: models, folders and pictures to look at. */
-export const made = process.env.ENFILADE_WEB_OUT ?? join(tmpdir(), 'enfilade-web');
-mkdirSync(made, { recursive: true });
+const target = process.env.CARGO_TARGET_DIR ?? join(web, '../target');
+export const program = process.env.ENFILADE ?? join(target, 'release/enfilade');
+if (!existsSync(program)) throw new Error(`no ${program}: build it, or give its path in ENFILADE`);
 
-const places = [process.env.ENFILADE, join(web, '../target/release/enfilade'), join(web, '../target/debug/enfilade')];
-export const program = places.find((place) => place && existsSync(place));
+/** What tests make: models, folders and pictures to look at. Another program makes others. */
+export const made = process.env.ENFILADE_WEB_OUT ?? join(tmpdir(), `enfilade-web-${statSync(program).mtimeMs}`);
+mkdirSync(made, { recursive: true });
 
 /** Runs the program. */
 export function enfilade(...args) {
-  if (!program) throw new Error('no program: build it, or give its path in ENFILADE');
   return execFileSync(program, args, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
 }
 
@@ -36,17 +36,7 @@ function once(path, make) {
 const pictured = () => once(join(made, 'pictured-model.glb'), (to) => writeFileSync(to, textured(readFileSync(join(data, 'villa_rotonda.glb')), 0)));
 
 export const model = (name) => name === 'pictured' ? pictured() : join(data, `${name}.glb`);
-export const pvs = (name) => once(join(made, `${name}.pvs`), (to) => enfilade('bake', model(name), '-o', to));
+export const pvs = (name) => once(join(made, `${name}.pvs`), (to) => enfilade('bake', model(name), '-o', to, '--rays', '10k'));
 export const glb = (name) => once(join(made, `${name}.glb`), (to) => enfilade('export', pvs(name), '--model', model(name), '-o', to));
 export const folder = (name) => once(join(made, `${name}-packed`), (to) => enfilade('pack', pvs(name), '--model', model(name), '-o', to));
 export const path = (name) => JSON.parse(readFileSync(join(data, `${name}.path.json`), 'utf8'));
-
-/** Why tests of packed folders can't run; `false` if they can. */
-export const noPack = (() => {
-  try {
-    enfilade('pack', '--help');
-    return false;
-  } catch {
-    return 'the program has no `pack`';
-  }
-})();

@@ -1,40 +1,19 @@
 // Frames of the native run time, as web/runtime/examples/frames.rs writes them.
 
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { mkdtempSync, readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
-import { fileURLToPath } from 'node:url';
-
-export const web = dirname(dirname(fileURLToPath(import.meta.url)));
-export const repository = dirname(web);
-const target = process.env.CARGO_TARGET_DIR ?? join(repository, 'target');
+import { made, program } from './buildings.mjs';
 
 /** The modes, in the order of the frames' answers. */
 export const modes = ['none', 'frustum', 'portals', 'pvs', 'both'];
 
-/** Runs a program of the repository, built before by `just web`; gives what it prints. */
-export function run(program, args) {
-  return execFileSync(join(target, 'release', program), args, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
-}
-
-/** A folder for the time of a test. */
-export function folder(context) {
-  const made = mkdtempSync(join(tmpdir(), 'enfilade-'));
-  context?.after(() => rmSync(made, { recursive: true, force: true }));
-  return made;
-}
-
-/** Bakes a model of the repository. */
-export function baked(model, to) {
-  run('enfilade', ['bake', join(repository, 'data/buildings', `${model}.glb`), '-o', to, '--rays', '10000']);
-  return new Uint8Array(readFileSync(to));
-}
-
-/** The frames of a path (or none) and of random views: each a matrix, an eye, and the native answers; and native microseconds of `both`. */
-export function frames(pvs, path, views, to) {
-  const [median, most] = run('examples/frames', [pvs, path ?? '-', String(views), to]).trim().split(' ').map(Number);
-  return { list: written(to), median, most };
+/** The frames of a path (or none) and of random views: each a matrix, an eye, and the native answers; native microseconds of `both`; the file of all that. */
+export function frames(pvs, path, views) {
+  const file = join(mkdtempSync(join(made, 'frames-')), 'frames');
+  const told = execFileSync(join(dirname(program), 'examples/frames'), [pvs, path ?? '-', String(views), file], { encoding: 'utf8' });
+  const [median, most] = told.trim().split(' ').map(Number);
+  return { list: written(file), median, most, file };
 }
 
 /** The frames that were written to a file. */
