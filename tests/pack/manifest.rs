@@ -22,6 +22,7 @@ fn sample() -> Manifest {
             enfilade_pack::MeshFile { file: file("meshes/1.glb"), meshes: 3..4, pictures: vec![] },
         ],
         pictures: vec![file("pictures/0.png"), file("pictures/1.jpg")],
+        page: vec![file("index.html")],
     }
 }
 
@@ -39,7 +40,9 @@ fn what_is_written_is_read() {
 
 #[test]
 fn each_field_is_checked() {
-    let changes: [(&str, Value, &str); 27] = [
+    let changes: [(&str, Value, &str); 29] = [
+        ("/page", json!({}), "page"),
+        ("/page/0/file", json!("../index.html"), "page[0].file"),
         ("/enfilade", json!(2), "enfilade"),
         ("/pvs", json!([]), "pvs"),
         ("/pvs/file", json!("../building.pvs"), "pvs.file"),
