@@ -40,6 +40,7 @@ pub fn single_precision(extent: f64) -> f64 {
 
 /// Step of the grid that positions of a packed model lie on, a power of two, metres: no position moves more than `clearance` (metres, above
 /// 0). Larger: what the rows hide could show. Smaller: more bytes, and chunks that 16 bits can't span.
+#[cfg(feature = "bake")]
 pub fn packed_step(clearance: f64) -> f64 {
     // Half the diagonal of a cube.
     (clearance * 2.0 / 3f64.sqrt()).log2().floor().exp2()
