@@ -37,7 +37,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         numbers.iter().chain(&eye.to_array()).for_each(|number| bytes.extend(number.to_le_bytes()));
         let camera = enfilade_web::camera(&numbers, eye, file.origin)?;
         let start = Instant::now();
-        (0..ROUNDS).for_each(|_| drop(view.cull(&camera, Mode::PortalsAndPvs)));
+        for _ in 0..ROUNDS {
+            view.cull(&camera, Mode::PortalsAndPvs);
+        }
         times.push(start.elapsed().as_secs_f64() * 1e6 / f64::from(ROUNDS));
         for mode in Mode::WITHOUT_QUERIES {
             let frame = view.cull(&camera, mode);
