@@ -77,7 +77,7 @@ fn joined<'c>(a: &'c [u64], b: &'c [u64], word: fn(u64, u64) -> u64) -> impl Ite
 }
 
 fn ones_of(word: u64) -> impl Iterator<Item = usize> {
-    std::iter::successors(Some(word), |word| Some(word & (word - 1)))
+    std::iter::successors(Some(word), |word| Some(word & word.wrapping_sub(1)))
         .take_while(|word| *word != 0)
         .map(|w| w.trailing_zeros() as usize)
 }
