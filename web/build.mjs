@@ -15,11 +15,11 @@ const run = (program, args, options = {}) => execFileSync(program, args, { stdio
 function wasm() {
   const flags = '-C target-feature=+simd128,+bulk-memory,+nontrapping-fptoint,+sign-ext';
   const env = { ...process.env, CARGO_TARGET_DIR: target, CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS: flags };
-  run('cargo', ['build', '-q', '-p', 'enfilade-web', '--profile', 'web', '--target', 'wasm32-unknown-unknown'], { env });
+  run('cargo', ['build', '-q', '--locked', '-p', 'enfilade-web', '--profile', 'web', '--target', 'wasm32-unknown-unknown'], { env });
   const made = join(web, 'runtime/build');
   rmSync(made, { recursive: true, force: true });
   const compiled = join(target, 'wasm32-unknown-unknown/web/enfilade_web.wasm');
-  run('cargo', ['run', '-q', '--manifest-path', 'bindgen/Cargo.toml', '--', compiled, made], { env: { ...process.env, CARGO_TARGET_DIR: target } });
+  run('cargo', ['run', '-q', '--locked', '--manifest-path', 'bindgen/Cargo.toml', '--', compiled, made], { env: { ...process.env, CARGO_TARGET_DIR: target } });
   const features = ['simd', 'bulk-memory', 'nontrapping-float-to-int', 'sign-ext', 'mutable-globals', 'reference-types'];
   const optimize = join(web, 'node_modules/binaryen/bin/wasm-opt');
   const flagsOf = features.map((feature) => `--enable-${feature}`);
