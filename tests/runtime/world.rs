@@ -160,7 +160,7 @@ fn a_shut_door_on_either_side_of_a_join_shuts_it() {
     }
 }
 
-/// What a room's own windows show the outside around is seen through a window of the next room: a mast that stands behind both.
+/// A mast of the first room's file, behind both rooms: it is seen through the window of the second alone.
 #[test]
 fn outdoors_of_a_module_is_seen_through_the_windows_of_another() {
     let mut near = Building::default();

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// Sizes of a packed folder, and what its cells need of it.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Figures {
-    /// Of all files, with the manifest.
+    /// Of all files but those of a page, with the manifest.
     pub bytes: u64,
     /// Of the manifest.
     pub manifest_bytes: u64,

@@ -26,7 +26,9 @@ pub fn page(folder: &Path) -> io::Result<Vec<Packed>> {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if !path.is_file() || !is_within(&name) || name == MANIFEST {
-            return Err(io::Error::other(format!("has {name}, which is no file of a page")));
+            return Err(io::Error::other(format!(
+                "has {name}, which is no file of a page; give a folder of index.html and the files beside it"
+            )));
         }
         page.push(Packed { bytes: fs::read(&path)?, name });
     }
