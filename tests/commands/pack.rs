@@ -1,7 +1,7 @@
 //! `pack`: the folder that is written, and what it replaces.
 
 use crate::cli::{done, enfilade, folder, json, maze, names, refused, text};
-use enfilade_pack::Manifest;
+use enfilade_pack::{Manifest, gunzip};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -19,6 +19,11 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     all
 }
 
+fn manifest_of(files: &BTreeMap<String, Vec<u8>>) -> Manifest {
+    let text = gunzip(&files["manifest.jsonz"], 1 << 20).unwrap();
+    Manifest::read(std::str::from_utf8(&text).unwrap()).unwrap()
+}
+
 #[test]
 fn the_folder_has_what_its_manifest_says() {
     let folder = folder("folder");
@@ -26,13 +31,14 @@ fn the_folder_has_what_its_manifest_says() {
     let out = folder.join("out");
     let told = json(&enfilade!("pack", &pvs, "--model", &model, "-o", &out, "--json"));
     let found = files(&out);
-    let manifest = Manifest::read(std::str::from_utf8(&found["manifest.json"]).unwrap()).unwrap();
+    let manifest = manifest_of(&found);
     assert_eq!(found.len(), manifest.files().count() + 1);
     for entry in manifest.files() {
         let bytes = &found[&entry.file];
         assert_eq!((entry.bytes, entry.hash), (bytes.len() as u64, xxhash_rust::xxh3::xxh3_64(bytes)), "{}", entry.file);
     }
-    assert_eq!(found["building.pvs"], std::fs::read(&pvs).unwrap());
+    // What a walk never asks for is left out.
+    assert!(found["building.pvs"].len() < std::fs::read(&pvs).unwrap().len());
     assert_eq!(told["bytes"], found.values().map(Vec::len).sum::<usize>());
     assert_eq!(told["chunks"], manifest.chunks.len());
     assert_eq!(told["objects"], manifest.objects);
@@ -53,7 +59,7 @@ fn a_page_is_in_the_folder_and_in_its_manifest() {
     std::fs::write(page.join("index.html"), "<script src=walk.js></script>").unwrap();
     done(&enfilade!("pack", &pvs, "--model", &model, "-o", &out, "--page", &page));
     let found = files(&out);
-    let manifest = Manifest::read(std::str::from_utf8(&found["manifest.json"]).unwrap()).unwrap();
+    let manifest = manifest_of(&found);
     assert_eq!(manifest.page.iter().map(|file| &*file.file).collect::<Vec<_>>(), ["index.html", "walk.js"]);
     assert_eq!((&*found["walk.js"], found.len()), (&b"walk()"[..], manifest.files().count() + 1));
     // Over it, and without a page.
@@ -82,7 +88,7 @@ fn only_a_folder_that_pack_wrote_is_replaced() {
     };
     std::fs::create_dir(&out).unwrap();
     refuses(&out, "is not a folder that pack wrote");
-    std::fs::write(out.join("manifest.json"), "{\"name\": \"my app\"}").unwrap();
+    std::fs::write(out.join("manifest.jsonz"), "{\"name\": \"my app\"}").unwrap();
     refuses(&out, "is not a folder that pack wrote");
     std::fs::remove_dir_all(&out).unwrap();
     std::fs::write(&out, "my own text").unwrap();
@@ -93,7 +99,7 @@ fn only_a_folder_that_pack_wrote_is_replaced() {
     refuses(&model, "would be overwritten");
 
     done(&enfilade!("pack", &pvs, "--model", &model, "-o", &out));
-    for own in ["notes.txt", "chunks/mine.glb"] {
+    for own in ["notes.txt", "chunks/mine.glbz"] {
         std::fs::write(out.join(own), "my own").unwrap();
         refuses(&out, &format!("has {own}, which pack did not write"));
         std::fs::remove_file(out.join(own)).unwrap();

@@ -13,6 +13,7 @@ use enfilade_pack::{Building, Needed, pack};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use testing::bakes::on;
 use testing::forge::sample;
@@ -117,11 +118,17 @@ fn packed_rooms(folder: &Path) -> (PathBuf, Scene, PvsFile) {
     (model, scene, file)
 }
 
-fn bytes_of<'b>(building: &'b Building, name: &str) -> &'b [u8] {
+/// A file of the folder, decompressed if its name says that it is compressed.
+fn bytes_of(building: &Building, name: &str) -> Vec<u8> {
     let mut found = building.files.iter().filter(|file| file.name == name);
     let first = found.next().unwrap_or_else(|| panic!("no {name}"));
     assert!(found.next().is_none(), "{name} twice");
-    &first.bytes
+    if !name.ends_with('z') {
+        return first.bytes.clone();
+    }
+    let mut plain = Vec::new();
+    flate2::read::GzDecoder::new(&first.bytes[..]).read_to_end(&mut plain).unwrap();
+    plain
 }
 
 fn document(glb: &[u8]) -> Value {
@@ -155,7 +162,7 @@ fn read_again(building: &Building) -> Vec<Vec<Triangle>> {
     let manifest = &building.manifest;
     let mut shared = Vec::new();
     for file in &manifest.meshes {
-        let bytes = bytes_of(building, &file.file.file);
+        let bytes = &bytes_of(building, &file.file.file);
         let nodes = document(bytes)["nodes"].as_array().unwrap().clone();
         let numbers: Vec<u64> = nodes.iter().map(|node| node["extras"]["mesh"].as_u64().unwrap()).collect();
         assert!(numbers.iter().copied().eq(file.meshes.clone().map(u64::from)));
@@ -163,7 +170,7 @@ fn read_again(building: &Building) -> Vec<Vec<Triangle>> {
     }
     let mut objects = vec![Vec::new(); manifest.objects as usize];
     for chunk in &manifest.chunks {
-        let bytes = bytes_of(building, &chunk.file.file);
+        let bytes = &bytes_of(building, &chunk.file.file);
         let document = document(bytes);
         gltf::Gltf::from_slice_without_validation(bytes).unwrap();
         let own = if document["meshes"].is_array() { drawn(bytes) } else { BTreeMap::new() };
@@ -212,7 +219,7 @@ fn assert_same(scene: &Scene, objects: &[Vec<Triangle>], most: f64) {
 fn rooms_are_the_chunks_that_they_are_seen_as() {
     let folder = folder("rooms");
     let (model, scene, file) = packed_rooms(&folder);
-    let made = pack(b"the file", &file, &model, &options()).unwrap();
+    let made = pack(&file, &model, &options()).unwrap();
     let ids = |chunk: &enfilade_pack::Chunk| chunk.objects.iter().cloned().flatten().collect::<Vec<u32>>();
     let manifest = &made.manifest;
     // The lamp and the stools are small: they go with the sheets of their room, although fewer cells see the lamp.
@@ -223,16 +230,13 @@ fn rooms_are_the_chunks_that_they_are_seen_as() {
     assert_eq!(manifest.pictures.len(), 1, "equal pictures are one");
     assert_eq!((&manifest.chunks[1].pictures[..], &manifest.meshes[0].pictures[..]), (&[0][..], &[0][..]));
     assert!(manifest.chunks[0].pictures.is_empty());
-    let second = document(bytes_of(&made, "chunks/1.glb"));
+    let second = document(&bytes_of(&made, "chunks/1.glbz"));
     assert_eq!(second["images"], json!([{ "uri": "../pictures/0.png" }]));
     assert_eq!(
         (&second["textures"], &second["samplers"]),
         (&json!([{ "source": 0, "sampler": 0 }]), &json!([{ "wrapS": 10497 }]))
     );
-    assert_eq!(
-        (bytes_of(&made, "building.pvs"), manifest.model, manifest.origin),
-        (&b"the file"[..], scene.hash(), scene.origin)
-    );
+    assert_eq!((manifest.model, manifest.origin), (scene.hash(), scene.origin));
     assert_same(&scene, &read_again(&made), file.clearance());
     // What a cell needs, by hand.
     let needed = Needed::of(manifest, [1]);
@@ -249,13 +253,30 @@ fn rooms_are_the_chunks_that_they_are_seen_as() {
     );
 }
 
+/// All that the run time reads is there, and nothing else.
+#[test]
+fn the_pvs_file_has_what_a_walk_needs() {
+    let folder = folder("lean");
+    let (model, _, file) = packed_rooms(&folder);
+    assert!(file.bounds.is_some() && file.views.bounds.is_some() && file.relevance.is_some() && file.ways_in.is_some());
+    let packed = PvsFile::read(&bytes_of(&pack(&file, &model, &options()).unwrap(), "building.pvs")).unwrap();
+    assert_eq!((packed.model_hash, packed.origin, packed.guarantee), (file.model_hash, file.origin, file.guarantee));
+    assert_eq!((&packed.cells, &packed.portals, &packed.objects), (&file.cells, &file.portals, &file.objects));
+    assert_eq!((&packed.placement, &packed.placed), (&file.placement, &file.placed));
+    assert_eq!((&packed.cell_rows, &packed.object_rows), (&file.cell_rows, &file.object_rows));
+    assert_eq!((&packed.views.cells, &packed.views.rows), (&file.views.cells, &file.views.rows));
+    assert_eq!((&packed.relevance, &packed.ways_in, packed.pairs), (&file.relevance, &file.ways_in, file.pairs));
+    assert_eq!((packed.bounds, packed.views.bounds, packed.unseen, packed.gap), (None, None, None, None));
+    assert!(packed.notes.is_empty() && packed.repairs.is_empty());
+}
+
 /// Without the quantisation of positions, in the bits of the accessors.
 #[test]
 fn attributes_are_those_of_the_model_within_their_bits() {
     let folder = folder("attributes");
     let (model, _, file) = packed_rooms(&folder);
-    let made = pack(b"", &file, &model, &options()).unwrap();
-    let bytes = bytes_of(&made, "chunks/1.glb");
+    let made = pack(&file, &model, &options()).unwrap();
+    let bytes = &bytes_of(&made, "chunks/1.glbz");
     let root = document(bytes);
     let view = &root["bufferViews"][0];
     let source = &view["extensions"]["EXT_meshopt_compression"];
@@ -292,7 +313,7 @@ fn an_office_is_read_again_and_the_same_on_any_number_of_threads() {
     let file = PvsFile::load(&pvs).unwrap();
     let options = file.import.options();
     let scene = import(&model, &options).unwrap();
-    let made = [1, 3].map(|threads| on(threads, || pack(b"", &file, &model, &options).unwrap()));
+    let made = [1, 3].map(|threads| on(threads, || pack(&file, &model, &options).unwrap()));
     let contents =
         |made: &Building| made.files.iter().map(|file| (file.name.clone(), file.bytes.clone())).collect::<Vec<_>>();
     assert!(contents(&made[0]) == contents(&made[1]));

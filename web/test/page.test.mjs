@@ -130,7 +130,7 @@ test('a packed folder: named in the address, and with the page in it; what does 
   rmSync(place, { recursive: true, force: true });
   cpSync(folder('office'), place, { recursive: true });
   cpSync(join(web, 'demo/dist'), place, { recursive: true });
-  server.spoil = (address) => /chunks\/\d*[05]\.glb/.test(address) ? 503 : undefined;
+  server.spoil = (address) => /chunks\/\d*[05]\.glbz/.test(address) ? 503 : undefined;
   const other = await open(browser, `${server.address}/made/with-page/index.html`, { viewport: { width: 800, height: 450 } });
   await opened(other);
   await other.waitForFunction(() => /files did not come/.test(document.getElementById('message').textContent), undefined, { timeout: 20000 });

@@ -4,6 +4,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { basename, join } from 'node:path';
 import { after, before, test } from 'node:test';
+import { gunzipSync, gzipSync } from 'node:zlib';
 import { launch, open } from '../testing/browser.mjs';
 import { folder, made, path, pvs, web } from '../testing/buildings.mjs';
 import { serve } from '../testing/server.mjs';
@@ -25,6 +26,7 @@ async function scene() {
   return page;
 }
 
+const manifest = (name) => JSON.parse(gunzipSync(readFileSync(join(folder(name), 'manifest.jsonz'))));
 const place = (name) => `/made/${basename(folder(name))}/`;
 
 /** Opens a folder, and gives the text of the error, or `ready`. */
@@ -48,10 +50,10 @@ const settle = (page, frame, mode = 'both') => page.evaluate(async ([frame, mode
 /** The folder with one thing changed in its manifest. */
 function changed(change) {
   server.spoil = (address, bytes) => {
-    if (!address.endsWith('/manifest.json')) return undefined;
-    const manifest = JSON.parse(bytes);
+    if (!address.endsWith('/manifest.jsonz')) return undefined;
+    const manifest = JSON.parse(gunzipSync(bytes));
     change(manifest);
-    return Buffer.from(JSON.stringify(manifest));
+    return gzipSync(JSON.stringify(manifest));
   };
 }
 
@@ -78,7 +80,7 @@ for (const name of ['villa_rotonda', 'office']) {
 test('a manifest that does not fit is refused with the field', async () => {
   const page = await scene();
   const cases = [
-    [(m) => { m.enfilade = 2; }, /enfilade: /],
+    [(m) => { m.enfilade = 1; }, /enfilade: /],
     [(m) => { m.chunks[0].file = '../x.glb'; }, /chunks\[0\]\.file.*\.\.\/x\.glb/],
     [(m) => { m.chunks[0].file = '/x.glb'; }, /chunks\[0\]\.file/],
     [(m) => { m.chunks[0].file = 'http://localhost:1/x.glb'; }, /chunks\[0\]\.file/],
@@ -101,15 +103,17 @@ test('a manifest that does not fit is refused with the field', async () => {
     changed(change);
     assert.match(await opening(page, place('villa_rotonda')), text);
   }
-  server.spoil = (address) => address.endsWith('/manifest.json') ? Buffer.from('{') : undefined;
-  assert.match(await opening(page, place('villa_rotonda')), /manifest\.json/);
+  for (const [bytes, text] of [[gzipSync('{'), /manifest\.jsonz: .*JSON/], [Buffer.from('{}'), /manifest\.jsonz: not in gzip, or damaged/]]) {
+    server.spoil = (address) => address.endsWith('/manifest.jsonz') ? bytes : undefined;
+    assert.match(await opening(page, place('villa_rotonda')), text);
+  }
   assert.equal(server.asked.filter((address) => address.includes('/x.glb')).length, 0);
   await page.context().close();
 });
 
 test('a .pvs file of another hash or model, or cut, is refused before anything is drawn', async () => {
   const page = await scene();
-  const { model } = JSON.parse(readFileSync(join(folder('villa_rotonda'), 'manifest.json')));
+  const { model } = manifest('villa_rotonda');
   server.asked.length = 0;
   const other = '0123456789abcdef0123456789abcdef';
   changed((m) => { m.model = other; });
@@ -219,8 +223,8 @@ test('a picture is fetched once, counted and given back; without it walls are th
   assert.equal((await state()).maps, 1);
   assert.equal(server.asked.filter((address) => address.includes('/pictures/')).length, 1);
   // 16 by 16 pixels of 4 bytes and a third, with each chunk that has it.
-  const manifest = JSON.parse(readFileSync(join(folder('pictured'), 'manifest.json')));
-  const users = manifest.chunks.filter(({ pictures, meshes }) => pictures || meshes?.some((file) => manifest.meshes[file].pictures)).length;
+  const packed = manifest('pictured');
+  const users = packed.chunks.filter(({ pictures, meshes }) => pictures || meshes?.some((file) => packed.meshes[file].pictures)).length;
   assert.ok(users > 1 && held > users * Math.ceil((16 * 16 * 4 * 4) / 3));
   await page.evaluate(() => window.walk.dispose());
   await new Promise((resolve) => setTimeout(resolve, 100));

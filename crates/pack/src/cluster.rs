@@ -1,11 +1,12 @@
 //! Chunks: items that the same cells need, or nearly the same, so that few requests bring little too much.
 //!
 //! Items with equal columns begin as one cluster. Then, in rounds, pairs of clusters in one cell or behind one of its portals are joined, those
-//! first that save most requests for the bytes that they bring too much. Agglomeration by column is the field's (van de Panne and Stewart,
-//! *Effective compression techniques for precomputed visibility*, 1999); the limits in bytes are our own. A cluster is compared with a limited
-//! number of those whose columns have about as many cells, so a round takes time in proportion to the clusters.
+//! first that save most requests for the bytes that they bring too much, while no cell fetches too much beyond what it asks for. Agglomeration by
+//! column is the field's (van de Panne and Stewart, *Effective compression techniques for precomputed visibility*, 1999); the limits in bytes are
+//! our own. A cluster is compared with a limited number of those whose columns have about as many cells, so a round takes time in proportion to
+//! the clusters.
 
-use crate::columns::{Item, both, common, count, needs, without};
+use crate::columns::{Item, common, count, needs, without};
 use enfilade::math::bits::ones;
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -13,24 +14,24 @@ use std::collections::HashMap;
 /// Limits of chunks.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
-    /// Share of the bytes that are fetched of a chunk which the cells that fetch it don't need, in all. More: a step into a room brings what
-    /// is elsewhere. Less: each object is a request.
+    /// Share of what a cell asks for that may come on top of it. More: a step into a room brings what is elsewhere. Less: each object is a
+    /// request.
     pub(crate) waste: f64,
-    /// Share of what a cell asks for that may come on top of it. More: rooms with little in them fetch several times that. Less: small
-    /// objects stay alone.
-    pub(crate) cell_waste: f64,
-    /// Bytes of a chunk besides its items.
-    pub(crate) fixed: u64,
     /// Bytes of a chunk. More: the first object of a chunk comes late. Less: more requests.
     pub(crate) most: u64,
 }
 
-/// About the bytes of a chunk besides its objects: what a request brings at any rate. More: rooms of small objects are one chunk, whoever sees
-/// them. Less: each of them is a chunk that is mostly its own head.
-pub(crate) const FIXED: u64 = 1000;
-/// Those of `pack`.
-pub(crate) const LIMITS: Limits = Limits { waste: 0.1, cell_waste: 0.4, fixed: FIXED, most: 1 << 20 };
+/// About the bytes of a chunk besides its objects.
+pub(crate) const FIXED: u64 = 450;
+/// Those of chunks of objects.
+pub(crate) const OBJECTS: Limits = Limits { waste: 0.08, most: 1 << 18 };
+/// Those of files of shared meshes: what both bring too much adds up.
+pub(crate) const MESHES: Limits = Limits { waste: 0.04, ..OBJECTS };
 
+/// What a saved request may cost in the first round, as a share of what cells ask for, and by how much it may cost more from price to price. Cheap
+/// pairs first: what dear ones use up is gone. More: dear pairs are taken before cheap ones that only arise from others. Less: more rounds.
+const FIRST_PRICE: f64 = 1e-4;
+const PRICES: f64 = 2.0;
 /// Clusters with about as many cells that each is compared with, by cell.
 const COMPARED: usize = 48;
 /// Neighbours of a cell whose clusters are compared with those of the cell.
@@ -42,23 +43,22 @@ struct Cluster {
     column: Vec<u64>,
     cells: u64,
     weight: u64,
-    /// Over all cells, the bytes that they need of it.
-    needed: u64,
     /// Ascending.
     items: Vec<u32>,
     /// The cells that its items are in, ascending.
     homes: Vec<usize>,
 }
 
-/// Divides items into chunks, each ascending, in the order of their first items.
-pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], limits: Limits) -> Vec<Vec<u32>> {
+/// Divides items into chunks, each ascending, in the order of their first items. `asked`: for each cell the bytes
+/// of all that it needs, items or not.
+pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], asked: &[u64], limits: Limits) -> Vec<Vec<u32>> {
     let mut clusters = equal_columns(items);
-    let mut cells = Cells::of(items, &clusters, neighbours.len());
-    loop {
-        let pairs = candidates(&clusters, neighbours, &cells.needs, limits);
-        let joined = join(&mut clusters, &pairs, &mut cells, limits);
-        if !joined {
-            break;
+    let mut cells = Cells { asked, extra: vec![0; asked.len()] };
+    let mut price = FIRST_PRICE;
+    while price < limits.waste * PRICES {
+        let pairs = candidates(&clusters, neighbours, asked, limits.most, price);
+        if !join(&mut clusters, &pairs, &mut cells, limits) {
+            price *= PRICES;
         }
         clusters.retain(|cluster| !cluster.items.is_empty());
     }
@@ -80,7 +80,6 @@ fn equal_columns(items: &[Item]) -> Vec<Cluster> {
         }
         let cluster = &mut clusters[at];
         cluster.weight += item.weight;
-        cluster.needed += item.weight * cluster.cells;
         cluster.items.push(number as u32);
         cluster.homes.extend(item.home);
     }
@@ -91,8 +90,14 @@ fn equal_columns(items: &[Item]) -> Vec<Cluster> {
     clusters
 }
 
-/// Pairs of clusters that may be joined, best first: bytes too many per request that is saved, and the two clusters.
-fn candidates(clusters: &[Cluster], neighbours: &[Vec<usize>], needs: &[u64], limits: Limits) -> Vec<(f64, u32, u32)> {
+/// Pairs of clusters of at most so many bytes together, best first: the [`score`], up to a price, and the two clusters.
+fn candidates(
+    clusters: &[Cluster],
+    neighbours: &[Vec<usize>],
+    asked: &[u64],
+    most: u64,
+    price: f64,
+) -> Vec<(f64, u32, u32)> {
     let mut in_cell: Vec<Vec<u32>> = vec![Vec::new(); neighbours.len()];
     let mut order: Vec<u32> = (0..clusters.len() as u32).collect();
     order.sort_unstable_by_key(|&c| (clusters[c as usize].cells, clusters[c as usize].items.first().copied()));
@@ -113,8 +118,9 @@ fn candidates(clusters: &[Cluster], neighbours: &[Vec<usize>], needs: &[u64], li
         others.sort_unstable();
         others.dedup();
         let pair = |b: u32| {
-            let score = score(&clusters[a as usize], &clusters[b as usize], needs, limits)?;
-            Some((score, a.min(b), a.max(b)))
+            let [one, other] = [a, b].map(|cluster| &clusters[cluster as usize]);
+            let score = (one.weight + other.weight <= most).then(|| score(one, other, asked))?;
+            (score <= price).then_some((score, a.min(b), a.max(b)))
         };
         others.into_iter().filter_map(pair).collect::<Vec<_>>()
     };
@@ -123,33 +129,26 @@ fn candidates(clusters: &[Cluster], neighbours: &[Vec<usize>], needs: &[u64], li
     pairs
 }
 
-/// The share of their needs that cells would get on top, all cells together, per request that is saved; `None` beyond the limits.
-fn score(a: &Cluster, b: &Cluster, needs: &[u64], limits: Limits) -> Option<f64> {
-    let weight = a.weight + b.weight;
-    if weight > limits.most {
-        return None;
-    }
+/// The share of what they ask for that cells would get on top, all cells together, per request that is saved; infinite where none is.
+fn score(a: &Cluster, b: &Cluster, asked: &[u64]) -> f64 {
     let saved = common(&a.column, &b.column);
-    let cells = a.cells + b.cells - saved;
-    let wasted = (cells * weight - a.needed - b.needed) as f64;
-    let is_wasteful = wasted > limits.waste * (cells * (weight + limits.fixed)) as f64;
-    if saved == 0 || is_wasteful {
-        return None;
+    if saved == 0 {
+        return f64::INFINITY;
     }
     let on_top = |of: &Cluster, other: &Cluster| -> f64 {
-        without(&of.column, &other.column).map(|cell| other.weight as f64 / needs[cell] as f64).sum()
+        without(&of.column, &other.column).map(|cell| other.weight as f64 / asked[cell] as f64).sum()
     };
-    Some((on_top(a, b) + on_top(b, a)) / saved as f64)
+    (on_top(a, b) + on_top(b, a)) / saved as f64
 }
 
 /// Joins pairs in order, each cluster once, while no cell gets too much. Returns whether there was one. A joined cluster leaves an empty one
 /// behind.
-fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells, limits: Limits) -> bool {
+fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells<'_>, limits: Limits) -> bool {
     let mut is_joined = vec![false; clusters.len()];
     let mut any = false;
     for &(_, a, b) in pairs {
         let [a, b] = [a as usize, b as usize];
-        if is_joined[a] || is_joined[b] || !cells.take(&clusters[a], &clusters[b], limits) {
+        if is_joined[a] || is_joined[b] || !cells.take(&clusters[a], &clusters[b], limits.waste) {
             continue;
         }
         let second = std::mem::take(&mut clusters[b]);
@@ -160,39 +159,24 @@ fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells, 
 }
 
 /// What each cell fetches.
-struct Cells {
-    /// Bytes of the items that it needs.
-    needs: Vec<u64>,
+struct Cells<'a> {
+    /// Bytes that it needs.
+    asked: &'a [u64],
     /// Bytes of items that it doesn't need.
     extra: Vec<u64>,
-    /// Number of clusters.
-    clusters: Vec<u64>,
 }
 
-impl Cells {
-    fn of(items: &[Item], clusters: &[Cluster], cells: usize) -> Self {
-        let mut all = Self { needs: needs(items, cells), extra: vec![0; cells], clusters: vec![0; cells] };
-        clusters.iter().for_each(|cluster| ones(&cluster.column).for_each(|cell| all.clusters[cell] += 1));
-        all
-    }
-
+impl Cells<'_> {
     /// Counts two clusters as one, unless a cell would get too much.
-    fn take(&mut self, a: &Cluster, b: &Cluster, limits: Limits) -> bool {
-        let of_one = without(&a.column, &b.column).map(|cell| (cell, b.weight, 0));
-        let of_other = without(&b.column, &a.column).map(|cell| (cell, a.weight, 0));
-        let of_both = both(&a.column, &b.column).map(|cell| (cell, 0, 1));
-        let changes: Vec<(usize, u64, u64)> = of_one.chain(of_other).chain(of_both).collect();
-        let is_too_much = |&(cell, more, fewer): &(usize, u64, u64)| {
-            let asked = self.needs[cell] + limits.fixed * (self.clusters[cell] - fewer);
-            (self.extra[cell] + more) as f64 > limits.cell_waste * asked as f64
-        };
+    fn take(&mut self, a: &Cluster, b: &Cluster, waste: f64) -> bool {
+        let of_one = without(&a.column, &b.column).map(|cell| (cell, b.weight));
+        let of_other = without(&b.column, &a.column).map(|cell| (cell, a.weight));
+        let changes: Vec<(usize, u64)> = of_one.chain(of_other).collect();
+        let is_too_much = |&(cell, more): &(usize, u64)| (self.extra[cell] + more) as f64 > waste * self.asked[cell] as f64;
         if changes.iter().any(is_too_much) {
             return false;
         }
-        for (cell, more, fewer) in changes {
-            self.extra[cell] += more;
-            self.clusters[cell] -= fewer;
-        }
+        changes.into_iter().for_each(|(cell, more)| self.extra[cell] += more);
         true
     }
 }
@@ -202,7 +186,6 @@ impl Cluster {
         self.column.iter_mut().zip(&other.column).for_each(|(a, b)| *a |= b);
         self.cells = count(&self.column);
         self.weight += other.weight;
-        self.needed += other.needed;
         self.items.extend(other.items);
         self.items.sort_unstable();
         self.homes.extend(other.homes);
@@ -268,28 +251,25 @@ mod tests {
         for seed in 0..20 {
             let cells = 70;
             let (items, neighbours) = row(cells, seed);
-            let limits = Limits { most: 40_000, ..LIMITS };
-            let made = chunks(&items, &neighbours, limits);
+            let limits = Limits { most: 40_000, ..OBJECTS };
+            let made = chunks(&items, &neighbours, &needs(&items, cells), limits);
             let mut all: Vec<u32> = made.concat();
             all.sort_unstable();
             assert!(all.iter().copied().eq(0..items.len() as u32), "each item once");
             assert!(made.len() * 3 < items.len() * 2, "{} chunks of {} items", made.len(), items.len());
             let sees = |cell: usize, item: u32| items[item as usize].column[cell / 64] >> (cell % 64) & 1 == 1;
             let weight = |list: &mut dyn Iterator<Item = u32>| list.map(|item| items[item as usize].weight).sum::<u64>();
-            let (mut extra, mut asked) = (vec![0; cells], vec![0; cells]);
             for chunk in &made {
-                let own = weight(&mut chunk.iter().copied());
-                assert!(own <= limits.most || chunk.len() == 1);
-                let (mut fetched, mut wasted) = (0, 0);
-                for cell in (0..cells).filter(|&cell| chunk.iter().any(|&item| sees(cell, item))) {
-                    let unseen = weight(&mut chunk.iter().copied().filter(|&item| !sees(cell, item)));
-                    (fetched, wasted) = (fetched + own + limits.fixed, wasted + unseen);
-                    (extra[cell], asked[cell]) = (extra[cell] + unseen, asked[cell] + own - unseen + limits.fixed);
-                }
-                assert!(wasted as f64 <= limits.waste * fetched as f64, "seed {seed}: {wasted} of {fetched}");
+                assert!(weight(&mut chunk.iter().copied()) <= limits.most || chunk.len() == 1);
             }
             for cell in 0..cells {
-                assert!(extra[cell] as f64 <= limits.cell_waste * asked[cell] as f64, "seed {seed}, cell {cell}");
+                let fetched = made.iter().filter(|chunk| chunk.iter().any(|&item| sees(cell, item))).flatten();
+                let fetched = weight(&mut fetched.copied());
+                let asked = weight(&mut (0..items.len() as u32).filter(|&item| sees(cell, item)));
+                assert!(
+                    fetched as f64 <= (1.0 + limits.waste) * asked as f64,
+                    "seed {seed}, cell {cell}: {fetched} for {asked}"
+                );
             }
         }
     }
@@ -298,13 +278,24 @@ mod tests {
     fn equal_columns_are_one_chunk_up_to_its_size_and_strangers_are_not() {
         let item = |column: u64, weight| Item { column: vec![column], weight, home: Some(0) };
         let neighbours = vec![Vec::new(); 4];
+        let chunks = |items: &[Item], limits| chunks(items, &neighbours, &needs(items, 4), limits);
         // Nobody sees the last one.
         let items = [item(0b11, 90_000), item(0b1100, 90_000), item(0b11, 90_000), item(0b1100, 9), item(0, 9)];
-        assert_eq!(chunks(&items, &neighbours, LIMITS), [vec![0, 2], vec![1, 3], vec![4]]);
-        assert_eq!(chunks(&items, &neighbours, Limits { most: 100_000, ..LIMITS }), [vec![0], vec![1, 3], vec![2], vec![4]]);
+        assert_eq!(chunks(&items, OBJECTS), [vec![0, 2], vec![1, 3], vec![4]]);
+        assert_eq!(chunks(&items, Limits { most: 100_000, ..OBJECTS }), [vec![0], vec![1, 3], vec![2], vec![4]]);
         // A hundredth of what the second cell needs.
         let items = [item(0b11, 100_000), item(0b01, 1_000)];
-        assert_eq!(chunks(&items, &neighbours, LIMITS), [vec![0, 1]]);
-        assert_eq!(chunks(&items, &neighbours, Limits { cell_waste: 0.005, ..LIMITS }), [vec![0], vec![1]]);
+        assert_eq!(chunks(&items, OBJECTS), [vec![0, 1]]);
+        assert_eq!(chunks(&items, Limits { waste: 0.005, ..OBJECTS }), [vec![0], vec![1]]);
+    }
+
+    /// A cell that also asks for much else takes more on top.
+    #[test]
+    fn what_a_cell_asks_for_besides_counts() {
+        let items =
+            [(0b11, 1_000), (0b01, 500)].map(|(column, weight)| Item { column: vec![column], weight, home: Some(0) });
+        let neighbours = vec![Vec::new(); 2];
+        assert_eq!(chunks(&items, &neighbours, &[1_500, 1_000], OBJECTS), [vec![0], vec![1]]);
+        assert_eq!(chunks(&items, &neighbours, &[1_500, 10_000], OBJECTS), [vec![0, 1]]);
     }
 }

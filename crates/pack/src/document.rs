@@ -5,6 +5,7 @@
 
 use crate::PackError;
 use crate::geometry::{F32, Layout, Shape, U16, U32};
+use crate::gzip::gzip;
 use crate::looks::Looks;
 use enfilade_formats::gltf::container::{glb, pad};
 use meshoptimizer_rs::Workspace;
@@ -164,7 +165,7 @@ impl Document {
         self.views.len() - 1
     }
 
-    /// The file with these nodes, of which the scene has `shown`.
+    /// The file with these nodes, of which the scene has `shown`, compressed.
     pub(crate) fn finish(
         self,
         meshes: Vec<Value>,
@@ -195,7 +196,7 @@ impl Document {
         if !used.is_empty() {
             root["extensionsUsed"] = json!(used);
         }
-        glb(&root, binary).ok_or(PackError::TooLarge)
+        glb(&root, binary).map(|bytes| gzip(&bytes)).ok_or(PackError::TooLarge)
     }
 }
 

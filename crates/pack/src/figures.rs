@@ -104,10 +104,9 @@ impl Needed {
 }
 
 impl Figures {
-    /// Of a folder. `mesh_weights`: about the bytes of each shared mesh in its file.
-    pub(crate) fn of(manifest: &Manifest, file: &PvsFile, made: &[Made], mesh_weights: &[u64]) -> Self {
+    /// Of a folder with a manifest of so many bytes. `mesh_weights`: about the bytes of each shared mesh in its file.
+    pub(crate) fn of(manifest: &Manifest, manifest_bytes: u64, file: &PvsFile, made: &[Made], mesh_weights: &[u64]) -> Self {
         let sum = |entries: &mut dyn Iterator<Item = &FileEntry>| entries.map(|entry| entry.bytes).sum::<u64>();
-        let manifest_bytes = manifest.write().len() as u64;
         let bytes = manifest_bytes + sum(&mut manifest.files());
         Self {
             bytes,

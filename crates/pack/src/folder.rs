@@ -1,5 +1,6 @@
 //! Writes a folder in one step: beside its place, then renamed. A folder is replaced only if all that is in it was packed.
 
+use crate::gzip::gunzip;
 use crate::manifest::{MANIFEST, Manifest, is_within};
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -39,12 +40,18 @@ pub fn page(folder: &Path) -> io::Result<Vec<Packed>> {
     }
 }
 
+/// Most bytes of a manifest's text: more than the names of the files of a folder are.
+const MOST_TEXT: u64 = 1 << 30;
+
 /// Why a folder is not replaced; `None` if it may be, or if there is none.
 pub fn refusal(folder: &Path) -> Option<String> {
     if fs::symlink_metadata(folder).is_err() {
         return None;
     }
-    let is_ours = || -> Option<Manifest> { Manifest::read(&fs::read_to_string(folder.join(MANIFEST)).ok()?).ok() };
+    let is_ours = || -> Option<Manifest> {
+        let text = gunzip(&fs::read(folder.join(MANIFEST)).ok()?, MOST_TEXT).ok()?;
+        Manifest::read(std::str::from_utf8(&text).ok()?).ok()
+    };
     let Some(manifest) = is_ours() else {
         return Some("is not a folder that pack wrote, so it isn't replaced; give another name".to_owned());
     };

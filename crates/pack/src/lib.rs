@@ -11,17 +11,20 @@ mod document;
 mod figures;
 pub mod folder;
 mod geometry;
+mod gzip;
+mod lean;
 mod looks;
 mod manifest;
 mod model;
 
 pub use figures::{Cells, Figures, Needed};
 pub use folder::Packed;
+pub use gzip::gunzip;
 pub use manifest::{Chunk, FileEntry, MANIFEST, Manifest, ManifestError, MeshFile, VERSION};
 
 use chunk::{Thing, Written, placement};
-use cluster::{LIMITS, chunks};
-use columns::{Item, columns, homes, neighbours};
+use cluster::{MESHES, OBJECTS, chunks};
+use columns::{Item, columns, homes, needs, neighbours};
 use enfilade::file::PvsFile;
 use enfilade::math::tolerance::packed_step;
 use enfilade::scene::ImportOptions;
@@ -29,6 +32,7 @@ use enfilade_formats::export::{ExportError, export};
 use figures::Made;
 use geometry::Shape;
 use glam::{DAffine3, DVec3};
+use lean::lean;
 use looks::Pictures;
 use model::{Mesh, Model};
 use rayon::prelude::*;
@@ -71,23 +75,23 @@ impl Building {
         self.manifest.page = page.iter().map(|file| FileEntry::of(&file.name, &file.bytes)).collect();
         self.files.pop();
         self.files.extend(page);
-        self.files.push(Packed { name: MANIFEST.to_owned(), bytes: self.manifest.write().into_bytes() });
+        self.files.push(self.manifest.packed());
     }
 }
 
 /// Name of the `.pvs` file.
 const PVS: &str = "building.pvs";
 /// Bytes of the JSON of an object with its own triangles: a node, a mesh and an accessor.
-const OWN_JSON: u64 = 190;
+const OWN_JSON: u64 = 40;
 /// Bytes of the JSON of an object that shares a mesh: a node with its transform.
-const SHARED_JSON: u64 = 110;
+const SHARED_JSON: u64 = 30;
 
-/// Packs the model of a file: `pvs` are the bytes of the file. The result does not depend on the number of threads.
+/// Packs the model of a file. The result does not depend on the number of threads.
 ///
 /// # Errors
 ///
 /// If the model cannot be read or is not the file's.
-pub fn pack(pvs: &[u8], file: &PvsFile, model: &Path, options: &ImportOptions) -> Result<Building, PackError> {
+pub fn pack(file: &PvsFile, model: &Path, options: &ImportOptions) -> Result<Building, PackError> {
     let exported = export(model, options, file)?;
     let model = Model::read(&exported.glb, file.objects.len())?;
     let pictures = Pictures::of(&model);
@@ -98,9 +102,9 @@ pub fn pack(pvs: &[u8], file: &PvsFile, model: &Path, options: &ImportOptions) -
     let written = plan.chunks.par_iter().map(|chunk| plan.objects(&model, &pictures, chunk, file.origin, step));
     let written: Vec<Written> = written.collect::<Result<_, _>>()?;
 
-    let mut files = vec![Packed { name: PVS.to_owned(), bytes: pvs.to_vec() }];
+    let pvs = lean(file).write();
     let manifest = Manifest {
-        pvs: FileEntry::of(PVS, pvs),
+        pvs: FileEntry::of(PVS, &pvs),
         model: file.model_hash,
         origin: file.origin,
         objects: file.objects.len() as u32,
@@ -115,12 +119,14 @@ pub fn pack(pvs: &[u8], file: &PvsFile, model: &Path, options: &ImportOptions) -
         pictures: pictures.files.iter().map(|(name, bytes)| FileEntry::of(name, bytes)).collect(),
         page: Vec::new(),
     };
+    let mut files = vec![Packed { name: PVS.to_owned(), bytes: pvs }];
     let names = manifest.chunks.iter().map(|chunk| &chunk.file).chain(manifest.meshes.iter().map(|meshes| &meshes.file));
     let contents = written.into_iter().chain(meshes).map(|written| written.bytes);
     files.extend(names.zip(contents).map(|(entry, bytes)| Packed { name: entry.file.clone(), bytes }));
     files.extend(pictures.files.into_iter().map(|(name, bytes)| Packed { name, bytes }));
-    files.push(Packed { name: MANIFEST.to_owned(), bytes: manifest.write().into_bytes() });
-    let figures = Figures::of(&manifest, file, &plan.made, &plan.mesh_weights);
+    let last = manifest.packed();
+    let figures = Figures::of(&manifest, last.bytes.len() as u64, file, &plan.made, &plan.mesh_weights);
+    files.push(last);
     let notes = exported.notes.into_iter().chain(model.notes).collect();
     Ok(Building { manifest, files, figures, notes })
 }
@@ -157,32 +163,38 @@ impl Plan {
             .map(|mesh| Ok((mesh, weigh(mesh)?)))
             .collect::<Result<_, PackError>>()?;
 
-        // Shared meshes are numbered file by file.
+        let item = |(object, column): (usize, &Vec<u64>)| {
+            let placed = &model.objects[object];
+            let is_shared = users[&placed.mesh].len() > 1;
+            let weight = if is_shared { SHARED_JSON } else { weights[&placed.mesh] };
+            Item { column: column.clone(), weight, home: homes[object] }
+        };
+        let objects: Vec<Item> = columns.iter().enumerate().map(item).collect();
         let shared: Vec<usize> = users.iter().filter(|(_, users)| users.len() > 1).map(|(&mesh, _)| mesh).collect();
         let item = |&mesh: &usize| {
             let mut column = vec![0; file.cells.len().div_ceil(64)];
             users[&mesh].iter().for_each(|&user| column.iter_mut().zip(&columns[user]).for_each(|(a, b)| *a |= b));
             Item { column, weight: weights[&mesh], home: homes[users[&mesh][0]] }
         };
-        let items: Vec<Item> = shared.iter().map(item).collect();
-        let groups = chunks(&items, &neighbours, LIMITS);
+        let meshes: Vec<Item> = shared.iter().map(item).collect();
+        let asked: Vec<u64> = needs(objects.iter().chain(&meshes), file.cells.len());
+
+        // Shared meshes are numbered file by file.
+        let groups = chunks(&meshes, &neighbours, &asked, MESHES);
         let shared: Vec<usize> = groups.iter().flatten().map(|&item| shared[item as usize]).collect();
         let mut next = 0u32..;
         let mesh_files = groups.iter().map(|group| next.by_ref().take(group.len()).collect()).collect();
         let numbers: BTreeMap<usize, u32> = shared.iter().copied().zip(0..).collect();
 
-        let made = |placed: &model::Placed| {
-            let mesh = numbers.get(&placed.mesh).copied();
-            let weight = if mesh.is_some() { SHARED_JSON } else { weights[&placed.mesh] };
-            Made { weight, mesh, pictures: pictures.of_material(model, model.material(placed.mesh)).into_iter().collect() }
+        let made = |(placed, item): (&model::Placed, &Item)| Made {
+            weight: item.weight,
+            mesh: numbers.get(&placed.mesh).copied(),
+            pictures: pictures.of_material(model, model.material(placed.mesh)).into_iter().collect(),
         };
-        let made: Vec<Made> = model.objects.iter().map(made).collect();
-        let item = |(object, column): (usize, Vec<u64>)| Item { column, weight: made[object].weight, home: homes[object] };
-        let items: Vec<Item> = columns.into_iter().enumerate().map(item).collect();
         let scale = |mesh: &usize| users[mesh].iter().map(|&user| scale(&model.objects[user].transform)).fold(0.0, f64::max);
         Ok(Self {
-            chunks: chunks(&items, &neighbours, LIMITS),
-            made,
+            made: model.objects.iter().zip(&objects).map(made).collect(),
+            chunks: chunks(&objects, &neighbours, &asked, OBJECTS),
             mesh_weights: shared.iter().map(|mesh| weights[mesh]).collect(),
             scales: shared.iter().map(scale).collect(),
             shared,
@@ -233,7 +245,7 @@ impl Plan {
         meshes.dedup();
         let runs = ids.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32);
         Chunk {
-            file: FileEntry::of(format!("chunks/{number}.glb"), &written.bytes),
+            file: FileEntry::of(format!("chunks/{number}.glbz"), &written.bytes),
             objects: runs.collect(),
             meshes,
             pictures: written.pictures.iter().map(|&picture| picture as u32).collect(),
@@ -244,7 +256,7 @@ impl Plan {
 fn mesh_entry(number: usize, meshes: &[u32], written: &Written) -> MeshFile {
     let first = meshes.first().copied().unwrap_or_default();
     MeshFile {
-        file: FileEntry::of(format!("meshes/{number}.glb"), &written.bytes),
+        file: FileEntry::of(format!("meshes/{number}.glbz"), &written.bytes),
         meshes: first..first + meshes.len() as u32,
         pictures: written.pictures.iter().map(|&picture| picture as u32).collect(),
     }

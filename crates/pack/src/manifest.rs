@@ -1,14 +1,16 @@
 //! The manifest of a packed folder: what its files hold. docs/format.md describes it.
 
+use crate::folder::Packed;
+use crate::gzip::gzip;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use std::collections::HashSet;
 use std::ops::Range;
 
 /// Version of the folder.
-pub const VERSION: u64 = 1;
+pub const VERSION: u64 = 2;
 /// Name of the manifest.
-pub const MANIFEST: &str = "manifest.json";
+pub const MANIFEST: &str = "manifest.jsonz";
 
 /// The files of a packed folder.
 #[derive(Clone, PartialEq, Debug)]
@@ -111,6 +113,11 @@ impl Manifest {
         chunks
     }
 
+    /// The file.
+    pub(crate) fn packed(&self) -> Packed {
+        Packed { name: MANIFEST.to_owned(), bytes: gzip(self.write().as_bytes()) }
+    }
+
     /// The text of the file.
     pub fn write(&self) -> String {
         let with = |entry: &FileEntry, lists: &[(&str, Vec<u32>)]| {
@@ -152,7 +159,7 @@ impl Manifest {
         let root =
             Fields { at: String::new(), map: root.as_object().ok_or_else(|| fault("manifest", "must be an object"))? };
         if root.whole("enfilade", u64::MAX)? != VERSION {
-            return Err(fault("enfilade", "must be 1, the version of the folder"));
+            return Err(fault("enfilade", "must be 2, the version of the folder"));
         }
         let origin = root.list("origin")?.iter().map(|x| x.as_f64().filter(|x| x.is_finite())).collect::<Option<Vec<f64>>>();
         let origin = origin.and_then(|origin| <[f64; 3]>::try_from(origin).ok());

@@ -54,10 +54,10 @@ function restored(): void {
 /** The folder that the address names, or that the page lies in; else files are asked for. */
 async function open(stage: Stage): Promise<void> {
   const named = new URLSearchParams(location.search).get('pack');
-  const folder = new URL(named === null ? '.' : named.endsWith('.json') || named.endsWith('/') ? named : `${named}/`, location.href);
+  const folder = new URL(named === null ? '.' : named.endsWith('.jsonz') || named.endsWith('/') ? named : `${named}/`, location.href);
   if (folder.origin !== location.origin) return say(`${folder.origin} is another origin: only folders beside this page are opened.`, true);
   if (named === null) {
-    const answer = await fetch(new URL('manifest.json', folder), { method: 'HEAD' }).catch(() => undefined);
+    const answer = await fetch(new URL('manifest.jsonz', folder), { method: 'HEAD' }).catch(() => undefined);
     if (!answer?.ok) {
       element('start').hidden = false;
       return;

@@ -1,5 +1,6 @@
 import { hash } from '@enfilade/runtime';
-import type { Entry } from './manifest.js';
+import { gunzip } from './gunzip.js';
+import { MANIFEST, type Entry } from './manifest.js';
 
 /** How often a file is asked for, and the pause after the first failure, milliseconds; it doubles. */
 const TRIES = 3;
@@ -20,12 +21,16 @@ export class Files {
     this.folder = new URL('.', new URL(address, globalThis.location?.href));
   }
 
-  /** The text of a small file without a known size. */
-  async text(file: string): Promise<string> {
-    const response = await this.ask(this.address(file), 'default', this.stop.signal);
+  /** The text of the manifest. */
+  async manifest(): Promise<string> {
+    const response = await this.ask(this.address(MANIFEST), 'default', this.stop.signal);
     const bytes = new Uint8Array(await response.arrayBuffer());
     this.bytes += bytes.length;
-    return new TextDecoder().decode(bytes);
+    try {
+      return new TextDecoder().decode(await gunzip(bytes));
+    } catch (error) {
+      throw new Error(`${MANIFEST}: ${(error as Error).message}`);
+    }
   }
 
   /** The bytes of a file, which are as the manifest says. Asks three times, then throws an `Error` that names it. */

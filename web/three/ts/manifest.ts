@@ -1,5 +1,8 @@
 // What the files of a packed folder hold: `enfilade pack` writes it, and docs/format.md describes it.
 
+/** Its own name. */
+export const MANIFEST = 'manifest.jsonz';
+
 /** A file of the folder. */
 export interface Entry {
   /** Its name below the folder, with `/` between parts. */
@@ -45,7 +48,7 @@ type Fields = Record<string, unknown>;
 const MOST_BYTES = 2 ** 31;
 
 function fault(field: string, what: string): Error {
-  return new Error(`manifest.json: ${field}: ${what}`);
+  return new Error(`${MANIFEST}: ${field}: ${what}`);
 }
 
 /** Reads the text of a manifest. Throws an `Error` that names the first field that is not as it should be. */
@@ -54,10 +57,10 @@ export function readManifest(text: string): Manifest {
   try {
     root = JSON.parse(text);
   } catch (error) {
-    throw new Error(`manifest.json: ${(error as Error).message}`);
+    throw new Error(`${MANIFEST}: ${(error as Error).message}`);
   }
   const fields = object(root, 'the file');
-  if (fields['enfilade'] !== 1) throw fault('enfilade', 'the version of the folder is not 1');
+  if (fields['enfilade'] !== 2) throw fault('enfilade', 'the version of the folder is not 2');
   const origin = list(fields['origin'], 'origin').map((number, i) => finite(number, `origin[${i}]`));
   if (origin.length !== 3) throw fault('origin', 'has to be three numbers');
   const pictures = list(fields['pictures'], 'pictures').map((value, i) => entry(object(value, `pictures[${i}]`), `pictures[${i}]`));
@@ -147,7 +150,7 @@ function chunk(fields: Fields, at: string, files: number, pictures: number): Chu
 }
 
 function checkNames(manifest: Manifest): void {
-  const known = new Set(['manifest.json']);
+  const known = new Set([MANIFEST]);
   for (const { file } of [manifest.pvs, ...manifest.chunks, ...manifest.meshes, ...manifest.pictures]) {
     if (known.has(file)) throw fault(file, 'is the name of two files');
     known.add(file);

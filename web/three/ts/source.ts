@@ -1,6 +1,7 @@
 import { Texture, type Matrix4 } from 'three';
 import type { Files } from './files.js';
 import { ownGeometry, sizeOf } from './geometry.js';
+import { gunzip } from './gunzip.js';
 import { readGlb, type Contents, type Piece } from './glb.js';
 import type { Chunk, Manifest } from './manifest.js';
 import { Pool } from './pool.js';
@@ -96,7 +97,7 @@ export class Source {
 
   private async parse(file: string, bytes: Uint8Array<ArrayBuffer>): Promise<Contents> {
     try {
-      return await readGlb(bytes, (picture) => this.named(picture));
+      return await readGlb(await gunzip(bytes), (picture) => this.named(picture));
     } catch (error) {
       throw new Error(`${file}: ${(error as Error).message}`);
     }

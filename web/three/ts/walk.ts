@@ -4,7 +4,7 @@ import { Ahead } from './ahead.js';
 import { Boxes } from './boxes.js';
 import { Eye } from './eye.js';
 import { Files } from './files.js';
-import { readManifest, type Manifest } from './manifest.js';
+import { MANIFEST, readManifest, type Manifest } from './manifest.js';
 import { Parts } from './parts.js';
 import { Plan } from './plan.js';
 import { Shown } from './shown.js';
@@ -147,7 +147,7 @@ export class Walk {
 
   private async open(budget: number): Promise<void> {
     await ready;
-    const manifest = readManifest(await this.files.text('manifest.json'));
+    const manifest = readManifest(await this.files.manifest());
     const building = new Building(await this.files.read(manifest.pvs));
     if (this.isEnded) return building.free();
     try {
@@ -285,7 +285,7 @@ function check(manifest: Manifest, building: Building): void {
     throw new Error(`${manifest.pvs.file} is of the model ${building.model}, and the folder of ${manifest.model}`);
   }
   if (building.objects !== manifest.objects) {
-    throw new Error(`manifest.json: objects: is ${manifest.objects}, and ${manifest.pvs.file} has ${building.objects}`);
+    throw new Error(`${MANIFEST}: objects: is ${manifest.objects}, and ${manifest.pvs.file} has ${building.objects}`);
   }
 }
 

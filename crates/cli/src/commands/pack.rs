@@ -76,7 +76,7 @@ pub fn run(args: Args) -> Result<Outcome, CliError> {
     let walk = path.map(|path| CameraPath::load(&path).map_err(|e| at(&path, e))).transpose()?;
     let bytes = load_bytes(&pvs)?;
     let file = PvsFile::read(&bytes).map_err(|e| at(&pvs, e))?;
-    let packed = super::pool(threads)?.install(|| pack(&bytes, &file, &model, &files.again(&file.import)));
+    let packed = super::pool(threads)?.install(|| pack(&file, &model, &files.again(&file.import)));
     let mut packed = packed.map_err(|e| match e {
         PackError::Model(ExportError::OtherModel { .. }) => at(&model, format!("{}: {e}", pvs.display())),
         e => at(&model, e),
