@@ -6,16 +6,15 @@
 //! our own. A cluster is compared with a limited number of those whose columns have about as many cells, so a round takes time in proportion to
 //! the clusters.
 
-use crate::columns::{Item, common, count, needs, without};
-use enfilade::math::bits::ones;
+use crate::columns::{Item, common, count, without};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Limits of chunks.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
-    /// Share of what a cell asks for that may come on top of it. More: a step into a room brings what is elsewhere. Less: each object is a
-    /// request.
+    /// Share of what a cell asks for that may come on top of it, in the mean of all cells. More: a step into a room brings what is elsewhere.
+    /// Less: each object is a request.
     pub(crate) waste: f64,
     /// Bytes of a chunk. More: the first object of a chunk comes late. Less: more requests.
     pub(crate) most: u64,
@@ -24,14 +23,20 @@ pub(crate) struct Limits {
 /// About the bytes of a chunk besides its objects.
 pub(crate) const FIXED: u64 = 450;
 /// Those of chunks of objects.
-pub(crate) const OBJECTS: Limits = Limits { waste: 0.08, most: 1 << 18 };
+pub(crate) const OBJECTS: Limits = Limits { waste: 0.09, most: 1 << 18 };
 /// Those of files of shared meshes: what both bring too much adds up.
-pub(crate) const MESHES: Limits = Limits { waste: 0.04, ..OBJECTS };
+pub(crate) const MESHES: Limits = Limits { waste: 0.03, ..OBJECTS };
+/// As [`Limits::waste`], of one cell; and bytes that are little for any cell. More: a niche loads the hall that it looks into. Less: one niche keeps
+/// all that it sees a part of in pieces.
+const CELL_WASTE: f64 = 0.5;
+const LITTLE: u64 = 4096;
 
 /// What a saved request may cost in the first round, as a share of what cells ask for, and by how much it may cost more from price to price. Cheap
 /// pairs first: what dear ones use up is gone. More: dear pairs are taken before cheap ones that only arise from others. Less: more rounds.
 const FIRST_PRICE: f64 = 1e-4;
 const PRICES: f64 = 2.0;
+/// A request is not worth more than this.
+const DEAREST: f64 = 1.0;
 /// Clusters with about as many cells that each is compared with, by cell.
 const COMPARED: usize = 48;
 /// Neighbours of a cell whose clusters are compared with those of the cell.
@@ -53,11 +58,11 @@ struct Cluster {
 /// of all that it needs, items or not.
 pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], asked: &[u64], limits: Limits) -> Vec<Vec<u32>> {
     let mut clusters = equal_columns(items);
-    let mut cells = Cells { asked, extra: vec![0; asked.len()] };
+    let mut cells = Cells { asked, extra: vec![0; asked.len()], left: limits.waste * asked.len() as f64 };
     let mut price = FIRST_PRICE;
-    while price < limits.waste * PRICES {
+    while price < DEAREST {
         let pairs = candidates(&clusters, neighbours, asked, limits.most, price);
-        if !join(&mut clusters, &pairs, &mut cells, limits) {
+        if !join(&mut clusters, &pairs, &mut cells) {
             price *= PRICES;
         }
         clusters.retain(|cluster| !cluster.items.is_empty());
@@ -143,12 +148,12 @@ fn score(a: &Cluster, b: &Cluster, asked: &[u64]) -> f64 {
 
 /// Joins pairs in order, each cluster once, while no cell gets too much. Returns whether there was one. A joined cluster leaves an empty one
 /// behind.
-fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells<'_>, limits: Limits) -> bool {
+fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells<'_>) -> bool {
     let mut is_joined = vec![false; clusters.len()];
     let mut any = false;
     for &(_, a, b) in pairs {
         let [a, b] = [a as usize, b as usize];
-        if is_joined[a] || is_joined[b] || !cells.take(&clusters[a], &clusters[b], limits.waste) {
+        if is_joined[a] || is_joined[b] || !cells.take(&clusters[a], &clusters[b]) {
             continue;
         }
         let second = std::mem::take(&mut clusters[b]);
@@ -164,18 +169,25 @@ struct Cells<'a> {
     asked: &'a [u64],
     /// Bytes of items that it doesn't need.
     extra: Vec<u64>,
+    /// The sum of shares that may still come on top.
+    left: f64,
 }
 
 impl Cells<'_> {
     /// Counts two clusters as one, unless a cell would get too much.
-    fn take(&mut self, a: &Cluster, b: &Cluster, waste: f64) -> bool {
+    fn take(&mut self, a: &Cluster, b: &Cluster) -> bool {
         let of_one = without(&a.column, &b.column).map(|cell| (cell, b.weight));
         let of_other = without(&b.column, &a.column).map(|cell| (cell, a.weight));
         let changes: Vec<(usize, u64)> = of_one.chain(of_other).collect();
-        let is_too_much = |&(cell, more): &(usize, u64)| (self.extra[cell] + more) as f64 > waste * self.asked[cell] as f64;
-        if changes.iter().any(is_too_much) {
+        let is_too_much = |&(cell, more): &(usize, u64)| {
+            let extra = self.extra[cell] + more;
+            extra > LITTLE && extra as f64 > CELL_WASTE * self.asked[cell] as f64
+        };
+        let shares: f64 = changes.iter().map(|&(cell, more)| more as f64 / self.asked[cell] as f64).sum();
+        if shares > self.left || changes.iter().any(is_too_much) {
             return false;
         }
+        self.left -= shares;
         changes.into_iter().for_each(|(cell, more)| self.extra[cell] += more);
         true
     }
@@ -217,6 +229,7 @@ fn split(chunk: Vec<u32>, items: &[Item], most: u64) -> Vec<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::columns::needs;
 
     /// Numbers that look random, of xorshift (Marsaglia, 2003).
     fn numbers(seed: u64) -> impl FnMut(u64) -> u64 {
