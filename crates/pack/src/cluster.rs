@@ -1,10 +1,9 @@
 //! Chunks: items that the same cells need, or nearly the same, so that few requests bring little too much.
 //!
 //! Items with equal columns begin as one cluster. Then, in rounds, pairs of clusters in one cell or behind one of its portals are joined, those
-//! first that save most requests for the bytes that they bring too much, while no cell fetches too much beyond what it asks for. Agglomeration by
-//! column is the field's (van de Panne and Stewart, *Effective compression techniques for precomputed visibility*, 1999); the limits in bytes are
-//! our own. A cluster is compared with a limited number of those whose columns have about as many cells, so a round takes time in proportion to
-//! the clusters.
+//! first that bring the fewest bytes too much for each request that they save, up to the bytes that a request is worth. Agglomeration by column is
+//! the field's (van de Panne and Stewart, *Effective compression techniques for precomputed visibility*, 1999); what a request is worth is our own.
+//! A cluster is compared with a limited number of those whose columns have about as many cells, so a round takes time in proportion to the clusters.
 
 use crate::columns::{Item, common, count, without};
 use rayon::prelude::*;
@@ -13,30 +12,25 @@ use std::collections::HashMap;
 /// Limits of chunks.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
-    /// Share of what a cell asks for that may come on top of it, in the mean of all cells. More: a step into a room brings what is elsewhere.
-    /// Less: each object is a request.
-    pub(crate) waste: f64,
+    /// Bytes that a request is worth: those of a chunk besides its items, of a request and its answer, and of the time until the answer begins.
+    /// More: a step into a room brings what is elsewhere. Less: small objects are a request each, and the line is idle between them.
+    pub(crate) request: f64,
     /// Bytes of a chunk. More: the first object of a chunk comes late. Less: more requests.
     pub(crate) most: u64,
 }
 
-/// About the bytes of a chunk besides its objects.
+/// Those of `pack`.
+pub(crate) const LIMITS: Limits = Limits { request: 1500.0, most: 1 << 18 };
+/// About the bytes of a chunk besides its items.
 pub(crate) const FIXED: u64 = 450;
-/// Those of chunks of objects.
-pub(crate) const OBJECTS: Limits = Limits { waste: 0.09, most: 1 << 18 };
-/// Those of files of shared meshes: what both bring too much adds up.
-pub(crate) const MESHES: Limits = Limits { waste: 0.03, ..OBJECTS };
-/// As [`Limits::waste`], of one cell; and bytes that are little for any cell. More: a niche loads the hall that it looks into. Less: one niche keeps
-/// all that it sees a part of in pieces.
+/// Share of what a cell asks for that may come on top of it; and bytes that are little for any cell. More: a niche loads the hall that it looks into.
+/// Less: for one niche, all that it sees a part of stays in pieces.
 const CELL_WASTE: f64 = 0.5;
 const LITTLE: u64 = 4096;
+/// Pairs of up to a share of [`Limits::request`] are joined first, then those of up to twice as much, and so on. Less: more rounds. More: dear pairs
+/// are taken before cheap ones that only arise from others.
+const FIRST_PRICE: f64 = 1.0 / 64.0;
 
-/// What a saved request may cost in the first round, as a share of what cells ask for, and by how much it may cost more from price to price. Cheap
-/// pairs first: what dear ones use up is gone. More: dear pairs are taken before cheap ones that only arise from others. Less: more rounds.
-const FIRST_PRICE: f64 = 1e-4;
-const PRICES: f64 = 2.0;
-/// A request is not worth more than this.
-const DEAREST: f64 = 1.0;
 /// Clusters with about as many cells that each is compared with, by cell.
 const COMPARED: usize = 48;
 /// Neighbours of a cell whose clusters are compared with those of the cell.
@@ -58,12 +52,12 @@ struct Cluster {
 /// of all that it needs, items or not.
 pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], asked: &[u64], limits: Limits) -> Vec<Vec<u32>> {
     let mut clusters = equal_columns(items);
-    let mut cells = Cells { asked, extra: vec![0; asked.len()], left: limits.waste * asked.len() as f64 };
-    let mut price = FIRST_PRICE;
-    while price < DEAREST {
-        let pairs = candidates(&clusters, neighbours, asked, limits.most, price);
+    let mut cells = Cells { asked, extra: vec![0; asked.len()] };
+    let mut share = FIRST_PRICE;
+    while share <= 1.0 {
+        let pairs = candidates(&clusters, neighbours, limits.most, share * limits.request);
         if !join(&mut clusters, &pairs, &mut cells) {
-            price *= PRICES;
+            share *= 2.0;
         }
         clusters.retain(|cluster| !cluster.items.is_empty());
     }
@@ -95,14 +89,8 @@ fn equal_columns(items: &[Item]) -> Vec<Cluster> {
     clusters
 }
 
-/// Pairs of clusters of at most so many bytes together, best first: the [`score`], up to a price, and the two clusters.
-fn candidates(
-    clusters: &[Cluster],
-    neighbours: &[Vec<usize>],
-    asked: &[u64],
-    most: u64,
-    price: f64,
-) -> Vec<(f64, u32, u32)> {
+/// Pairs of clusters of at most so many bytes together, best first: their [`score`], up to a price, and the two clusters.
+fn candidates(clusters: &[Cluster], neighbours: &[Vec<usize>], most: u64, price: f64) -> Vec<(f64, u32, u32)> {
     let mut in_cell: Vec<Vec<u32>> = vec![Vec::new(); neighbours.len()];
     let mut order: Vec<u32> = (0..clusters.len() as u32).collect();
     order.sort_unstable_by_key(|&c| (clusters[c as usize].cells, clusters[c as usize].items.first().copied()));
@@ -124,7 +112,7 @@ fn candidates(
         others.dedup();
         let pair = |b: u32| {
             let [one, other] = [a, b].map(|cluster| &clusters[cluster as usize]);
-            let score = (one.weight + other.weight <= most).then(|| score(one, other, asked))?;
+            let score = (one.weight + other.weight <= most).then(|| score(one, other))?;
             (score <= price).then_some((score, a.min(b), a.max(b)))
         };
         others.into_iter().filter_map(pair).collect::<Vec<_>>()
@@ -134,16 +122,13 @@ fn candidates(
     pairs
 }
 
-/// The share of what they ask for that cells would get on top, all cells together, per request that is saved; infinite where none is.
-fn score(a: &Cluster, b: &Cluster, asked: &[u64]) -> f64 {
+/// Bytes that are fetched too much, over all cells, per request that is saved; infinite where none is.
+fn score(a: &Cluster, b: &Cluster) -> f64 {
     let saved = common(&a.column, &b.column);
     if saved == 0 {
         return f64::INFINITY;
     }
-    let on_top = |of: &Cluster, other: &Cluster| -> f64 {
-        without(&of.column, &other.column).map(|cell| other.weight as f64 / asked[cell] as f64).sum()
-    };
-    (on_top(a, b) + on_top(b, a)) / saved as f64
+    ((a.cells - saved) * b.weight + (b.cells - saved) * a.weight) as f64 / saved as f64
 }
 
 /// Joins pairs in order, each cluster once, while no cell gets too much. Returns whether there was one. A joined cluster leaves an empty one
@@ -169,8 +154,6 @@ struct Cells<'a> {
     asked: &'a [u64],
     /// Bytes of items that it doesn't need.
     extra: Vec<u64>,
-    /// The sum of shares that may still come on top.
-    left: f64,
 }
 
 impl Cells<'_> {
@@ -183,11 +166,9 @@ impl Cells<'_> {
             let extra = self.extra[cell] + more;
             extra > LITTLE && extra as f64 > CELL_WASTE * self.asked[cell] as f64
         };
-        let shares: f64 = changes.iter().map(|&(cell, more)| more as f64 / self.asked[cell] as f64).sum();
-        if shares > self.left || changes.iter().any(is_too_much) {
+        if changes.iter().any(is_too_much) {
             return false;
         }
-        self.left -= shares;
         changes.into_iter().for_each(|(cell, more)| self.extra[cell] += more);
         true
     }
@@ -264,7 +245,7 @@ mod tests {
         for seed in 0..20 {
             let cells = 70;
             let (items, neighbours) = row(cells, seed);
-            let limits = Limits { most: 40_000, ..OBJECTS };
+            let limits = Limits { most: 40_000, ..LIMITS };
             let made = chunks(&items, &neighbours, &needs(&items, cells), limits);
             let mut all: Vec<u32> = made.concat();
             all.sort_unstable();
@@ -294,12 +275,12 @@ mod tests {
         let chunks = |items: &[Item], limits| chunks(items, &neighbours, &needs(items, 4), limits);
         // Nobody sees the last one.
         let items = [item(0b11, 90_000), item(0b1100, 90_000), item(0b11, 90_000), item(0b1100, 9), item(0, 9)];
-        assert_eq!(chunks(&items, OBJECTS), [vec![0, 2], vec![1, 3], vec![4]]);
-        assert_eq!(chunks(&items, Limits { most: 100_000, ..OBJECTS }), [vec![0], vec![1, 3], vec![2], vec![4]]);
+        assert_eq!(chunks(&items, LIMITS), [vec![0, 2], vec![1, 3], vec![4]]);
+        assert_eq!(chunks(&items, Limits { most: 100_000, ..LIMITS }), [vec![0], vec![1, 3], vec![2], vec![4]]);
         // A hundredth of what the second cell needs.
         let items = [item(0b11, 100_000), item(0b01, 1_000)];
-        assert_eq!(chunks(&items, OBJECTS), [vec![0, 1]]);
-        assert_eq!(chunks(&items, Limits { waste: 0.005, ..OBJECTS }), [vec![0], vec![1]]);
+        assert_eq!(chunks(&items, LIMITS), [vec![0, 1]]);
+        assert_eq!(chunks(&items, Limits { waste: 0.005, ..LIMITS }), [vec![0], vec![1]]);
     }
 
     /// A cell that also asks for much else takes more on top.
@@ -308,7 +289,7 @@ mod tests {
         let items =
             [(0b11, 1_000), (0b01, 500)].map(|(column, weight)| Item { column: vec![column], weight, home: Some(0) });
         let neighbours = vec![Vec::new(); 2];
-        assert_eq!(chunks(&items, &neighbours, &[1_500, 1_000], OBJECTS), [vec![0], vec![1]]);
-        assert_eq!(chunks(&items, &neighbours, &[1_500, 10_000], OBJECTS), [vec![0, 1]]);
+        assert_eq!(chunks(&items, &neighbours, &[1_500, 1_000], LIMITS), [vec![0], vec![1]]);
+        assert_eq!(chunks(&items, &neighbours, &[1_500, 10_000], LIMITS), [vec![0, 1]]);
     }
 }
