@@ -20,13 +20,13 @@ pub(crate) struct Limits {
 }
 
 /// Those of `pack`.
-pub(crate) const LIMITS: Limits = Limits { request: 1500.0, most: 1 << 18 };
+pub(crate) const LIMITS: Limits = Limits { request: 700.0, most: 1 << 18 };
 /// About the bytes of a chunk besides its items.
 pub(crate) const FIXED: u64 = 450;
 /// Share of what a cell asks for that may come on top of it; and bytes that are little for any cell. More: a niche loads the hall that it looks into.
 /// Less: for one niche, all that it sees a part of stays in pieces.
-const CELL_WASTE: f64 = 0.5;
-const LITTLE: u64 = 4096;
+const CELL_WASTE: f64 = 0.25;
+const LITTLE: u64 = 1024;
 /// Pairs of up to a share of [`Limits::request`] are joined first, then those of up to twice as much, and so on. Less: more rounds. More: dear pairs
 /// are taken before cheap ones that only arise from others.
 const FIRST_PRICE: f64 = 1.0 / 64.0;
