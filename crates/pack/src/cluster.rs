@@ -1,35 +1,40 @@
 //! Chunks: items that the same cells need, or nearly the same, so that few requests bring little too much.
 //!
 //! Items with equal columns begin as one cluster. Then, in rounds, pairs of clusters in one cell or behind one of its portals are joined, those
-//! first that bring the fewest bytes too much for each request that they save, up to the bytes that a request is worth. Agglomeration by column is
-//! the field's (van de Panne and Stewart, *Effective compression techniques for precomputed visibility*, 1999); what a request is worth is our own.
-//! A cluster is compared with a limited number of those whose columns have about as many cells, so a round takes time in proportion to the clusters.
+//! first that bring the fewest bytes too much for each request that they save, until cells get as much too much as they may in the mean.
+//! Agglomeration by column is the field's (van de Panne and Stewart, *Effective compression techniques for precomputed visibility*, 1999); the
+//! limits in bytes are our own. A cluster is compared with a limited number of those whose columns have about as many cells, so a round takes time
+//! in proportion to the clusters.
 
-use crate::columns::{Item, common, count, without};
+use crate::columns::{Item, both, common, count, without};
+use enfilade::math::bits::ones;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Limits of chunks.
 #[derive(Clone, Copy)]
 pub(crate) struct Limits {
-    /// Bytes that a request is worth: those of a chunk besides its items, of a request and its answer, and of the time until the answer begins.
-    /// More: a step into a room brings what is elsewhere. Less: small objects are a request each, and the line is idle between them.
-    pub(crate) request: f64,
+    /// Share of what a cell asks for that comes on top of it, in the mean of all cells. More: a step into a room brings what is elsewhere. Less:
+    /// small objects are a request each, and the line is idle between them.
+    pub(crate) waste: f64,
     /// Bytes of a chunk. More: the first object of a chunk comes late. Less: more requests.
     pub(crate) most: u64,
 }
 
-/// Those of `pack`.
-pub(crate) const LIMITS: Limits = Limits { request: 700.0, most: 1 << 18 };
+/// Those of chunks of objects.
+pub(crate) const OBJECTS: Limits = Limits { waste: 0.09, most: 1 << 18 };
+/// Those of files of shared meshes: what both bring too much adds up.
+pub(crate) const MESHES: Limits = Limits { waste: 0.03, ..OBJECTS };
+/// As [`Limits::waste`], for each cell; and bytes that are little for any. More: a niche loads the hall that it looks into. Less: for one niche, all
+/// that it sees a part of stays in pieces.
+const CELL_WASTE: f64 = 0.4;
+const LITTLE: u64 = 2048;
 /// About the bytes of a chunk besides its items.
 pub(crate) const FIXED: u64 = 450;
-/// Share of what a cell asks for that may come on top of it; and bytes that are little for any cell. More: a niche loads the hall that it looks into.
-/// Less: for one niche, all that it sees a part of stays in pieces.
-const CELL_WASTE: f64 = 0.25;
-const LITTLE: u64 = 1024;
-/// Pairs of up to a share of [`Limits::request`] are joined first, then those of up to twice as much, and so on. Less: more rounds. More: dear pairs
-/// are taken before cheap ones that only arise from others.
-const FIRST_PRICE: f64 = 1.0 / 64.0;
+/// Bytes too much for a request that is saved: pairs of up to the first price are joined first, then those of up to twice as much, and so on. A
+/// request is worth no more than the last: 4 kB take 0.7 ms at 50 Mbit/s. Less at first: more rounds. More: dear pairs are taken before cheap ones
+/// that only arise from others.
+const PRICES: [f64; 2] = [32.0, 4096.0];
 
 /// Clusters with about as many cells that each is compared with, by cell.
 const COMPARED: usize = 48;
@@ -52,12 +57,12 @@ struct Cluster {
 /// of all that it needs, items or not.
 pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], asked: &[u64], limits: Limits) -> Vec<Vec<u32>> {
     let mut clusters = equal_columns(items);
-    let mut cells = Cells { asked, extra: vec![0; asked.len()] };
-    let mut share = FIRST_PRICE;
-    while share <= 1.0 {
-        let pairs = candidates(&clusters, neighbours, limits.most, share * limits.request);
+    let mut cells = Cells::of(&clusters, asked, limits.waste);
+    let [mut price, last] = PRICES;
+    while price <= last {
+        let pairs = candidates(&clusters, neighbours, limits.most, price);
         if !join(&mut clusters, &pairs, &mut cells) {
-            share *= 2.0;
+            price *= 2.0;
         }
         clusters.retain(|cluster| !cluster.items.is_empty());
     }
@@ -151,25 +156,54 @@ fn join(clusters: &mut [Cluster], pairs: &[(f64, u32, u32)], cells: &mut Cells<'
 /// What each cell fetches.
 struct Cells<'a> {
     /// Bytes that it needs.
-    asked: &'a [u64],
+    needed: &'a [u64],
     /// Bytes of items that it doesn't need.
     extra: Vec<u64>,
+    /// Number of clusters.
+    clusters: Vec<u64>,
+    /// The sum over cells of what comes on top, as a share of what they ask for.
+    shares: f64,
+    most: f64,
 }
 
-impl Cells<'_> {
-    /// Counts two clusters as one, unless a cell would get too much.
+impl<'a> Cells<'a> {
+    fn of(clusters: &[Cluster], needed: &'a [u64], waste: f64) -> Self {
+        let cells = needed.len();
+        let mut all =
+            Self { needed, extra: vec![0; cells], clusters: vec![0; cells], shares: 0.0, most: waste * cells as f64 };
+        clusters.iter().for_each(|cluster| ones(&cluster.column).for_each(|cell| all.clusters[cell] += 1));
+        all
+    }
+
+    /// What comes on top of what a cell asks for with so many clusters.
+    fn share(&self, cell: usize, extra: u64, clusters: u64) -> f64 {
+        extra as f64 / (self.needed[cell] + FIXED * clusters).max(1) as f64
+    }
+
+    /// Counts two clusters as one, unless a cell or all of them would get too much.
     fn take(&mut self, a: &Cluster, b: &Cluster) -> bool {
-        let of_one = without(&a.column, &b.column).map(|cell| (cell, b.weight));
-        let of_other = without(&b.column, &a.column).map(|cell| (cell, a.weight));
-        let changes: Vec<(usize, u64)> = of_one.chain(of_other).collect();
-        let is_too_much = |&(cell, more): &(usize, u64)| {
-            let extra = self.extra[cell] + more;
-            extra > LITTLE && extra as f64 > CELL_WASTE * self.asked[cell] as f64
+        let of_one = without(&a.column, &b.column).map(|cell| (cell, b.weight, 0));
+        let of_other = without(&b.column, &a.column).map(|cell| (cell, a.weight, 0));
+        let changes: Vec<(usize, u64, u64)> =
+            of_one.chain(of_other).chain(both(&a.column, &b.column).map(|cell| (cell, 0, 1))).collect();
+        let after = |&(cell, more, fewer): &(usize, u64, u64)| {
+            let (extra, clusters) = (self.extra[cell] + more, self.clusters[cell] - fewer);
+            (cell, extra, clusters, self.share(cell, extra, clusters))
         };
-        if changes.iter().any(is_too_much) {
+        let before = |&(cell, ..): &(usize, u64, u64)| self.share(cell, self.extra[cell], self.clusters[cell]);
+        let shares = self.shares + changes.iter().map(|change| after(change).3 - before(change)).sum::<f64>();
+        let is_too_much = |change| {
+            let (_, extra, _, share) = after(change);
+            change.1 > 0 && extra > LITTLE && share > CELL_WASTE
+        };
+        if shares > self.most || changes.iter().any(is_too_much) {
             return false;
         }
-        changes.into_iter().for_each(|(cell, more)| self.extra[cell] += more);
+        self.shares = shares;
+        for (cell, more, fewer) in changes {
+            self.extra[cell] += more;
+            self.clusters[cell] -= fewer;
+        }
         true
     }
 }

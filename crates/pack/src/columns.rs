@@ -61,10 +61,19 @@ pub(crate) fn common(a: &[u64], b: &[u64]) -> u64 {
     a.iter().zip(b).map(|(a, b)| u64::from((a & b).count_ones())).sum()
 }
 
+/// Cells of both columns.
+pub(crate) fn both<'c>(a: &'c [u64], b: &'c [u64]) -> impl Iterator<Item = usize> + 'c {
+    joined(a, b, |a, b| a & b)
+}
+
 /// The cells of `a` that are not in `b`.
 pub(crate) fn without<'c>(a: &'c [u64], b: &'c [u64]) -> impl Iterator<Item = usize> + 'c {
+    joined(a, b, |a, b| a & !b)
+}
+
+fn joined<'c>(a: &'c [u64], b: &'c [u64], word: fn(u64, u64) -> u64) -> impl Iterator<Item = usize> + 'c {
     let words = a.iter().zip(b).enumerate();
-    words.flat_map(|(number, (a, b))| ones_of(a & !b).map(move |bit| number * 64 + bit))
+    words.flat_map(move |(number, (a, b))| ones_of(word(*a, *b)).map(move |bit| number * 64 + bit))
 }
 
 fn ones_of(word: u64) -> impl Iterator<Item = usize> {

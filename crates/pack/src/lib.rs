@@ -23,7 +23,7 @@ pub use gzip::gunzip;
 pub use manifest::{Chunk, FileEntry, MANIFEST, Manifest, ManifestError, MeshFile, VERSION};
 
 use chunk::{Thing, Written, placement};
-use cluster::{LIMITS, chunks};
+use cluster::{MESHES, OBJECTS, chunks};
 use columns::{Item, columns, homes, needs, neighbours};
 use enfilade::file::PvsFile;
 use enfilade::math::tolerance::packed_step;
@@ -180,7 +180,7 @@ impl Plan {
         let asked: Vec<u64> = needs(objects.iter().chain(&meshes), file.cells.len());
 
         // Shared meshes are numbered file by file.
-        let groups = chunks(&meshes, &neighbours, &asked, LIMITS);
+        let groups = chunks(&meshes, &neighbours, &asked, MESHES);
         let shared: Vec<usize> = groups.iter().flatten().map(|&item| shared[item as usize]).collect();
         let mut next = 0u32..;
         let mesh_files = groups.iter().map(|group| next.by_ref().take(group.len()).collect()).collect();
@@ -194,7 +194,7 @@ impl Plan {
         let scale = |mesh: &usize| users[mesh].iter().map(|&user| scale(&model.objects[user].transform)).fold(0.0, f64::max);
         Ok(Self {
             made: model.objects.iter().zip(&objects).map(made).collect(),
-            chunks: chunks(&objects, &neighbours, &asked, LIMITS),
+            chunks: chunks(&objects, &neighbours, &asked, OBJECTS),
             mesh_weights: shared.iter().map(|mesh| weights[mesh]).collect(),
             scales: shared.iter().map(scale).collect(),
             shared,
