@@ -22,7 +22,7 @@ pub(crate) struct Limits {
 }
 
 /// Those of chunks of objects.
-pub(crate) const OBJECTS: Limits = Limits { waste: 0.09, most: 1 << 18 };
+pub(crate) const OBJECTS: Limits = Limits { waste: 0.12, most: 1 << 18 };
 /// Those of files of shared meshes: what both bring too much adds up.
 pub(crate) const MESHES: Limits = Limits { waste: 0.03, ..OBJECTS };
 /// As [`Limits::waste`], for each cell; and bytes that are little for any. More: a niche loads the hall that it looks into. Less: for one niche, all
