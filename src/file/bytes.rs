@@ -91,6 +91,10 @@ impl<'a> Cursor<'a> {
         self.array().map(u64::from_le_bytes)
     }
 
+    pub fn u128(&mut self) -> Result<u128, FileError> {
+        self.array().map(u128::from_le_bytes)
+    }
+
     /// Finite numbers.
     pub fn f32s<const N: usize>(&mut self) -> Result<[f32; N], FileError> {
         let mut out = [0.0; N];

@@ -87,11 +87,13 @@ pub enum SectionId {
     WayInCells,
     /// The same, objects.
     WayInObjects,
+    /// What the bake was of.
+    Bake,
 }
 
 impl SectionId {
     /// Every section that this program knows, in file order.
-    pub const ALL: [Self; 29] = [
+    pub const ALL: [Self; 30] = [
         Self::Meta,
         Self::Notes,
         Self::Cells,
@@ -121,6 +123,7 @@ impl SectionId {
         Self::WaysIn,
         Self::WayInCells,
         Self::WayInObjects,
+        Self::Bake,
     ];
 
     /// The number in the file.
@@ -180,6 +183,7 @@ impl fmt::Display for SectionId {
             Self::WaysIn => "ways-in",
             Self::WayInCells => "way-in-cells",
             Self::WayInObjects => "way-in-objects",
+            Self::Bake => "bake",
         })
     }
 }

@@ -107,6 +107,9 @@ pub struct PvsFile {
     pub relevance: Option<FileRelevance>,
     /// Rows of portals that lead in from outside, if kept.
     pub ways_in: Option<FileWaysIn>,
+    /// Digest of the model, the options and the program of the bake ([`Digest::number`](crate::job::Digest::number)): another bake with the
+    /// same has the same result. `None`: unknown.
+    pub bake: Option<u128>,
 }
 
 impl PvsFile {

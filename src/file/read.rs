@@ -64,6 +64,7 @@ impl PvsFile {
             views: Views::default(),
             relevance: None,
             ways_in: None,
+            bake: reader.section(SectionId::Bake, budget, |c, _| c.u128())?,
         };
         file.placement = reader.placement(cells, objects, budget)?;
         file.placed = reader.placed(file.placement.count_ones(), budget)?;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt::{Display, Formatter};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
-use xxhash_rust::xxh3::Xxh3;
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 /// Size of the buffer to read the program, bytes.
 const BUFFER: usize = 1 << 18;
@@ -55,6 +55,11 @@ impl Digest {
     /// The three digests, little-endian, concatenated.
     pub fn to_bytes(self) -> Vec<u8> {
         [self.input, self.options, self.build].into_iter().flat_map(u128::to_le_bytes).collect()
+    }
+
+    /// All three as one number.
+    pub fn number(self) -> u128 {
+        xxh3_128(&self.to_bytes())
     }
 
     pub(super) fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {

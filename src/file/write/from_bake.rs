@@ -55,6 +55,7 @@ impl PvsFile {
             views: Views::default(),
             relevance: None,
             ways_in: None,
+            bake: None,
         };
         let hall = file.is_one_hall() && (file.cell_rows.is_some() || file.object_rows.is_some());
         if hall {

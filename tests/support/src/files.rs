@@ -44,6 +44,7 @@ pub fn bare() -> PvsFile {
         views: Default::default(),
         relevance: None,
         ways_in: None,
+        bake: None,
     }
 }
 

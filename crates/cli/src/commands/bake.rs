@@ -8,7 +8,7 @@ use super::{CliError, Outcome, RunFlags, at};
 use clap::ValueEnum;
 use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
 use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
-use enfilade::file::{load_bytes, replace_file};
+use enfilade::file::{PvsFile, load_bytes, replace_file};
 use enfilade::pvs::{Guarantee, PvsOptions};
 use enfilade::scene::{ImportOptions, LeakHint, Scene};
 use enfilade_formats::import;
@@ -192,6 +192,12 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         bar.set_position((done * 1000.0) as u64);
     };
     let digest = digest(&scene, &options);
+    let number = digest.of_this_build().number();
+    let is_alone = args.workers.folder().is_none();
+    if !args.state.fresh && is_alone && is_result_of(number, &output) {
+        bar.finish_and_clear();
+        return unchanged(args, &output);
+    }
     let of = Of { digest, beside: (&output, "bake-state"), outputs: &[&output] };
     let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
     if kept.is_done() {
@@ -206,7 +212,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         Ok((scene, sizes, baked))
     });
     bar.finish_and_clear();
-    let (scene, sizes, baked) = match baked {
+    let (scene, sizes, mut baked) = match baked {
         Ok(baked) => baked,
         Err(BakeError::Stopped(_)) => return kept.stopped(),
         Err(e) => {
@@ -215,6 +221,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         }
     };
     kept.ends();
+    baked.file.bake = Some(number);
     baked.file.save(&output).map_err(|e| at(&output, e))?;
     kept.done()?;
     let bytes = load_bytes(&output)?;
@@ -227,6 +234,22 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     } else {
         super::answer(&report.prose(&output.display().to_string()))?;
     }
+    Ok(Outcome::Done)
+}
+
+/// Whether a file is whole, and the result of the bake with this digest.
+fn is_result_of(digest: u128, output: &Path) -> bool {
+    let read = || PvsFile::read(&load_bytes(output).ok()?).ok();
+    output.is_file() && read().is_some_and(|file| file.bake == Some(digest))
+}
+
+/// Says that there is nothing to do.
+fn unchanged(args: &Args, output: &Path) -> Result<Outcome, CliError> {
+    super::answer(&if args.json {
+        super::json(&serde_json::json!({ "unchanged": true }))?
+    } else {
+        format!("{}: unchanged; model, options and program are those that it was baked with (--fresh bakes again)", output.display())
+    })?;
     Ok(Outcome::Done)
 }
 
