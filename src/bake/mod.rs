@@ -126,15 +126,21 @@ pub enum BakeError {
     /// No cell was found.
     #[error("no closed space, so no cells; close its walls, or use --cells bsp, which needs none")]
     NoCells,
-    /// The caller stopped the job.
-    #[error(transparent)]
-    Stopped(#[from] Stopped),
+    /// The caller stopped the job. From the upper bound on there is a file: it keeps its guarantee, and has more in its rows than it would.
+    #[error("stopped")]
+    Stopped(Option<Box<PvsFile>>),
+}
+
+impl From<Stopped> for BakeError {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped(None)
+    }
 }
 
 impl From<SplitError> for BakeError {
     fn from(error: SplitError) -> Self {
         match error {
-            SplitError::Stopped(stopped) => Self::Stopped(stopped),
+            SplitError::Stopped(_) => Self::Stopped(None),
             error => Self::Split(error),
         }
     }
@@ -191,6 +197,12 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     }
     let rays = if graph.closed_holes.is_empty() { rays } else { RayScene::with_closed_holes(scene, &graph.closed_holes) };
     let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, work)?;
+    if !pvs.is_whole {
+        // What is asked for besides rows is not there.
+        let is_plain = !(has_views || options.split.module || options.relevance.is_some());
+        let so_far = || Box::new(PvsFile::from_bake(scene, &options.import, &pvs, options.keep_bounds));
+        return Err(BakeError::Stopped(is_plain.then(so_far)));
+    }
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);
     }

@@ -102,6 +102,7 @@ fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
         witnesses: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,
+        is_whole: true,
         guarantee: Guarantee::Conservative,
         clusters: Vec::new(),
         repairs: Vec::new(),

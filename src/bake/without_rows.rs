@@ -24,6 +24,7 @@ pub fn without_rows(scene: &Scene, import: &ImportOptions) -> PvsFile {
         witnesses: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,
+        is_whole: true,
         guarantee: Guarantee::Conservative,
         clusters: Vec::new(),
         repairs: Vec::new(),

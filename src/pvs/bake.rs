@@ -25,7 +25,7 @@ const MET: f64 = 0.01;
 ///
 /// # Errors
 ///
-/// If it was stopped.
+/// If it was stopped before there was an upper bound; later, [`Pvs::is_whole`] is `false`.
 pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
     bake_by(&RayScene::with_closed_holes(scene, &graph.closed_holes), graph, options, work)
 }
@@ -40,20 +40,8 @@ pub(crate) fn bake_by(rays: &RayScene<'_>, graph: CellGraph, options: &PvsOption
     bake.mend();
     // 3. The upper bound: portal flow, which skips proven pairs.
     let mut upper = bake.flow()?;
-    // 4. The remaining rays, aimed at undecided pairs; and holes found by them.
-    bake.aim(&upper)?;
-    if bake.mend() {
-        upper = bake.flow()?;
-    }
-    // 5. Undecided pairs tested against triangles; after a repair, flow and this step run again.
-    for _ in 0..MENDINGS {
-        bake.occlude(&mut upper)?;
-        if !bake.mend() {
-            break;
-        }
-        upper = bake.flow()?;
-    }
-    Ok(Pvs { unseen, sampling_end: end, ..bake.close(upper) })
+    let is_whole = bake.refine(&mut upper)?;
+    Ok(Pvs { unseen, sampling_end: end, is_whole, ..bake.close(upper) })
 }
 
 /// The state of a bake.
@@ -152,6 +140,28 @@ impl<'a> Bake<'a> {
         Ok(upper)
     }
 
+    /// Decides more pairs. `false`: it was stopped, and both bounds are sound as far as they are.
+    fn refine(&mut self, upper: &mut FlowResult) -> Result<bool, Stopped> {
+        // 4. The remaining rays, aimed at undecided pairs; and holes found by them, through which flow has to go.
+        if self.aim(upper).is_err() {
+            return Ok(false);
+        }
+        if self.mend() {
+            *upper = self.flow()?;
+        }
+        // 5. Undecided pairs tested against triangles; after a repair, flow and this step run again.
+        for _ in 0..MENDINGS {
+            if self.occlude(upper).is_err() {
+                return Ok(false);
+            }
+            if !self.mend() {
+                break;
+            }
+            *upper = self.flow()?;
+        }
+        Ok(true)
+    }
+
     /// Aims rays at undecided pairs.
     fn aim(&mut self, upper: &FlowResult) -> Result<(), Stopped> {
         let Self { rays, options, budget, work, graph, placement, lower, .. } = self;
@@ -207,6 +217,7 @@ impl<'a> Bake<'a> {
             witnesses,
             unseen: None,
             sampling_end: SamplingEnd::Rays,
+            is_whole: true,
             guarantee: self.options.rows_from,
             clusters: Vec::new(),
             repairs: self.repairs,

@@ -58,6 +58,8 @@ pub struct Pvs {
     pub unseen: Option<Unseen>,
     /// The reason for the end of sampling.
     pub sampling_end: SamplingEnd,
+    /// Whether all steps were done; else it was stopped, and more pairs are undecided than would be.
+    pub is_whole: bool,
     /// The bound to ship.
     pub guarantee: Guarantee,
     /// For each cell, the number of cells joined into it ([`clusters`]); empty if none were joined.

@@ -4,4 +4,5 @@ mod bytes;
 mod faults;
 mod object_size;
 mod resume;
+mod stopped;
 mod workers;

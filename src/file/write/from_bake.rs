@@ -11,7 +11,15 @@ use crate::scene::{ImportOptions, Scene};
 use crate::types::note::{Note, plain};
 use glam::{DVec3, Vec3, Vec4};
 
+/// The line of [`PvsFile::left_out`] of a bake that was stopped.
+const STOPPED: &str = "the last steps: the bake was stopped; the rows have more than they need, and nothing is missing";
+
 impl PvsFile {
+    /// Whether the bake was stopped before its last steps.
+    pub fn is_cut_short(&self) -> bool {
+        self.left_out.iter().any(|line| line == STOPPED)
+    }
+
     /// The result of a bake of `scene`, ready to write. `import`: options of the scene's import. `keep_bounds` keeps both bounds and all
     /// witnesses.
     pub fn from_bake(scene: &Scene, import: &ImportOptions, pvs: &Pvs, keep_bounds: bool) -> Self {
@@ -62,6 +70,9 @@ impl PvsFile {
             (file.cell_rows, file.object_rows) = (None, None);
         }
         file.left_out = left_out(&file, hall, keep_bounds);
+        if !pvs.is_whole {
+            file.left_out.insert(0, STOPPED.to_owned());
+        }
         if keep_bounds {
             file.bounds = Some(Bounds {
                 cells_lower: pvs.cells_lower.clone(),

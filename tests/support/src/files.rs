@@ -65,6 +65,7 @@ pub fn pvs(graph: CellGraph, cells: [BitMatrix; 2], objects: [BitMatrix; 2], pla
         repairs: Vec::new(),
         unseen: None,
         sampling_end: SamplingEnd::Rays,
+        is_whole: true,
         stats: PvsStats::default(),
     }
 }

@@ -214,7 +214,14 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     bar.finish_and_clear();
     let (scene, sizes, mut baked) = match baked {
         Ok(baked) => baked,
-        Err(BakeError::Stopped(_)) => return kept.stopped(),
+        Err(BakeError::Stopped(so_far)) => {
+            kept.ends();
+            if let Some(file) = so_far.filter(|file| is_alone && is_better(file, &output)) {
+                file.save(&output).map_err(|e| at(&output, e))?;
+                eprintln!("{}: {SO_FAR}", output.display());
+            }
+            return kept.stopped();
+        }
         Err(e) => {
             kept.vain()?;
             return Err(at(&args.input, e));
@@ -237,6 +244,17 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
+/// What a bake that was stopped says of its file.
+const SO_FAR: &str = "what was known so far; nothing that is visible is missing, and the rows have more than they will have";
+
+/// Whether the file of a bake that was stopped is better than what lies there: nothing, one of another model, or one that was stopped, too.
+fn is_better(file: &PvsFile, output: &Path) -> bool {
+    match load_bytes(output).and_then(|bytes| PvsFile::read(&bytes)) {
+        Ok(old) => old.model_hash != file.model_hash || old.is_cut_short(),
+        Err(_) => true,
+    }
+}
+
 /// Whether a file is whole, and the result of the bake with this digest.
 fn is_result_of(digest: u128, output: &Path) -> bool {
     let read = || PvsFile::read(&load_bytes(output).ok()?).ok();
@@ -248,7 +266,10 @@ fn unchanged(args: &Args, output: &Path) -> Result<Outcome, CliError> {
     super::answer(&if args.json {
         super::json(&serde_json::json!({ "unchanged": true }))?
     } else {
-        format!("{}: unchanged; model, options and program are those that it was baked with (--fresh bakes again)", output.display())
+        format!(
+            "{}: unchanged; model, options and program are those that it was baked with (--fresh bakes again)",
+            output.display()
+        )
     })?;
     Ok(Outcome::Done)
 }
