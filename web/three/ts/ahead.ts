@@ -10,6 +10,11 @@ const FAR = 20;
 const STEP = 2;
 /** The order is made again after so many metres. */
 const MOVED = 0.5;
+/** Who has moved so far since the last order goes on so many times as far: what is seen from there comes next. More: what another way would show comes late.
+ * Less: what is far off and shows behind a corner comes late. */
+const ON = 3;
+/** A longer move is a jump, metres. */
+const JUMP = 2;
 
 /** Ways to look, and what is up then: all around. */
 const WAYS = [[0, 0, -1, 0, 1, 0], [1, 0, 0, 0, 1, 0], [-1, 0, 0, 0, 1, 0], [0, 0, 1, 0, 1, 0], [0, -1, 0, 0, 0, -1], [0, 1, 0, 0, 0, 1]] as const;
@@ -26,7 +31,7 @@ function around(): Matrix4[] {
 }
 
 /**
- * The chunks of what the eye sees if it turns, then those that its cells need, then those that the next cells need, each the nearest first. Nothing is
+ * The chunks of what the eye sees if it turns, then of what it sees if it goes on, then those that its cells need, then those that the next cells need, each the nearest first. Nothing is
  * allocated for a frame.
  */
 export class Ahead {
@@ -34,6 +39,8 @@ export class Ahead {
   readonly order: Uint32Array;
   count = 0;
   private readonly at = new Vector3(NaN, NaN, NaN);
+  /** Where it may be soon. */
+  private readonly next = new Vector3();
   /** Looks around. All doors are open for it: they may open. */
   private readonly view: View;
   private readonly around = around();
@@ -80,12 +87,17 @@ export class Ahead {
     const home = homes.length > 0 ? homes[0]! : -1;
     if (home === this.home && eye.distanceTo(this.at) < MOVED) return;
     this.home = home;
+    this.next.copy(eye).sub(this.at);
+    const isJump = !(this.next.length() < JUMP);
+    this.next.multiplyScalar(ON).add(eye);
     this.at.copy(eye);
     this.taken.fill(0);
     this.isDone.fill(0);
     this.metres.fill(Infinity);
     this.count = 0;
-    this.lookAround();
+    this.lookAround(this.at);
+    // In no cell, all would be seen.
+    if (!isJump && this.building.cellOf(this.next) >= 0) this.lookAround(this.next);
     let reached = 0;
     for (let i = 0; i < homes.length; i++) {
       this.metres[homes[i]!] = 0;
@@ -103,10 +115,10 @@ export class Ahead {
     this.view.free();
   }
 
-  private lookAround(): void {
+  private lookAround(from: Vector3): void {
     for (let way = 0; way < this.around.length; way++) {
-      this.matrix.makeTranslation(-this.at.x, -this.at.y, -this.at.z).premultiply(this.around[way]!);
-      this.add(this.view.cull(this.matrix.elements, this.at, 'both'), Infinity);
+      this.matrix.makeTranslation(-from.x, -from.y, -from.z).premultiply(this.around[way]!);
+      this.add(this.view.cull(this.matrix.elements, from, 'both'), Infinity);
     }
   }
 

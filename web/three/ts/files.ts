@@ -23,7 +23,7 @@ export class Files {
 
   /** The text of the manifest. */
   async manifest(): Promise<string> {
-    const response = await this.ask(this.address(MANIFEST), 'default', this.stop.signal);
+    const response = await this.ask(this.address(MANIFEST), { signal: this.stop.signal });
     const bytes = new Uint8Array(await response.arrayBuffer());
     this.bytes += bytes.length;
     try {
@@ -34,14 +34,14 @@ export class Files {
   }
 
   /** The bytes of a file, which are as the manifest says. Asks three times, then throws an `Error` that names it. */
-  async read(entry: Entry): Promise<Uint8Array<ArrayBuffer>> {
+  async read(entry: Entry, urgency: RequestPriority = 'auto'): Promise<Uint8Array<ArrayBuffer>> {
     const address = this.address(entry.file);
     let last: unknown;
     for (let i = 0; i < TRIES; i++) {
       if (i > 0) await this.pause(PAUSE * 2 ** (i - 1));
       try {
         // What is damaged in the browser's own store must not come again from there.
-        return await this.once(address, entry, i === 0 ? 'default' : 'reload');
+        return await this.once(address, entry, { cache: i === 0 ? 'default' : 'reload', priority: urgency });
       } catch (error) {
         last = error;
         if (this.stop.signal.aborted) break;
@@ -64,17 +64,17 @@ export class Files {
     return address;
   }
 
-  private async ask(address: URL, cache: RequestCache, signal: AbortSignal): Promise<Response> {
+  private async ask(address: URL, options: RequestInit): Promise<Response> {
     // A redirection may lead to another origin.
-    const response = await fetch(address, { cache, redirect: 'error', signal });
+    const response = await fetch(address, { ...options, redirect: 'error' });
     if (!response.ok) throw new Error(`the server answers ${response.status}`);
     return response;
   }
 
-  private async once(address: URL, entry: Entry, cache: RequestCache): Promise<Uint8Array<ArrayBuffer>> {
+  private async once(address: URL, entry: Entry, options: RequestInit): Promise<Uint8Array<ArrayBuffer>> {
     const silence = new Silence();
     try {
-      const response = await this.ask(address, cache, AbortSignal.any([this.stop.signal, silence.signal]));
+      const response = await this.ask(address, { ...options, signal: AbortSignal.any([this.stop.signal, silence.signal]) });
       const told = response.headers.get('content-length');
       if (told !== null && !response.headers.has('content-encoding') && Number(told) !== entry.bytes) {
         await response.body?.cancel();

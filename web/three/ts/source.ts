@@ -54,14 +54,15 @@ export class Source {
     manifest.pictures.forEach(({ file }, i) => this.numbers.set(file, i));
   }
 
-  /** Reads a chunk. Its objects are the manifest's; else, or if it does not come, throws an `Error`. What it shares is held until `letGo`. */
-  async read(number: number): Promise<Arrived> {
+  /** Reads a chunk. Its objects are the manifest's; else, or if it does not come, throws an `Error`. What it shares is held until `letGo`.
+   * `whenHere` is called once all its bytes are here, or won't come. */
+  async read(number: number, urgency: RequestPriority, whenHere: () => void): Promise<Arrived> {
     const chunk = this.manifest.chunks[number]!;
     const pictures = this.picturesOf(chunk).map((picture) => this.pictures.take(picture));
     const meshes = chunk.meshes.map((file) => this.meshes.take(file));
     try {
-      const all = await Promise.all([this.files.read(chunk), Promise.all(pictures), Promise.all(meshes)]);
-      const [bytes, came, files] = all;
+      const all = Promise.all([this.files.read(chunk, urgency), Promise.all(pictures), Promise.all(meshes)]);
+      const [bytes, came, files] = await all.finally(whenHere);
       const contents = await this.parse(chunk.file, bytes);
       const ids = new Set<number>([...contents.own, ...contents.placed].map(([id]) => id));
       for (const id of ids) if (!isIn(chunk, id)) throw new Error(`${chunk.file}: has object ${id}, which the manifest has elsewhere`);

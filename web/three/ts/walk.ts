@@ -17,8 +17,11 @@ export interface WalkOptions {
 }
 
 const BUDGET = 256 * 2 ** 20;
-/** Chunks that are fetched at once. More: the nearest comes later. Fewer: the line is idle while a request is on its way. */
-const AT_ONCE = 6;
+/** Chunks that are fetched at once: over HTTP/1.1 a browser sends six, and keeps the others in the order of their urgency. More: the nearest comes later.
+ * Fewer: the line is idle while a request is on its way. */
+const AT_ONCE = 12;
+/** Chunks of objects that a frame needs and that are not under way: no more are known. */
+const MOST_LATE = 64;
 
 /** What there is once the manifest and the `.pvs` file are read. */
 interface Opened {
@@ -47,11 +50,13 @@ export class Walk {
   private readonly eye = new Eye();
   private readonly hidden = new Set<number>();
   private readonly asked = new Set<number>();
+  /** How many of them are on the line. */
+  private onLine = 0;
   /** Chunks that have room in the plan, and are not there. */
   private readonly wanted = new Set<number>();
   private readonly failed = new Set<number>();
   /** Chunks of objects that the last frame needs and that may come: the first few that are not under way. */
-  private readonly lateChunks = new Uint32Array(AT_ONCE);
+  private readonly lateChunks = new Uint32Array(MOST_LATE);
   private late = 0;
   /** Whether one is to come, or under way. */
   private isWaiting = false;
@@ -183,21 +188,28 @@ export class Walk {
   /** Fetches what is seen and not there, then what may be seen soon. */
   private fetch(opened: Opened): void {
     const { ahead: { order, count } } = opened;
-    for (let i = 0; i < this.late && this.asked.size < AT_ONCE; i++) this.ask(opened, this.lateChunks[i]!);
+    for (let i = 0; i < this.late && this.onLine < AT_ONCE; i++) this.ask(opened, this.lateChunks[i]!, 'high');
     // The line is theirs alone.
     if (this.isWaiting) return;
-    for (let i = 0; i < count && this.asked.size < AT_ONCE; i++) this.ask(opened, order[i]!);
+    for (let i = 0; i < count && this.onLine < AT_ONCE; i++) this.ask(opened, order[i]!, 'low');
   }
 
-  private ask(opened: Opened, chunk: number): void {
-    if (this.wanted.has(chunk) && !this.asked.has(chunk)) void this.load(opened, chunk);
+  private ask(opened: Opened, chunk: number, urgency: RequestPriority): void {
+    if (this.wanted.has(chunk) && !this.asked.has(chunk)) void this.load(opened, chunk, urgency);
   }
 
-  private async load(opened: Opened, chunk: number): Promise<void> {
+  /** Asks for the next chunk as soon as one has come, before it is read. */
+  private leaveLine(): void {
+    this.onLine--;
+    if (this.opened) this.fetch(this.opened);
+  }
+
+  private async load(opened: Opened, chunk: number, urgency: RequestPriority): Promise<void> {
     const { plan, source, parts, manifest } = opened;
     this.asked.add(chunk);
+    this.onLine++;
     try {
-      const arrived = await source.read(chunk);
+      const arrived = await source.read(chunk, urgency, () => this.leaveLine());
       if (this.isEnded || !this.wanted.has(chunk)) return source.letGo(chunk);
       const prepared = parts.prepare(manifest.chunks[chunk]!.file, arrived);
       plan.learn(chunk, prepared.bytes);
@@ -269,7 +281,7 @@ export class Walk {
     // What has failed, or does not fit into the budget, does not come.
     if (!isAsked && !this.wanted.has(chunk)) return;
     this.isWaiting = true;
-    if (isAsked || this.late === AT_ONCE) return;
+    if (isAsked || this.late === MOST_LATE) return;
     for (let i = 0; i < this.late; i++) if (this.lateChunks[i] === chunk) return;
     this.lateChunks[this.late++] = chunk;
   }
