@@ -1,6 +1,6 @@
 //! Little-endian numbers, strings and lists; every length is checked before allocation.
 
-use super::error::FileError;
+use super::error::{Fault, FileError};
 use super::format::SectionId;
 
 /// Memory limit for decoding a file: [`Budget::BASE`] bytes plus [`Budget::RATIO`] times its length.
@@ -21,13 +21,13 @@ impl Budget {
     }
 
     /// Reserves `bytes`; call it before every allocation.
-    pub fn take(&mut self, section: SectionId, bytes: u64) -> Result<(), FileError> {
+    pub fn take(&mut self, section: SectionId, bytes: u64) -> Result<(), Fault> {
         match self.left.checked_sub(bytes) {
             Some(left) => {
                 self.left = left;
                 Ok(())
             }
-            None => Err(FileError::TooLarge { section, needs: bytes, left: self.left }),
+            None => Err(FileError::TooLarge { section, needs: bytes, left: self.left }.into()),
         }
     }
 }
@@ -48,8 +48,8 @@ impl<'a> Cursor<'a> {
     }
 
     /// An error at the last item.
-    pub fn error(&self, what: impl Into<String>) -> FileError {
-        FileError::Malformed { section: self.section, offset: self.item as u64, what: what.into() }
+    pub fn error(&self, what: impl Into<String>) -> Fault {
+        FileError::Malformed { section: self.section, offset: self.item as u64, what: what.into() }.into()
     }
 
     pub fn remaining(&self) -> usize {
@@ -63,7 +63,7 @@ impl<'a> Cursor<'a> {
         rest
     }
 
-    pub fn take(&mut self, n: usize) -> Result<&'a [u8], FileError> {
+    pub fn take(&mut self, n: usize) -> Result<&'a [u8], Fault> {
         self.item = self.at;
         if n > self.remaining() {
             return Err(self.error(format!("{n} bytes expected, {} left", self.remaining())));
@@ -73,30 +73,30 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], FileError> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Fault> {
         let mut out = [0; N];
         out.copy_from_slice(self.take(N)?);
         Ok(out)
     }
 
-    pub fn u8(&mut self) -> Result<u8, FileError> {
+    pub fn u8(&mut self) -> Result<u8, Fault> {
         Ok(self.array::<1>()?[0])
     }
 
-    pub fn u32(&mut self) -> Result<u32, FileError> {
+    pub fn u32(&mut self) -> Result<u32, Fault> {
         self.array().map(u32::from_le_bytes)
     }
 
-    pub fn u64(&mut self) -> Result<u64, FileError> {
+    pub fn u64(&mut self) -> Result<u64, Fault> {
         self.array().map(u64::from_le_bytes)
     }
 
-    pub fn u128(&mut self) -> Result<u128, FileError> {
+    pub fn u128(&mut self) -> Result<u128, Fault> {
         self.array().map(u128::from_le_bytes)
     }
 
     /// Finite numbers.
-    pub fn f32s<const N: usize>(&mut self) -> Result<[f32; N], FileError> {
+    pub fn f32s<const N: usize>(&mut self) -> Result<[f32; N], Fault> {
         let mut out = [0.0; N];
         for x in &mut out {
             *x = f32::from_le_bytes(self.array()?);
@@ -108,7 +108,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Finite numbers.
-    pub fn f64s<const N: usize>(&mut self) -> Result<[f64; N], FileError> {
+    pub fn f64s<const N: usize>(&mut self) -> Result<[f64; N], Fault> {
         let mut out = [0.0; N];
         for x in &mut out {
             *x = f64::from_le_bytes(self.array()?);
@@ -120,7 +120,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// A code from a list of `n`.
-    pub fn code(&mut self, n: usize, what: &str) -> Result<usize, FileError> {
+    pub fn code(&mut self, n: usize, what: &str) -> Result<usize, Fault> {
         let code = usize::from(self.u8()?);
         if code >= n {
             return Err(self.error(format!("{what} {code}; there are {n}")));
@@ -129,7 +129,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// An id below `n`.
-    pub fn id(&mut self, n: usize, what: &str) -> Result<u32, FileError> {
+    pub fn id(&mut self, n: usize, what: &str) -> Result<u32, Fault> {
         let id = self.u32()?;
         if id as usize >= n {
             return Err(self.error(format!("{what} {id}; there are {n}")));
@@ -137,7 +137,7 @@ impl<'a> Cursor<'a> {
         Ok(id)
     }
 
-    pub fn string(&mut self) -> Result<String, FileError> {
+    pub fn string(&mut self) -> Result<String, Fault> {
         let start = self.at;
         let n = self.u32()? as usize;
         let text = self.take(n)?;
@@ -148,7 +148,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    pub fn option(&mut self) -> Result<Option<String>, FileError> {
+    pub fn option(&mut self) -> Result<Option<String>, Fault> {
         match self.code(2, "a flag")? {
             0 => Ok(None),
             _ => self.string().map(Some),
@@ -160,8 +160,8 @@ impl<'a> Cursor<'a> {
         &mut self,
         budget: &mut Budget,
         least: usize,
-        mut element: impl FnMut(&mut Self, &mut Budget) -> Result<T, FileError>,
-    ) -> Result<Vec<T>, FileError> {
+        mut element: impl FnMut(&mut Self, &mut Budget) -> Result<T, Fault>,
+    ) -> Result<Vec<T>, Fault> {
         let n = self.u32()? as usize;
         if n > self.remaining() / least {
             return Err(self.error(format!("a list of {n}, with {} bytes left", self.remaining())));
@@ -175,7 +175,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// LEB128 as [`Put::varint`] writes it, in its shortest form only.
-    pub fn varint(&mut self) -> Result<u32, FileError> {
+    pub fn varint(&mut self) -> Result<u32, Fault> {
         let start = self.at;
         let (mut x, mut shift) = (0u64, 0);
         loop {
@@ -197,7 +197,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Fails if bytes are left.
-    pub fn end(&mut self) -> Result<(), FileError> {
+    pub fn end(&mut self) -> Result<(), Fault> {
         self.item = self.at;
         match self.remaining() {
             0 => Ok(()),

@@ -84,6 +84,9 @@ pub enum FileError {
     },
 }
 
+/// An error while a file is read. On the heap: results are small, and so is the code that hands them on.
+pub(super) type Fault = Box<FileError>;
+
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -5,7 +5,7 @@
 
 use super::bytes::Budget;
 use super::codes::GUARANTEES;
-use super::error::FileError;
+use super::error::{Fault, FileError};
 use crate::types::guarantee::Guarantee;
 use std::borrow::Cow;
 use std::fmt;
@@ -353,7 +353,7 @@ impl<'a> Container<'a> {
     }
 
     /// The decompressed bytes of a section, if the file has it.
-    pub(super) fn payload(&self, id: SectionId, budget: &mut Budget) -> Result<Option<Cow<'a, [u8]>>, FileError> {
+    pub(super) fn payload(&self, id: SectionId, budget: &mut Budget) -> Result<Option<Cow<'a, [u8]>>, Fault> {
         let Some(s) = self.section(id) else { return Ok(None) };
         let stored = self.stored(s)?;
         // Once for these bytes, once for strings copied from them.
@@ -363,7 +363,7 @@ impl<'a> Container<'a> {
         }
         match super::frame::decompress(stored, s.decoded as usize) {
             Ok(bytes) => Ok(Some(Cow::Owned(bytes))),
-            Err(what) => Err(FileError::Malformed { section: id, offset: 0, what }),
+            Err(what) => Err(FileError::Malformed { section: id, offset: 0, what }.into()),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::bytes::{Budget, Cursor};
 use super::codes::{HOLE, NO_TUBES, PORTAL_KINDS, STRATEGIES, TUBE_RADIUS, UNIT, Z_UP, state_of_code};
-use super::error::FileError;
+use super::error::{Fault, FileError};
 use super::format::{Container, SectionId};
 use super::rows::{Guide, decode_guided, matrix_bytes};
 use super::{
@@ -30,55 +30,16 @@ impl PvsFile {
     pub fn read(bytes: &[u8]) -> Result<Self, FileError> {
         let container = Container::parse(bytes)?;
         container.verify()?;
-        let budget = &mut Budget::new(bytes.len());
-        let reader = SectionReader { container: &container };
+        SectionReader { container: &container }.whole(&mut Budget::new(bytes.len())).map_err(|fault| *fault)
+    }
 
-        let meta = reader.meta(budget)?;
-        let (cells, objects) = (meta.cells, meta.objects);
-        let [left_out, notes] = reader.notes(budget)?;
-        let mut file = Self {
-            model_hash: container.model_hash,
-            origin: meta.origin,
-            guarantee: container.guarantee,
-            import: meta.import,
-            strategy: meta.strategy,
-            reason: meta.reason,
-            smallest_hole: meta.smallest_hole,
-            closed_holes: reader.closed_holes(budget)?,
-            clusters: Vec::new(),
-            left_out,
-            notes,
-            cells: reader.list(SectionId::Cells, cells, 10, budget, cell)?,
-            portals: reader.list(SectionId::Portals, meta.portals, 30, budget, |c, b| portal(c, b, cells))?,
-            objects: reader.list(SectionId::Objects, objects, 32, budget, |c, _| object(c))?,
-            placement: BitMatrix::default(),
-            placed: None,
-            cell_rows: None,
-            object_rows: None,
-            bounds: None,
-            pairs: meta.pairs,
-            repairs: reader.repairs(cells, budget)?,
-            stats: reader.stats(budget)?,
-            unseen: reader.unseen(cells, budget)?,
-            gap: reader.gap(budget)?,
-            views: Views::default(),
-            relevance: None,
-            ways_in: None,
-            bake: reader.section(SectionId::Bake, budget, |c, _| c.u128())?,
-        };
-        file.placement = reader.placement(cells, objects, budget)?;
-        file.placed = reader.placed(file.placement.count_ones(), budget)?;
-        let portals: Vec<[u32; 2]> = file.portals.iter().map(|p| p.cells.map(|cell| cell.0)).collect();
-        file.cell_rows = reader.cell_rows(cells, &portals, budget)?;
-        file.object_rows = reader.object_rows(&portals, &file.placement, file.cell_rows.as_ref(), budget)?;
-        reader.states(&mut file.portals, budget)?;
-        file.bounds = reader.bounds(cells, objects, budget)?;
-        file.views = reader.views(objects, file.guarantee, budget)?;
-        file.clusters = reader.clusters(cells, budget)?;
-        file.relevance = reader.relevance(cells, objects, budget)?;
-        file.ways_in = reader.ways_in([file.portals.len(), cells, objects], budget)?;
-        check_pairs(&file)?;
-        Ok(file)
+    /// Reads what [`Culler::new`](crate::runtime::Culler::new) takes, for programs that only draw, in less time and memory than
+    /// [`Self::read`]. All checksums are compared, but sections of other subjects aren't decoded: reports, bounds, holes, clusters and
+    /// relevance are empty, and numbers of pairs are not compared.
+    pub fn read_for_frames(bytes: &[u8]) -> Result<Self, FileError> {
+        let container = Container::parse(bytes)?;
+        container.verify()?;
+        SectionReader { container: &container }.for_frames(&mut Budget::new(bytes.len())).map_err(|fault| *fault)
     }
 }
 
@@ -100,13 +61,75 @@ struct SectionReader<'c, 'a> {
 }
 
 impl<'a> SectionReader<'_, 'a> {
+    fn whole(&self, budget: &mut Budget) -> Result<PvsFile, Fault> {
+        let mut file = self.for_frames(budget)?;
+        let (cells, objects) = (file.cells.len(), file.objects.len());
+        [file.left_out, file.notes] = self.notes(budget)?;
+        file.closed_holes = self.closed_holes(budget)?;
+        file.repairs = self.repairs(cells, budget)?;
+        file.stats = self.stats(budget)?;
+        file.unseen = self.unseen(cells, budget)?;
+        file.gap = self.gap(budget)?;
+        file.bounds = self.bounds(cells, objects, budget)?;
+        file.views.bounds = self.view_bounds(&file.views, objects, file.guarantee, budget)?;
+        file.clusters = self.clusters(cells, budget)?;
+        file.relevance = self.relevance(cells, objects, budget)?;
+        file.bake = self.section(SectionId::Bake, budget, |c, _| c.u128())?;
+        check_pairs(&file)?;
+        Ok(file)
+    }
+
+    fn for_frames(&self, budget: &mut Budget) -> Result<PvsFile, Fault> {
+        let meta = self.meta(budget)?;
+        let (cells, objects) = (meta.cells, meta.objects);
+        let mut file = PvsFile {
+            model_hash: self.container.model_hash,
+            origin: meta.origin,
+            guarantee: self.container.guarantee,
+            import: meta.import,
+            strategy: meta.strategy,
+            reason: meta.reason,
+            smallest_hole: meta.smallest_hole,
+            closed_holes: Vec::new(),
+            clusters: Vec::new(),
+            left_out: Vec::new(),
+            notes: Vec::new(),
+            cells: self.list(SectionId::Cells, cells, 10, budget, cell)?,
+            portals: self.list(SectionId::Portals, meta.portals, 30, budget, |c, b| portal(c, b, cells))?,
+            objects: self.list(SectionId::Objects, objects, 32, budget, |c, _| object(c))?,
+            placement: BitMatrix::default(),
+            placed: None,
+            cell_rows: None,
+            object_rows: None,
+            bounds: None,
+            pairs: meta.pairs,
+            repairs: Vec::new(),
+            stats: PvsStats::default(),
+            unseen: None,
+            gap: None,
+            views: Views::default(),
+            relevance: None,
+            ways_in: None,
+            bake: None,
+        };
+        file.placement = self.placement(cells, objects, budget)?;
+        file.placed = self.placed(file.placement.count_ones(), budget)?;
+        let portals: Vec<[u32; 2]> = file.portals.iter().map(|p| p.cells.map(|cell| cell.0)).collect();
+        file.cell_rows = self.cell_rows(cells, &portals, budget)?;
+        file.object_rows = self.object_rows(&portals, &file.placement, file.cell_rows.as_ref(), budget)?;
+        self.states(&mut file.portals, budget)?;
+        file.views = self.views(objects, budget)?;
+        file.ways_in = self.ways_in([portals.len(), cells, objects], budget)?;
+        Ok(file)
+    }
+
     /// Reads a section to its end with `f`; `None` if the file leaves it out.
     fn section<T>(
         &self,
         id: SectionId,
         budget: &mut Budget,
-        f: impl FnOnce(&mut Cursor<'_>, &mut Budget) -> Result<T, FileError>,
-    ) -> Result<Option<T>, FileError> {
+        f: impl FnOnce(&mut Cursor<'_>, &mut Budget) -> Result<T, Fault>,
+    ) -> Result<Option<T>, Fault> {
         let Some(bytes) = self.container.payload(id, budget)? else { return Ok(None) };
         let mut c = Cursor::new(id, &bytes);
         let value = f(&mut c, budget)?;
@@ -114,7 +137,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(Some(value))
     }
 
-    fn meta(&self, budget: &mut Budget) -> Result<Meta, FileError> {
+    fn meta(&self, budget: &mut Budget) -> Result<Meta, Fault> {
         let meta = self.section(SectionId::Meta, budget, |c, _| {
             let origin = DVec3::from_array(c.f64s()?);
             let [smallest_hole] = c.f64s()?;
@@ -154,10 +177,10 @@ impl<'a> SectionReader<'_, 'a> {
                 Import { object_triangles, metres_per_unit, z_up, tube_radius, tubes, smallest_hole: smallest_hole_of_maps };
             Ok(Meta { origin, smallest_hole, strategy, import, cells, portals, objects, pairs, reason: c.string()? })
         })?;
-        meta.ok_or(FileError::Missing { section: SectionId::Meta })
+        meta.ok_or_else(|| missing(SectionId::Meta))
     }
 
-    fn notes(&self, budget: &mut Budget) -> Result<[Vec<String>; 2], FileError> {
+    fn notes(&self, budget: &mut Budget) -> Result<[Vec<String>; 2], Fault> {
         let lines = |c: &mut Cursor<'_>, b: &mut Budget| c.list(b, 4, |c, _| c.string());
         Ok(self.section(SectionId::Notes, budget, |c, b| Ok([lines(c, b)?, lines(c, b)?]))?.unwrap_or_default())
     }
@@ -169,8 +192,8 @@ impl<'a> SectionReader<'_, 'a> {
         n: usize,
         least: usize,
         budget: &mut Budget,
-        element: impl FnMut(&mut Cursor<'_>, &mut Budget) -> Result<T, FileError>,
-    ) -> Result<Vec<T>, FileError> {
+        element: impl FnMut(&mut Cursor<'_>, &mut Budget) -> Result<T, Fault>,
+    ) -> Result<Vec<T>, Fault> {
         let list = self.section(id, budget, |c, b| {
             let list = c.list(b, least, element)?;
             if list.len() != n {
@@ -179,18 +202,12 @@ impl<'a> SectionReader<'_, 'a> {
             Ok(list)
         })?;
         match list {
-            None if n > 0 => Err(FileError::Missing { section: id }),
+            None if n > 0 => Err(missing(id)),
             list => Ok(list.unwrap_or_default()),
         }
     }
 
-    fn matrix(
-        &self,
-        id: SectionId,
-        rows: usize,
-        columns: usize,
-        budget: &mut Budget,
-    ) -> Result<Option<BitMatrix>, FileError> {
+    fn matrix(&self, id: SectionId, rows: usize, columns: usize, budget: &mut Budget) -> Result<Option<BitMatrix>, Fault> {
         self.guided(id, [rows, columns], &Guide::Plain, budget)
     }
 
@@ -200,22 +217,22 @@ impl<'a> SectionReader<'_, 'a> {
         [rows, columns]: [usize; 2],
         guide: &Guide<'_>,
         budget: &mut Budget,
-    ) -> Result<Option<BitMatrix>, FileError> {
+    ) -> Result<Option<BitMatrix>, Fault> {
         let Some(bytes) = self.container.matrix(id)? else { return Ok(None) };
         budget.take(id, matrix_bytes(rows, columns))?;
         decode_guided(id, bytes, rows, columns, guide).map(Some)
     }
 
-    fn placement(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<BitMatrix, FileError> {
+    fn placement(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<BitMatrix, Fault> {
         match self.matrix(SectionId::Placement, cells, objects, budget)? {
             Some(placement) => Ok(placement),
             None if cells == 0 || objects == 0 => Ok(BitMatrix::new(cells, objects)),
-            None => Err(FileError::Missing { section: SectionId::Placement }),
+            None => Err(missing(SectionId::Placement)),
         }
     }
 
     /// A box for each of `n` pairs.
-    fn placed(&self, n: u64, budget: &mut Budget) -> Result<Option<Vec<PlacedBox>>, FileError> {
+    fn placed(&self, n: u64, budget: &mut Budget) -> Result<Option<Vec<PlacedBox>>, Fault> {
         self.section(SectionId::Placed, budget, |c, b| {
             b.take(SectionId::Placed, n.saturating_mul(6))?;
             (0..n)
@@ -234,7 +251,7 @@ impl<'a> SectionReader<'_, 'a> {
     }
 
     /// `portals`: the two cells of each.
-    fn cell_rows(&self, cells: usize, portals: &[[u32; 2]], budget: &mut Budget) -> Result<Option<BitMatrix>, FileError> {
+    fn cell_rows(&self, cells: usize, portals: &[[u32; 2]], budget: &mut Budget) -> Result<Option<BitMatrix>, Fault> {
         budget.take(SectionId::CellRows, Guide::cells_bytes(cells, portals.len()))?;
         let guide = Guide::cells(cells, portals.iter().copied());
         self.guided(SectionId::CellRows, [cells; 2], &guide, budget)
@@ -246,7 +263,7 @@ impl<'a> SectionReader<'_, 'a> {
         placement: &BitMatrix,
         seen: Option<&BitMatrix>,
         budget: &mut Budget,
-    ) -> Result<Option<BitMatrix>, FileError> {
+    ) -> Result<Option<BitMatrix>, Fault> {
         let id = SectionId::ObjectRows;
         if self.container.section(id).is_none() {
             return Ok(None);
@@ -256,7 +273,7 @@ impl<'a> SectionReader<'_, 'a> {
         self.guided(id, [placement.rows(), placement.columns()], &guide, budget)
     }
 
-    fn repairs(&self, cells: usize, budget: &mut Budget) -> Result<Vec<Repair>, FileError> {
+    fn repairs(&self, cells: usize, budget: &mut Budget) -> Result<Vec<Repair>, Fault> {
         let repairs = self.section(SectionId::Repairs, budget, |c, b| {
             c.list(b, 80, |c, _| {
                 let cells = [CellId(c.id(cells, "cell")?), CellId(c.id(cells, "cell")?)];
@@ -267,13 +284,13 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(repairs.unwrap_or_default())
     }
 
-    fn closed_holes(&self, budget: &mut Budget) -> Result<Vec<Vec<Vec3>>, FileError> {
+    fn closed_holes(&self, budget: &mut Budget) -> Result<Vec<Vec<Vec3>>, Fault> {
         let holes = self.section(SectionId::ClosedHoles, budget, |c, b| c.list(b, 40, winding))?;
         Ok(holes.unwrap_or_default())
     }
 
     /// A number for each cell; empty if the file has none.
-    fn clusters(&self, cells: usize, budget: &mut Budget) -> Result<Vec<u32>, FileError> {
+    fn clusters(&self, cells: usize, budget: &mut Budget) -> Result<Vec<u32>, Fault> {
         let clusters = self.section(SectionId::Clusters, budget, |c, b| {
             b.take(SectionId::Clusters, 4 * cells as u64)?;
             let count = |c: &mut Cursor<'_>| match c.u32()? {
@@ -286,7 +303,7 @@ impl<'a> SectionReader<'_, 'a> {
     }
 
     /// Three sections, or none.
-    fn relevance(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<FileRelevance>, FileError> {
+    fn relevance(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<FileRelevance>, Fault> {
         let metres = self.section(SectionId::Relevance, budget, |c, _| match c.f64s()? {
             [metres] if metres >= 0.0 => Ok(metres),
             _ => Err(c.error("a negative length")),
@@ -296,14 +313,14 @@ impl<'a> SectionReader<'_, 'a> {
         match (metres, by_cells, by_objects) {
             (None, None, None) => Ok(None),
             (Some(metres), Some(cells), Some(objects)) => Ok(Some(FileRelevance { metres, cells, objects })),
-            (None, ..) => Err(FileError::Missing { section: SectionId::Relevance }),
-            (_, None, _) => Err(FileError::Missing { section: SectionId::RelevantCells }),
-            (_, _, None) => Err(FileError::Missing { section: SectionId::RelevantObjects }),
+            (None, ..) => Err(missing(SectionId::Relevance)),
+            (_, None, _) => Err(missing(SectionId::RelevantCells)),
+            (_, _, None) => Err(missing(SectionId::RelevantObjects)),
         }
     }
 
     /// Three sections, or none.
-    fn ways_in(&self, [portals, cells, objects]: [usize; 3], budget: &mut Budget) -> Result<Option<FileWaysIn>, FileError> {
+    fn ways_in(&self, [portals, cells, objects]: [usize; 3], budget: &mut Budget) -> Result<Option<FileWaysIn>, Fault> {
         let ways = self.section(SectionId::WaysIn, budget, |c, b| {
             let mut last = None;
             c.list(b, 4, |c, _| {
@@ -318,13 +335,13 @@ impl<'a> SectionReader<'_, 'a> {
         match (ways, by_cells, by_objects) {
             (None, None, None) => Ok(None),
             (Some(portals), Some(cells), Some(objects)) => Ok(Some(FileWaysIn { portals, cells, objects })),
-            (None, ..) => Err(FileError::Missing { section: SectionId::WaysIn }),
-            (_, None, _) => Err(FileError::Missing { section: SectionId::WayInCells }),
-            (_, _, None) => Err(FileError::Missing { section: SectionId::WayInObjects }),
+            (None, ..) => Err(missing(SectionId::WaysIn)),
+            (_, None, _) => Err(missing(SectionId::WayInCells)),
+            (_, _, None) => Err(missing(SectionId::WayInObjects)),
         }
     }
 
-    fn stats(&self, budget: &mut Budget) -> Result<PvsStats, FileError> {
+    fn stats(&self, budget: &mut Budget) -> Result<PvsStats, Fault> {
         let stats = self.section(SectionId::Stats, budget, |c, _| {
             let (rays, cubes, flow_steps, flow_over_budget) = (c.u64()?, c.u64()?, c.u64()?, c.u64()?);
             let (kept_unproven, left_out_unproven, contradictions) = (c.u64()?, c.u64()?, c.u64()?);
@@ -333,7 +350,7 @@ impl<'a> SectionReader<'_, 'a> {
         Ok(stats.unwrap_or_default())
     }
 
-    fn gap(&self, budget: &mut Budget) -> Result<Option<Gap>, FileError> {
+    fn gap(&self, budget: &mut Budget) -> Result<Option<Gap>, Fault> {
         self.section(SectionId::Gap, budget, |c, _| {
             let (closed_upper, tolerance, inside) = (c.u64()?, c.u64()?, c.u64()?);
             let gap = Gap { closed_upper, tolerance, inside, budget: c.u64()?, open: c.u64()? };
@@ -342,10 +359,9 @@ impl<'a> SectionReader<'_, 'a> {
         })
     }
 
-    fn unseen(&self, cells: usize, budget: &mut Budget) -> Result<Option<Unseen>, FileError> {
-        let fraction = |c: &Cursor<'_>, x: f64| {
-            (0.0..=1.0).contains(&x).then_some(x).ok_or_else(|| c.error(format!("unseen {x} is not a fraction")))
-        };
+    fn unseen(&self, cells: usize, budget: &mut Budget) -> Result<Option<Unseen>, Fault> {
+        let fraction =
+            |c: &Cursor<'_>, x: f64| (0.0..=1.0).contains(&x).then_some(x).ok_or_else(|| c.error("unseen, not from 0 to 1"));
         let mean = self.section(SectionId::Unseen, budget, |c, b| {
             let [mean] = c.f64s()?;
             let mean = fraction(c, mean)?;
@@ -354,14 +370,14 @@ impl<'a> SectionReader<'_, 'a> {
                 let [x] = c.f32s()?;
                 fraction(c, f64::from(x)).map(|_| x)
             };
-            let cells = (0..cells).map(|_| one(c)).collect::<Result<Vec<f32>, FileError>>()?;
+            let cells = (0..cells).map(|_| one(c)).collect::<Result<Vec<f32>, Fault>>()?;
             Ok(Unseen { mean, cells })
         })?;
         Ok(mean)
     }
 
     /// A byte per portal; left out if all are the defaults of their kinds.
-    fn states(&self, portals: &mut [FilePortal], budget: &mut Budget) -> Result<(), FileError> {
+    fn states(&self, portals: &mut [FilePortal], budget: &mut Budget) -> Result<(), Fault> {
         let states = self.section(SectionId::PortalStates, budget, |c, _| {
             for portal in portals.iter_mut() {
                 let code = c.u8()?;
@@ -374,7 +390,7 @@ impl<'a> SectionReader<'_, 'a> {
             // The same content gives the same bytes.
             Some(()) if portals.iter().all(usual) => {
                 let what = "every portal has its kind's state: omit the section".into();
-                Err(FileError::Malformed { section: SectionId::PortalStates, offset: 0, what })
+                Err(malformed(SectionId::PortalStates, what))
             }
             _ => Ok(()),
         }
@@ -387,7 +403,7 @@ impl<'a> SectionReader<'_, 'a> {
         cells: usize,
         columns: usize,
         budget: &mut Budget,
-    ) -> Result<Option<[BitMatrix; 2]>, FileError> {
+    ) -> Result<Option<[BitMatrix; 2]>, Fault> {
         let Some(both) = self.matrix(id, 2 * cells, columns, budget)? else { return Ok(None) };
         budget.take(id, 2 * (cells * columns.div_ceil(64) * 8) as u64)?;
         let [mut upper, mut lower] = [BitMatrix::new(cells, columns), BitMatrix::new(cells, columns)];
@@ -397,13 +413,13 @@ impl<'a> SectionReader<'_, 'a> {
         }
         if let Some((cell, other)) = lower.first_outside(&upper) {
             let what = format!("pair {cell}, {other} is in the lower set and not in the upper");
-            return Err(FileError::Malformed { section: id, offset: 0, what });
+            return Err(malformed(id, what));
         }
         Ok(Some([upper, lower]))
     }
 
-    /// View cells with their rows; bounds and witnesses are both present or absent, and must match the rows' numbers of pairs.
-    fn views(&self, objects: usize, guarantee: Guarantee, budget: &mut Budget) -> Result<Views, FileError> {
+    /// View cells with their rows, without bounds.
+    fn views(&self, objects: usize, budget: &mut Budget) -> Result<Views, Fault> {
         let cells = self.section(SectionId::ViewCells, budget, |c, b| {
             let mut ids = HashSet::new();
             let cells = c.list(b, 8, |c, b| {
@@ -420,14 +436,28 @@ impl<'a> SectionReader<'_, 'a> {
         if cells.is_empty() {
             let stray = [SectionId::ViewRows, SectionId::ViewBounds, SectionId::ViewWitnesses];
             return match stray.into_iter().any(|id| self.container.section(id).is_some()) {
-                true => Err(FileError::Missing { section: SectionId::ViewCells }),
+                true => Err(missing(SectionId::ViewCells)),
                 false => Ok(Views::default()),
             };
         }
         let rows = self.matrix(SectionId::ViewRows, cells.len(), objects, budget)?;
+        Ok(Views { cells, rows, bounds: None })
+    }
+
+    /// Bounds of view cells, and witnesses; both present or absent, and matching the rows' numbers of pairs.
+    fn view_bounds(
+        &self,
+        Views { cells, rows, .. }: &Views,
+        objects: usize,
+        guarantee: Guarantee,
+        budget: &mut Budget,
+    ) -> Result<Option<ViewBounds>, Fault> {
+        if cells.is_empty() {
+            return Ok(None);
+        }
         let bounds = match self.sides(SectionId::ViewBounds, cells.len(), objects, budget)? {
             None if self.container.section(SectionId::ViewWitnesses).is_some() => {
-                return Err(FileError::Missing { section: SectionId::ViewBounds });
+                return Err(missing(SectionId::ViewBounds));
             }
             None => None,
             Some([upper, lower]) => {
@@ -439,7 +469,7 @@ impl<'a> SectionReader<'_, 'a> {
                         (found, expected) => Err(c.error(format!("{found} witnesses, {expected} pairs in the lower set"))),
                     }
                 })?;
-                let witnesses = witnesses.ok_or(FileError::Missing { section: SectionId::ViewWitnesses })?;
+                let witnesses = witnesses.ok_or_else(|| missing(SectionId::ViewWitnesses))?;
                 Some(ViewBounds { lower, upper, witnesses })
             }
         };
@@ -449,22 +479,22 @@ impl<'a> SectionReader<'_, 'a> {
             let [found, declared] = [rows.as_ref().map_or(all, BitMatrix::count_ones), shipped.count_ones()];
             if found != declared {
                 let what = format!("{found} pairs, {declared} in the bounds");
-                return Err(FileError::Malformed { section: SectionId::ViewRows, offset: 0, what });
+                return Err(malformed(SectionId::ViewRows, what));
             }
         }
-        Ok(Views { cells, rows, bounds })
+        Ok(bounds)
     }
 
     /// All three sections or none.
-    fn bounds(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<Bounds>, FileError> {
+    fn bounds(&self, cells: usize, objects: usize, budget: &mut Budget) -> Result<Option<Bounds>, Fault> {
         let by_cell = self.sides(SectionId::CellBounds, cells, cells, budget)?;
         let by_object = self.sides(SectionId::ObjectBounds, cells, objects, budget)?;
         let has_witnesses = self.container.section(SectionId::Witnesses).is_some();
         let ([cells_upper, cells_lower], [objects_upper, objects_lower]) = match (by_cell, by_object) {
             (Some(by_cell), Some(by_object)) => (by_cell, by_object),
             (None, None) if !has_witnesses => return Ok(None),
-            (None, _) => return Err(FileError::Missing { section: SectionId::CellBounds }),
-            _ => return Err(FileError::Missing { section: SectionId::ObjectBounds }),
+            (None, _) => return Err(missing(SectionId::CellBounds)),
+            _ => return Err(missing(SectionId::ObjectBounds)),
         };
         let witnesses = self.section(SectionId::Witnesses, budget, |c, b| {
             // In the order of the lower set's pairs.
@@ -484,13 +514,21 @@ impl<'a> SectionReader<'_, 'a> {
                 None => Ok(witnesses),
             }
         })?;
-        let witnesses = witnesses.ok_or(FileError::Missing { section: SectionId::Witnesses })?;
+        let witnesses = witnesses.ok_or_else(|| missing(SectionId::Witnesses))?;
         Ok(Some(Bounds { cells_lower, cells_upper, objects_lower, objects_upper, witnesses }))
     }
 }
 
+fn missing(section: SectionId) -> Fault {
+    FileError::Missing { section }.into()
+}
+
+fn malformed(section: SectionId, what: String) -> Fault {
+    FileError::Malformed { section, offset: 0, what }.into()
+}
+
 /// A plane with a unit normal.
-fn plane(c: &mut Cursor<'_>) -> Result<Vec4, FileError> {
+fn plane(c: &mut Cursor<'_>) -> Result<Vec4, Fault> {
     let plane = Vec4::from_array(c.f32s()?);
     if (plane.truncate().length() - 1.0).abs() > NORMAL_LENGTH {
         return Err(c.error("a plane whose normal is not of length 1"));
@@ -498,15 +536,15 @@ fn plane(c: &mut Cursor<'_>) -> Result<Vec4, FileError> {
     Ok(plane)
 }
 
-fn cell(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<FileCell, FileError> {
+fn cell(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<FileCell, Fault> {
     Ok(FileCell { name: c.string()?, source: c.option()?, open: c.code(2, "a flag")? == 1, pieces: pieces(c, budget)? })
 }
 
-fn pieces(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec<Vec4>>, FileError> {
+fn pieces(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec<Vec4>>, Fault> {
     c.list(budget, 4, |c, b| c.list(b, 16, |c, _| plane(c)))
 }
 
-fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FilePortal, FileError> {
+fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FilePortal, Fault> {
     let from_to = [CellId(c.id(cells, "cell")?), CellId(c.id(cells, "cell")?)];
     if from_to[0] == from_to[1] {
         return Err(c.error(format!("a portal from cell {} to itself", from_to[0])));
@@ -518,7 +556,7 @@ fn portal(c: &mut Cursor<'_>, budget: &mut Budget, cells: usize) -> Result<FileP
     Ok(FilePortal { cells: from_to, plane, winding, kind, state: PortalState::of_kind(kind), source })
 }
 
-fn winding(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec3>, FileError> {
+fn winding(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec3>, Fault> {
     let winding = c.list(budget, 12, |c, _| Ok(Vec3::from_array(c.f32s()?)))?;
     if winding.len() < 3 {
         return Err(c.error(format!("a winding of {} corners", winding.len())));
@@ -526,7 +564,7 @@ fn winding(c: &mut Cursor<'_>, budget: &mut Budget) -> Result<Vec<Vec3>, FileErr
     Ok(winding)
 }
 
-fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {
+fn object(c: &mut Cursor<'_>) -> Result<FileObject, Fault> {
     let node = c.string()?;
     let triangles = c.u32()?;
     if triangles == 0 {
@@ -540,7 +578,7 @@ fn object(c: &mut Cursor<'_>) -> Result<FileObject, FileError> {
 }
 
 /// Checks that rows and bounds match the numbers of pairs in [`SectionId::Meta`].
-fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
+fn check_pairs(file: &PvsFile) -> Result<(), Fault> {
     let (cells, objects) = (file.cells.len() as u64, file.objects.len() as u64);
     let pairs = &file.pairs;
     let shipped = match file.guarantee {
@@ -566,9 +604,7 @@ fn check_pairs(file: &PvsFile) -> Result<(), FileError> {
         found.push((SectionId::Gap, gap.closed_upper.max(pairs.upper), pairs.upper));
     }
     match found.into_iter().find(|(_, found, declared)| found != declared) {
-        Some((section, found, declared)) => {
-            Err(FileError::Malformed { section, offset: 0, what: format!("{found} pairs, {declared} declared") })
-        }
+        Some((section, found, declared)) => Err(malformed(section, format!("{found} pairs, {declared} declared"))),
         None => Ok(()),
     }
 }

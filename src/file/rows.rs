@@ -15,6 +15,8 @@ pub(super) mod row;
 pub(super) use row::Guide;
 
 use super::bytes::Cursor;
+use super::error::Fault;
+#[cfg(feature = "bake")]
 use super::error::FileError;
 use super::format::SectionId;
 use crate::BitMatrix;
@@ -45,7 +47,7 @@ pub fn entropy_bits_per_pair(set: u64, pairs: u64) -> f64 {
 /// Takes the memory of the matrix and of some rows.
 #[cfg(feature = "bake")]
 pub fn decode_rows(section: SectionId, bytes: &[u8], rows: usize, columns: usize) -> Result<BitMatrix, FileError> {
-    decode_guided(section, bytes, rows, columns, &Guide::Plain)
+    decode_guided(section, bytes, rows, columns, &Guide::Plain).map_err(|fault| *fault)
 }
 
 /// Upper bound of the memory of decoding, bytes.
@@ -60,7 +62,7 @@ pub(super) fn decode_guided(
     rows: usize,
     columns: usize,
     guide: &Guide<'_>,
-) -> Result<BitMatrix, FileError> {
+) -> Result<BitMatrix, Fault> {
     let mut c = Cursor::new(section, bytes);
     for (name, expected) in [("rows", rows), ("columns", columns)] {
         let found = c.varint()?;
@@ -84,7 +86,7 @@ pub(super) fn decode_guided(
     Ok(out)
 }
 
-fn coded(c: &mut Cursor<'_>, rows: usize, columns: usize, guide: &Guide<'_>) -> Result<BitMatrix, FileError> {
+fn coded(c: &mut Cursor<'_>, rows: usize, columns: usize, guide: &Guide<'_>) -> Result<BitMatrix, Fault> {
     let flags = c.code(4, "flags")?;
     let is_symmetric = flags & SYMMETRIC != 0;
     if is_symmetric && !matches!(guide, Guide::Cells(_)) {

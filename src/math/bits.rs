@@ -28,6 +28,7 @@ impl Clone for BitMatrix {
 }
 
 /// Copies words, except zeros over zeros.
+#[inline]
 fn copy(to: &mut [u64], from: &[u64]) {
     let is_zero = |words: &[u64]| words.iter().all(|&word| word == 0);
     for (to, from) in to.chunks_mut(BLOCK).zip(from.chunks(BLOCK)) {
@@ -110,6 +111,7 @@ impl BitMatrix {
     }
 
     /// Ascending columns whose bit is set in `row`.
+    #[inline]
     pub fn ones(&self, row: usize) -> impl Iterator<Item = usize> + '_ {
         ones(self.row(row))
     }
@@ -194,6 +196,7 @@ pub fn span(words: &[u64]) -> Range<usize> {
 }
 
 /// Ascending positions of the set bits of a row of words.
+#[inline]
 pub fn ones(words: &[u64]) -> impl Iterator<Item = usize> + '_ {
     words.iter().enumerate().flat_map(|(i, &word)| {
         std::iter::successors((word != 0).then_some(word), |w| {

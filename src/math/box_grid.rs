@@ -1,6 +1,7 @@
 //! A grid of boxes: what touches a box or a point is found in the grid's cells there, without a way down a tree.
 
 use super::geom::Aabb;
+use super::sorting;
 use glam::{DVec3, Vec4};
 
 /// Cells for each box. More: memory, and large queries visit many. Fewer: each cell has more boxes.
@@ -35,18 +36,18 @@ struct Place {
 }
 
 impl BoxGrid {
-    /// A grid of `items`, indices into `boxes`, all of which must be finite; and those that are too large for it.
+    /// A grid of `items`, ascending indices into `boxes`, all of which must be finite; and those that are too large for it.
     pub fn new(boxes: &[Aabb], items: &[u32]) -> (Self, Vec<u32>) {
         let bounds = items.iter().fold(Aabb::EMPTY, |b, &i| b.union(boxes[i as usize]));
         let size = if bounds.is_empty() { DVec3::ZERO } else { bounds.size() };
         // Flat where all boxes are.
         let thick = size.max(DVec3::splat(size.max_element() * 1e-3)).max(DVec3::splat(f64::MIN_POSITIVE));
         // Cells have the shape of the boxes in the middle.
+        let (mut by_size, mut spare) = (items.to_vec(), Vec::new());
         let usual = DVec3::from_array([0, 1, 2].map(|axis| {
-            let mut sizes: Vec<f64> = items.iter().map(|&i| boxes[i as usize].size()[axis]).collect();
-            let middle = sizes.len() / 2;
-            let usual = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 };
-            usual.max(thick[axis] * 1e-3)
+            let size = |item: u32| boxes[item as usize].size()[axis];
+            sorting::sort(&mut by_size, &mut spare, &|a, b| size(a).total_cmp(&size(b)).is_lt());
+            by_size.get(items.len() / 2).map_or(0.0, |&item| size(item)).max(thick[axis] * 1e-3)
         }));
         let along = thick / usual;
         let share = (CELLS * items.len().max(1) as f64).cbrt() / (along.x.cbrt() * along.y.cbrt() * along.z.cbrt());
@@ -60,26 +61,43 @@ impl BoxGrid {
         };
         let cells = |&item: &u32| {
             let [first, last] = grid.cells(&boxes[item as usize]);
-            (0..3).map(|axis| (last[axis] - first[axis] + 1) as usize).product::<usize>()
+            (0..3).map(|axis| last[axis] - first[axis] + 1).product::<u32>()
         };
-        let mut by_size: Vec<(usize, u32)> = items.iter().map(|item| (cells(item), *item)).collect();
-        by_size.sort_unstable();
+        by_size.copy_from_slice(items);
+        sorting::sort(&mut by_size, &mut spare, &|a, b| cells(&a) < cells(&b));
         let mut left = PLACES * items.len();
-        let fit =
-            by_size.iter().take_while(|(cells, _)| left.checked_sub(*cells).inspect(|&less| left = less).is_some()).count();
-        let mut placed = Vec::new();
-        for &(_, item) in &by_size[..fit] {
+        let fits = |item: &&u32| left.checked_sub(cells(item) as usize).inspect(|&less| left = less).is_some();
+        let fit = by_size.iter().take_while(fits).count();
+        let large = by_size.split_off(fit);
+        sorting::sort(&mut by_size, &mut spare, &|a, b| a < b);
+        grid.place(boxes, &by_size);
+        (grid, large)
+    }
+
+    /// Puts boxes into the cells that they touch, in the order of `items`.
+    fn place(&mut self, boxes: &[Aabb], items: &[u32]) {
+        // By cell: where its next box goes.
+        let mut ends = vec![0; self.counts.iter().product::<u32>() as usize + 1];
+        for &item in items {
+            self.each(self.cells(&boxes[item as usize]), &mut |_, cell| ends[cell + 1] += 1);
+        }
+        for cell in 1..ends.len() {
+            ends[cell] += ends[cell - 1];
+        }
+        self.starts = ends.clone();
+        let mut places =
+            vec![Place { low: Vec4::ZERO, high: Vec4::ZERO, item: 0, first: [0; 3] }; ends[ends.len() - 1] as usize];
+        for &item in items {
             let bounds = &boxes[item as usize];
-            let [first, last] = grid.cells(bounds);
+            let [first, last] = self.cells(bounds);
             let [low, high] = rounded(bounds);
             let place = Place { low, high, item, first: first.map(|at| at as u16) };
-            grid.each([first, last], &mut |_, cell| placed.push((cell, place)));
+            self.each([first, last], &mut |_, cell| {
+                places[ends[cell] as usize] = place;
+                ends[cell] += 1;
+            });
         }
-        placed.sort_unstable_by_key(|(cell, place)| (*cell, place.item));
-        let cells: u32 = grid.counts.iter().product();
-        grid.starts = (0..=cells).map(|cell| placed.partition_point(|(of, _)| *of < cell as usize) as u32).collect();
-        grid.places = placed.into_iter().map(|(_, place)| place).collect();
-        (grid, by_size[fit..].iter().map(|(_, item)| *item).collect())
+        self.places = places;
     }
 
     /// Visits the items whose box touches `bounds`, each once, and a few that are just beside it.

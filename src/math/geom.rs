@@ -79,6 +79,7 @@ impl Aabb {
     }
 
     /// True if the boxes have a common point.
+    #[inline]
     pub fn touches(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }

@@ -2,7 +2,7 @@
 //!
 //! In: nothing. Out: planes, boxes and polygons ([`geom`], [`polygon`]), convex polyhedra of half-spaces
 //! ([`polyhedron`]), hierarchies and a grid of boxes ([`box_tree`],
-//! [`bvh`], [`box_grid`]), bit sets ([`bits`]), [tolerances](tolerance), random numbers, threads and registers.
+//! [`bvh`], [`box_grid`]), bit sets ([`bits`]), a sort, [tolerances](tolerance), random numbers, threads and registers.
 
 pub mod bits;
 pub mod box_grid;
@@ -18,4 +18,5 @@ pub mod polygon;
 pub mod polyhedron;
 pub mod random;
 pub(crate) mod simd;
+pub(crate) mod sorting;
 pub mod tolerance;

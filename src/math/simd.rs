@@ -8,7 +8,7 @@ pub(crate) trait Vectorize: Sized {
     /// The result type.
     type Output;
 
-    /// Does the work; `#[inline(always)]`, like everything that it calls in its inner loops.
+    /// Does the work; `#[inline(always)]`, like everything that it calls in its inner loops, at least with the feature `simd`.
     fn work(self) -> Self::Output;
 }
 

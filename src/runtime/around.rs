@@ -10,6 +10,7 @@ use super::doors::Doors;
 use super::locate::MOST_HOMES;
 use super::scratch::Scratch;
 use super::visible::near_doors;
+use crate::math::sorting;
 use crate::{CellId, ObjectId, PortalId};
 use glam::Vec3;
 
@@ -106,7 +107,7 @@ impl Place {
         let homes = culler.locate(eye, &mut scratch.last_piece);
         if !homes.overflow {
             self.cells.extend_from_slice(homes.as_slice());
-            self.cells.sort_unstable();
+            sorting::sort_few(&mut self.cells, &|a, b| a < b);
             near_doors(culler, &self.doors, eye, &mut self.doorways);
         }
     }

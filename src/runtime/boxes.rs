@@ -76,6 +76,7 @@ impl HalfSpaces {
         }
     }
 
+    #[inline]
     fn add(&mut self, normal: Vec3, offset: f32, magnitude: Vec3) {
         let reach = (normal.abs() + magnitude * SUM_ERROR).to_array();
         self.planes[self.count] =
@@ -85,7 +86,9 @@ impl HalfSpaces {
 
     /// A bit for each of [`LANES`] boxes from `start`: set if no half-space certainly excludes the box. Always set for NaN, and arbitrary
     /// beyond the last box.
-    #[inline(always)]
+    // Where there is one width, one copy: each is more than a kilobyte, and frames with one are as fast.
+    #[cfg_attr(feature = "simd", inline(always))]
+    #[cfg_attr(not(feature = "simd"), inline(never))]
     pub fn meet(&self, boxes: &Boxes, start: usize) -> u32 {
         let block = |column: &[Vec<f32>; 3], axis: usize| -> [f32; LANES] {
             column[axis][start..start + LANES].try_into().expect("padded to whole blocks")
@@ -168,6 +171,7 @@ impl Boxes {
 }
 
 /// Centre and half size of a box from its corners, rounded outwards.
+#[inline]
 pub(super) fn rounded([min, max]: [Vec3; 2]) -> [Vec3; 2] {
     let centre = (min + max) * 0.5;
     // Above the rounding errors of the centre, of this difference and of the product.

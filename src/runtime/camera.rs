@@ -134,6 +134,7 @@ impl Camera {
     }
 
     /// From clip-space (x, y, w) to directions.
+    #[inline]
     pub fn unproject(&self) -> DMat3 {
         DMat3::from_cols(self.x.as_dvec3(), self.y.as_dvec3(), self.w.as_dvec3()).transpose().inverse()
     }

@@ -5,6 +5,7 @@ use super::locate::{Homes, Locator, piece_bounds};
 use crate::file::{FileCell, FilePortal, FileWaysIn, PvsFile};
 use crate::math::bits::BitMatrix;
 use crate::math::geom::Aabb;
+use crate::math::sorting;
 use crate::math::tolerance::single_precision;
 use crate::types::guarantee::Guarantee;
 use crate::types::portal::PortalKind;
@@ -145,8 +146,8 @@ impl Culler {
         let cell_objects = Lists::new((0..file.cells.len()).map(|c| file.placement.ones(c).map(|o| ObjectId(o as u32))));
         let cell_boxes: Vec<_> = file.cells.iter().map(|cell| cell_bounds(cell, extent, tolerance)).collect();
         let keys = file.portal_keys();
-        let mut by_key: Vec<PortalId> = (0..keys.len() as u32).map(PortalId).collect();
-        by_key.sort_by(|a, b| keys[a.index()].cmp(&keys[b.index()]));
+        let mut by_key: Vec<u32> = (0..keys.len() as u32).collect();
+        sorting::sort(&mut by_key, &mut Vec::new(), &|a, b| keys[a as usize] < keys[b as usize]);
         let around = |boxes: &mut dyn Iterator<Item = [Vec3; 2]>| boxes.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
         Arc::new(Self {
             tolerance,
@@ -173,7 +174,7 @@ impl Culler {
             indices: indices(file),
             triangles: file.objects.iter().map(|o| o.triangles).collect(),
             keys,
-            by_key,
+            by_key: by_key.into_iter().map(PortalId).collect(),
             open_cells: file.cells.iter().map(|c| c.open).collect(),
             object_rows: file.object_rows.clone(),
             cell_rows: file.cell_rows.clone(),
@@ -365,6 +366,7 @@ pub(super) fn bit(words: &[u64], i: usize) -> bool {
     words[i / 64] >> (i % 64) & 1 != 0
 }
 
+#[inline]
 pub(super) fn directed_plane(culler: &Culler, portal: DirectedPortal) -> (Vec3, f32) {
     let plane = culler.portal_planes[portal.portal().index()];
     let plane = if portal.side() == 0 { plane } else { -plane };

@@ -31,6 +31,7 @@ impl<Id: Copy + Default + PartialEq> Homes<Id> {
         Self { cells: [cell; MOST_HOMES], len: 1, overflow: false }
     }
 
+    #[inline]
     pub fn as_slice(&self) -> &[Id] {
         &self.cells[..self.len]
     }
@@ -158,11 +159,13 @@ impl<Id: Copy + Default + PartialEq> Locator<Id> {
         self.near(&span.bounds.inflated(margin), &mut test);
     }
 
+    #[inline]
     fn planes_of(&self, piece: u32) -> &[Vec4] {
         &self.planes[self.starts[piece as usize] as usize..self.starts[piece as usize + 1] as usize]
     }
 
     /// The cell of a piece, if there is one and it holds `p` by more than `margin` metres.
+    #[inline]
     pub fn well_inside(&self, piece: u32, p: DVec3, margin: f64) -> Option<Id> {
         let cell = *self.cells.get(piece as usize)?;
         (self.outside(piece, p) < -margin).then_some(cell)

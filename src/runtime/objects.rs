@@ -63,6 +63,7 @@ impl Opened<'_> {
     }
 
     /// The half-spaces of a part of the screen.
+    #[inline]
     fn of(&self, open: &Rect) -> HalfSpaces {
         let mut spaces = HalfSpaces::of(self.camera, open);
         spaces.grow(self.off);
@@ -108,7 +109,7 @@ impl CollectObjects<'_> {
     }
 
     /// Adds the objects of a cell that are in the row and in one of `spaces`; `around` contains all of these.
-    #[inline(always)]
+    #[cfg_attr(feature = "simd", inline(always))]
     fn take(&mut self, cell: CellId, around: HalfSpaces) {
         let Self { seen: Opened { culler, .. }, scratch, .. } = self;
         let range = culler.cell_objects.range(cell.index());

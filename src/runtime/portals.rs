@@ -83,6 +83,7 @@ impl Eye {
     }
 
     /// Whether a directed portal is shut, and its leaf not behind the eye.
+    #[inline]
     pub fn is_shut(&self, culler: &Culler, portal: DirectedPortal, doors: &Doors) -> bool {
         !doors.is_open(portal) && !is_in_doorway(culler, self.at, portal.portal())
     }
@@ -297,6 +298,7 @@ fn ways_out(culler: &Culler, eye: &Eye, cell: CellId, scratch: &mut Scratch) -> 
 }
 
 /// True if one of `corners` is in front of a plane, within the tolerance.
+#[inline]
 pub(super) fn is_beyond(culler: &Culler, (n, d): (Vec3, f32), corners: &[Vec3]) -> bool {
     let (n, d) = (n.as_dvec3(), f64::from(d));
     corners.iter().any(|p| n.dot(p.as_dvec3()) - d >= -2.0 * culler.tolerance)

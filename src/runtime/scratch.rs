@@ -71,6 +71,7 @@ impl Queue {
         Self { ring: vec![DirectedPortal(0); portals], head: 0, len: 0 }
     }
 
+    #[inline]
     pub fn push(&mut self, portal: DirectedPortal) {
         let at = (self.head + self.len) % self.ring.len();
         self.ring[at] = portal;
@@ -85,6 +86,7 @@ impl Queue {
         self.len = 0;
     }
 
+    #[inline]
     pub fn pop(&mut self) -> Option<DirectedPortal> {
         self.len = self.len.checked_sub(1)?;
         let portal = self.ring[self.head];
@@ -165,6 +167,7 @@ impl Scratch {
     }
 
     /// Starts a frame.
+    #[inline]
     pub fn begin(&mut self) {
         if self.frame == u32::MAX {
             self.frame = 0;
@@ -203,6 +206,7 @@ impl Scratch {
     }
 
     /// Marks a cell as reached, once per frame.
+    #[inline]
     pub fn reach(&mut self, cell: CellId) {
         let mark = &mut self.cell_marks[cell.index()];
         if *mark != self.frame {

@@ -6,7 +6,7 @@
 
 use super::arithmetic::{Coder, Model};
 use crate::BitMatrix;
-use crate::math::bits;
+use crate::math::{bits, sorting};
 
 /// Lists of ids, concatenated.
 #[derive(Clone, Debug, Default)]
@@ -16,20 +16,19 @@ pub(in crate::file) struct Lists {
 }
 
 impl Lists {
-    /// `count` lists from pairs of list and id; ascending, each id once.
-    pub fn new(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Self {
-        let mut pairs: Vec<[u32; 2]> = pairs.collect();
-        pairs.sort_unstable();
-        pairs.dedup();
-        let mut starts = vec![0; count + 1];
-        pairs.iter().for_each(|&[list, _]| starts[list as usize + 1] += 1);
-        (0..count).for_each(|i| starts[i + 1] += starts[i]);
-        Self { starts, ids: pairs.into_iter().map(|[_, id]| id).collect() }
+    /// Lists in order.
+    fn new<I: Iterator<Item = u32>>(lists: impl Iterator<Item = I>) -> Self {
+        let (mut starts, mut ids) = (vec![0], Vec::new());
+        for list in lists {
+            ids.extend(list);
+            starts.push(ids.len() as u32);
+        }
+        Self { starts, ids }
     }
 
-    /// Upper bound of the memory to build lists, bytes: pairs, which grow by doubling, and ids.
-    fn bytes(lists: u64, pairs: u64) -> u64 {
-        (4 * lists).saturating_add(pairs.saturating_mul(28))
+    /// Upper bound of the memory to build lists of `ids` in all, bytes: both lists grow by doubling, as may one for each list.
+    fn bytes(lists: u64, ids: u64) -> u64 {
+        (36 * lists).saturating_add(ids.saturating_mul(28))
     }
 
     #[inline]
@@ -78,8 +77,7 @@ impl<'f> Guide<'f> {
             nowhere.iter_mut().zip(placement.row(cell)).for_each(|(n, placed)| *n &= !placed);
         }
         let beside = beside(placement.rows(), portals);
-        let pairs = (0..placement.rows()).flat_map(|cell| placement.ones(cell).map(move |o| [cell as u32, o as u32]));
-        let placed = Lists::new(placement.rows(), pairs);
+        let placed = Lists::new((0..placement.rows()).map(|cell| placement.ones(cell).map(|object| object as u32)));
         Self::Objects(Objects { beside, placement, placed, nowhere, seen })
     }
 
@@ -95,8 +93,19 @@ impl<'f> Guide<'f> {
     }
 }
 
+/// The neighbours of each cell; ascending, each once.
 fn beside(cells: usize, portals: impl Iterator<Item = [u32; 2]>) -> Lists {
-    Lists::new(cells, portals.flat_map(|[a, b]| [[a, b], [b, a]]))
+    let mut beside = vec![Vec::new(); cells];
+    for [a, b] in portals {
+        beside[a as usize].push(b);
+        beside[b as usize].push(a);
+    }
+    let mut spare = Vec::new();
+    for list in &mut beside {
+        sorting::sort(list, &mut spare, &|a, b| a < b);
+        list.dedup();
+    }
+    Lists::new(beside.into_iter().map(Vec::into_iter))
 }
 
 /// Kinds of context in a class: 0 and 1: no reference, by the bit to the left; 2 to 9: the reference's bit above (4), its bit to the left

@@ -233,7 +233,7 @@ impl Vectorize for InCells<'_> {
 
 impl InCells<'_> {
     /// Adds the movers of a list that are within `around`, and in one of the spaces of the scratch, if there are several.
-    #[inline(always)]
+    #[cfg_attr(feature = "simd", inline(always))]
     fn take(&mut self, list: CellId, around: HalfSpaces) {
         let Self { movers, scratch, out, .. } = self;
         for (start, owners) in movers.lists.blocks(list.index()) {

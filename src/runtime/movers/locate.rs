@@ -7,6 +7,7 @@ use super::super::culler::{Culler, PLACED};
 use super::super::locate::Span;
 use super::MOST_CELLS;
 use crate::CellId;
+use crate::math::sorting;
 use glam::Vec3;
 
 /// Tolerances that a box must be inside a piece, so that it meets no other: pieces overlap by less than two, and [`PLACED`] count as met.
@@ -62,6 +63,6 @@ impl Found {
         });
         self.piece = piece;
         // In one order, wherever the search began.
-        self.cells[..self.count].sort_unstable();
+        sorting::sort_few(&mut self.cells[..self.count], &|a, b| a < b);
     }
 }

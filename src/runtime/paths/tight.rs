@@ -226,7 +226,8 @@ fn on_edge(edge: &Edge, a: DVec3, b: DVec3) -> (DVec3, bool) {
     let off_b = (to_b - edge.along * along_b).length();
     let all = off_a + off_b;
     let at = if all > SAME { (along_a * off_b + along_b * off_a) / all } else { along_a };
-    let within = at.clamp(0.0, edge.length);
+    // `clamp` panics with numbers in its text, and what writes them is 20 kB.
+    let within = at.max(0.0).min(edge.length);
     (edge.start + edge.along * within, within != at)
 }
 

@@ -79,6 +79,7 @@ use super::culler::Culler;
 use super::doors::Doors;
 use super::motion::Motion;
 use crate::file::PvsFile;
+use crate::math::sorting;
 use crate::types::portal::PortalKind;
 use crate::{CellId, ObjectId, PortalId};
 pub use chunks::{ChunkId, Chunks};
@@ -150,7 +151,9 @@ pub struct Prefetcher {
     homes: Vec<CellId>,
     last_piece: u32,
     /// Loaded chunks that are not planned, the oldest first; valid if `is_listed`.
-    spare: Vec<ChunkId>,
+    spare: Vec<u32>,
+    /// Room for its sort.
+    sorted: Vec<u32>,
     is_listed: bool,
     /// Positions of this frame in `missing`, the plan, `spare`, and the plan from its end.
     at: Places,
@@ -193,6 +196,7 @@ impl Prefetcher {
             homes: Vec::with_capacity(super::locate::MOST_HOMES),
             last_piece: 0,
             spare: Vec::with_capacity(count),
+            sorted: Vec::with_capacity(count),
             is_listed: false,
             at: Places::default(),
         }
@@ -316,7 +320,7 @@ impl Prefetcher {
         }
         let may_leave =
             |chunk: ChunkId| self.states[chunk.index()] == State::Loaded && self.shown[chunk.index()] != self.frame;
-        while let Some(&chunk) = self.spare.get(self.at.spare) {
+        while let Some(chunk) = self.spare.get(self.at.spare).map(|&chunk| ChunkId(chunk)) {
             self.at.spare += 1;
             if may_leave(chunk) {
                 return Some(chunk);
@@ -337,8 +341,9 @@ impl Prefetcher {
         let (states, planned, shown) = (&self.states, &self.planned, &self.shown);
         let is_spare = |i: &usize| states[*i] == State::Loaded && (planned[*i] != now || now == 0);
         self.spare.clear();
-        self.spare.extend((0..states.len()).filter(is_spare).map(|i| ChunkId(i as u32)));
-        self.spare.sort_unstable_by_key(|chunk| (planned[chunk.index()].max(shown[chunk.index()]), *chunk));
+        self.spare.extend((0..states.len()).filter(is_spare).map(|i| i as u32));
+        let last = |chunk: u32| planned[chunk as usize].max(shown[chunk as usize]);
+        sorting::sort(&mut self.spare, &mut self.sorted, &|a, b| last(a) < last(b));
         self.is_listed = true;
         self.at.spare = 0;
     }

@@ -1,4 +1,4 @@
-//! `enfilade-bindgen IN.wasm OUT_DIR`: writes `OUT_DIR/enfilade_bg.wasm` and the JavaScript and types around it, without names of functions.
+//! `enfilade-bindgen IN.wasm OUT_DIR`: writes `OUT_DIR/enfilade_bg.wasm` and the JavaScript and types around it, with the names of functions.
 
 use std::env::args_os;
 use std::process::ExitCode;
@@ -11,7 +11,7 @@ fn main() -> ExitCode {
     };
     let mut bindgen = Bindgen::new();
     let made = bindgen.input_path(input).out_name("enfilade").web(true).and_then(|bindgen| {
-        bindgen.typescript(true).remove_name_section(true).remove_producers_section(true).generate(output)
+        bindgen.typescript(true).remove_producers_section(true).generate(output)
     });
     match made {
         Ok(()) => ExitCode::SUCCESS,

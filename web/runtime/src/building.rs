@@ -35,7 +35,7 @@ impl Building {
     /// Reads the bytes of a `.pvs` file.
     #[wasm_bindgen(constructor)]
     pub fn new(bytes: &[u8]) -> Result<Self, JsError> {
-        let file = PvsFile::read(bytes).map_err(error)?;
+        let file = PvsFile::read_for_frames(bytes).map_err(error)?;
         let culler = Culler::new(&file);
         let list = Vec::with_capacity(culler.object_count().max(culler.cell_count()));
         Ok(Self { file, culler, list, points: Vec::new() })
