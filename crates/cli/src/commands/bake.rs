@@ -214,14 +214,7 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     bar.finish_and_clear();
     let (scene, sizes, mut baked) = match baked {
         Ok(baked) => baked,
-        Err(BakeError::Stopped(so_far)) => {
-            kept.ends();
-            if let Some(file) = so_far.filter(|file| is_alone && is_better(file, &output)) {
-                file.save(&output).map_err(|e| at(&output, e))?;
-                eprintln!("{}: {SO_FAR}", output.display());
-            }
-            return kept.stopped();
-        }
+        Err(BakeError::Stopped(so_far)) => return leave(kept, so_far.filter(|_| is_alone), &output),
         Err(e) => {
             kept.vain()?;
             return Err(at(&args.input, e));
@@ -242,6 +235,16 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         super::answer(&report.prose(&output.display().to_string()))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Ends a bake that was stopped: writes what is known so far if it is better than what lies there.
+fn leave(kept: Kept, so_far: Option<Box<PvsFile>>, output: &Path) -> Result<Outcome, CliError> {
+    kept.ends();
+    if let Some(file) = so_far.filter(|file| is_better(file, output)) {
+        file.save(output).map_err(|e| at(output, e))?;
+        eprintln!("{}: {SO_FAR}", output.display());
+    }
+    kept.stopped()
 }
 
 /// What a bake that was stopped says of its file.
