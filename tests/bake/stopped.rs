@@ -1,10 +1,10 @@
 //! What a bake leaves when it is stopped, and what it does where its result is there already.
 
 use crate::cli::{building, command, done, enfilade, folder, json, maze, run_words, signalled, text};
-use enfilade::bake::{BakeError, BakeOptions, bake};
+use enfilade::bake::{BakeError, BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
-use enfilade::scene::ImportOptions;
+use enfilade::scene::{ImportOptions, Scene};
 use enfilade::{BitMatrix, CellId};
 use enfilade_formats::import;
 use std::path::Path;
@@ -29,6 +29,13 @@ fn rows(file: &PvsFile) -> BitMatrix {
     rows
 }
 
+/// A bake that is stopped when it has told `most` times how far it is.
+fn stopped(scene: &Scene, options: &BakeOptions, most: u32) -> Result<Baked, BakeError> {
+    let (stop, told) = (AtomicBool::new(false), AtomicU32::new(0));
+    let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);
+    bake(scene, options.clone(), &Job::new(&progress).until(&stop))
+}
+
 /// Wherever it is stopped: nothing, or from the upper bound on a file that lacks nothing of the whole one, and has less and less too much.
 #[test]
 fn what_is_left_has_all_that_the_whole_has() {
@@ -39,9 +46,7 @@ fn what_is_left_has_all_that_the_whole_has() {
     let needed = rows(&whole);
     let (mut pairs, mut most) = (Vec::new(), 0);
     loop {
-        let (stop, told) = (AtomicBool::new(false), AtomicU32::new(0));
-        let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);
-        match bake(&scene, options.clone(), &Job::new(&progress).until(&stop)) {
+        match stopped(&scene, &options, most) {
             Err(BakeError::Stopped(None)) => assert!(pairs.is_empty(), "there was a file before"),
             Err(BakeError::Stopped(Some(file))) => {
                 assert!(file.is_cut_short());
@@ -59,15 +64,18 @@ fn what_is_left_has_all_that_the_whole_has() {
     assert!(pairs[0] > needed.count_ones());
 }
 
-/// View cells and rows of bodies are not made of it.
+/// Rows of bodies can't be made of it.
 #[test]
 fn what_is_asked_for_besides_rows_is_not_left_out_in_silence() {
     let scene = import(&building("office.glb"), &ImportOptions::default()).unwrap();
-    let options = BakeOptions { relevance: Some(2.0), ..bakes::with_rays(20_000) };
-    let stop = AtomicBool::new(false);
-    let progress = |stage: &str, _: f64| stop.store(stage == "aimed rays", Relaxed);
-    let stopped = bake(&scene, options, &Job::new(&progress).until(&stop));
-    assert!(matches!(stopped, Err(BakeError::Stopped(None))));
+    let options = BakeOptions { relevance: Some(2.0), ..bakes::with_rays(200_000) };
+    for most in (0..).step_by(25) {
+        match stopped(&scene, &options, most) {
+            Err(BakeError::Stopped(file)) => assert!(file.is_none()),
+            Ok(baked) => return assert!(most > 100 && baked.file.relevance.is_some()),
+            Err(e) => panic!("{e}"),
+        }
+    }
 }
 
 #[cfg(unix)]

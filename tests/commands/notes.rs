@@ -55,7 +55,7 @@ fn a_bake_prints_eight_lines_and_counts_the_notes_beyond() {
         ] {
             assert!(!brief.iter().any(|line| line.contains(words)), "{words}: {brief:?}");
         }
-        let report = json(&run_words(&[&bake[..], &["--json"]].concat()));
+        let report = json(&run_words(&[&bake[..], &["--json", "--fresh"]].concat()));
         let (notes, details) = (lines_of(&report, "notes"), lines_of(&report, "details"));
         assert!(!details.is_empty() && !brief.iter().any(|line| details.iter().any(|d| line.contains(d))), "{details:?}");
         let shown = brief.iter().filter(|line| line.starts_with("note: ")).count();
@@ -82,7 +82,7 @@ fn what_is_wrong_is_told_first() {
     assert!(faults.iter().max() < taken.iter().min(), "{notes:?}");
     assert!(details.iter().any(|detail| detail == "1 triangles without area dropped"), "{details:?}");
     assert!(!notes.iter().any(|note| details.contains(note)), "{notes:?} {details:?}");
-    let brief = said(&bake);
+    let brief = said(&[&bake[..], &["--fresh"]].concat());
     assert!(brief.len() == LINES && brief.iter().any(|line| line.ends_with("` shows them")), "{brief:?}");
     let shown: Vec<&str> = brief.iter().filter_map(|line| line.strip_prefix("note: ")).collect();
     assert_eq!(shown, notes[..shown.len()]);

@@ -43,7 +43,7 @@ fn each_field_is_checked() {
     let changes: [(&str, Value, &str); 29] = [
         ("/page", json!({}), "page"),
         ("/page/0/file", json!("../index.html"), "page[0].file"),
-        ("/enfilade", json!(2), "enfilade"),
+        ("/enfilade", json!(1), "enfilade"),
         ("/pvs", json!([]), "pvs"),
         ("/pvs/file", json!("../building.pvs"), "pvs.file"),
         ("/pvs/file", json!("/building.pvs"), "pvs.file"),

@@ -2,7 +2,7 @@
 
 mod manifest;
 
-use crate::cli::{building, done, enfilade, folder};
+use crate::cli::{building, done, enfilade, folder, run_words, text};
 use enfilade::BitMatrix;
 use enfilade::file::{FileObject, PvsFile};
 use enfilade::math::tolerance::packed_step;
@@ -256,10 +256,13 @@ fn rooms_are_the_chunks_that_they_are_seen_as() {
 /// All that the run time reads is there, and nothing else.
 #[test]
 fn the_pvs_file_has_what_a_walk_needs() {
-    let folder = folder("lean");
-    let (model, _, file) = packed_rooms(&folder);
-    assert!(file.bounds.is_some() && file.views.bounds.is_some() && file.relevance.is_some() && file.ways_in.is_some());
-    let packed = PvsFile::read(&bytes_of(&pack(&file, &model, &options()).unwrap(), "building.pvs")).unwrap();
+    let (model, pvs) = (building("office.glb"), folder("lean").join("office.pvs"));
+    let more = ["--rays", "20k", "--rows", "both", "--view-cells", "auto", "--relevance", "2m"];
+    done(&run_words(&[&["bake", text(&model), "-o", text(&pvs)], &more[..]].concat()));
+    let file = PvsFile::load(&pvs).unwrap();
+    assert!(file.bounds.is_some() && file.views.bounds.is_some() && file.relevance.is_some() && file.bake.is_some());
+    let made = pack(&file, &model, &file.import.options()).unwrap();
+    let packed = PvsFile::read(&bytes_of(&made, "building.pvs")).unwrap();
     assert_eq!((packed.model_hash, packed.origin, packed.guarantee), (file.model_hash, file.origin, file.guarantee));
     assert_eq!((&packed.cells, &packed.portals, &packed.objects), (&file.cells, &file.portals, &file.objects));
     assert_eq!((&packed.placement, &packed.placed), (&file.placement, &file.placed));
@@ -267,7 +270,7 @@ fn the_pvs_file_has_what_a_walk_needs() {
     assert_eq!((&packed.views.cells, &packed.views.rows), (&file.views.cells, &file.views.rows));
     assert_eq!((&packed.relevance, &packed.ways_in, packed.pairs), (&file.relevance, &file.ways_in, file.pairs));
     assert_eq!((packed.bounds, packed.views.bounds, packed.unseen, packed.gap), (None, None, None, None));
-    assert!(packed.notes.is_empty() && packed.repairs.is_empty());
+    assert!(packed.notes.is_empty() && packed.repairs.is_empty() && packed.bake.is_none());
 }
 
 /// Without the quantisation of positions, in the bits of the accessors.

@@ -2,20 +2,21 @@
 
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
-import { join } from 'node:path';
+import { basename, join } from 'node:path';
 import { test } from 'node:test';
 import { Building, View, hash, ready } from '../runtime/dist/enfilade.js';
-import { data, pvs } from '../testing/buildings.mjs';
+import { data, pvs, viewCells } from '../testing/buildings.mjs';
 import { frames, modes } from '../testing/native.mjs';
 
-for (const model of ['villa_rotonda', 'office', 'gallery100']) {
-  test(`${model}: the same objects as natively`, async () => {
+const plain = ['villa_rotonda', 'office', 'gallery100'].map((model) => [model, pvs]);
+for (const [model, made] of [...plain, ['office', viewCells]]) {
+  test(`${basename(made(model))}: the same objects as natively`, async () => {
     await ready;
-    const building = new Building(readFileSync(pvs(model)));
+    const building = new Building(readFileSync(made(model)));
     const view = new View(building);
     const path = join(data, `${model}.path.json`);
     const recorded = JSON.parse(readFileSync(path)).frames.length;
-    const { list } = frames(pvs(model), path, 10_000);
+    const { list } = frames(made(model), path, 10_000);
     assert.equal(list.length, recorded + 10_000);
     let drawn = 0;
     for (const [number, { matrix, eye, answers }] of list.entries()) {

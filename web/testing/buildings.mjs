@@ -37,6 +37,8 @@ const pictured = () => once(join(made, 'pictured-model.glb'), (to) => writeFileS
 
 export const model = (name) => name === 'pictured' ? pictured() : join(data, `${name}.glb`);
 export const pvs = (name) => once(join(made, `${name}.pvs`), (to) => enfilade('bake', model(name), '-o', to, '--rays', '10k'));
+/** With view cells, whose rows narrow those of cells. */
+export const viewCells = (name) => once(join(made, `${name}-views.pvs`), (to) => enfilade('bake', model(name), '-o', to, '--rays', '10k', '--view-cells', 'auto'));
 export const glb = (name) => once(join(made, `${name}.glb`), (to) => enfilade('export', pvs(name), '--model', model(name), '-o', to));
 export const folder = (name) => once(join(made, `${name}-packed`), (to) => enfilade('pack', pvs(name), '--model', model(name), '-o', to));
 export const path = (name) => JSON.parse(readFileSync(join(data, `${name}.path.json`), 'utf8'));

@@ -15,6 +15,8 @@ pub(crate) fn lean(file: &PvsFile) -> PvsFile {
         stats: PvsStats::default(),
         unseen: None,
         gap: None,
+        // It is no bake's result.
+        bake: None,
         views: Views { bounds: None, ..file.views.clone() },
         ..file.clone()
     }

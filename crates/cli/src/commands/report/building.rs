@@ -58,7 +58,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
     let kept = Kept::open(&args.state, None, &of)?;
     let clock = Clock::start();
     let work = kept.work(&progress);
-    let Worked { scene, sizes, graph, baked } = match Worked::new(args, scene, &mut options, &work) {
+    let Worked { scene, sizes, graph, mut baked } = match Worked::new(args, scene, &mut options, &work) {
         Ok(worked) => worked,
         Err(BakeError::Stopped(_)) => return kept.stopped(),
         Err(e) => {
@@ -67,6 +67,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         }
     };
     let cpu = clock.seconds();
+    baked.file.bake = Some(of.digest.of_this_build().number());
 
     // 3. Comparisons.
     let measured = Measured::new(args, &scene, &graph, &options, (&baked, cpu), &progress)?;
