@@ -69,7 +69,8 @@ test('drop, walk, doors, plan, modes, freeze, keys, resize, a lost context', asy
   assert.ok(shut < drawn, `${shut} and ${drawn}`);
   await page.mouse.click(400, 225);
   await page.waitForFunction(() => /is open/.test(document.getElementById('message').textContent));
-  await page.waitForTimeout(300);
+  // The line is written now and then.
+  for (let i = 0; i < 50 && (await numbers(page))[0] !== drawn; i++) await page.waitForTimeout(100);
   assert.equal((await numbers(page))[0], drawn, await line(page));
 
   await page.keyboard.press('KeyM');
