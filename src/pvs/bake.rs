@@ -25,7 +25,7 @@ const MET: f64 = 0.01;
 ///
 /// # Errors
 ///
-/// If it was stopped before there was an upper bound; later, [`Pvs::is_whole`] is `false`.
+/// If it was stopped in a step from which no upper bound is left; otherwise [`Pvs::is_whole`] is `false`.
 pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
     bake_by(&RayScene::with_closed_holes(scene, &graph.closed_holes), graph, options, work)
 }

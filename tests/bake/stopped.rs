@@ -107,7 +107,7 @@ fn ctrl_c_leaves_what_is_known_unless_there_is_better() {
     // The same command goes on from the state to the bytes of the whole.
     let (told, code) = signalled(spawn(), "-INT", Duration::MAX);
     assert!(code == Some(0) && told.contains("resumes from") && std::fs::read(&out).unwrap() == whole, "{told}");
-    // A whole file of the model stays.
+    // A whole file stays.
     let (told, code) = signalled(with_seed("1"), "-INT", after);
     assert!(code == Some(0) || !told.contains("known so far") && std::fs::read(&out).unwrap() == whole, "{told}");
 }

@@ -53,8 +53,8 @@ struct Cluster {
     homes: Vec<usize>,
 }
 
-/// Divides items into chunks, each ascending, in the order of their first items. `asked`: for each cell
-/// the bytes of all that it needs, items or not.
+/// Divides items into chunks, each ascending, in the order of their first items. `asked`: for each cell the bytes of all that it needs, items or
+/// not.
 pub(crate) fn chunks(items: &[Item], neighbours: &[Vec<usize>], asked: &[u64], limits: Limits) -> Vec<Vec<u32>> {
     let mut clusters = equal_columns(items);
     let mut cells = Cells::of(&clusters, asked, limits.waste);

@@ -12,7 +12,8 @@ use crate::types::note::{Note, plain};
 use glam::{DVec3, Vec3, Vec4};
 
 /// The line of [`PvsFile::left_out`] of a bake that was stopped.
-const STOPPED: &str = "the last steps: the bake was stopped; the rows have more than they need, and nothing is missing";
+const STOPPED: &str =
+    "the last steps: the bake was stopped; nothing is missing, but rows have more than they need: bake again";
 
 impl PvsFile {
     /// Whether the bake was stopped before its last steps.

@@ -31,8 +31,8 @@ function around(): Matrix4[] {
 }
 
 /**
- * The chunks of what the eye sees if it turns, then of what it sees if it goes on, then those that its cells need, then those that the next cells need, each the nearest first. Nothing is
- * allocated for a frame.
+ * The chunks of what the eye sees if it turns, then of what it sees if it goes on, then those that its cells need, then those that the next cells need, each
+ * the nearest first. Nothing is allocated for a frame.
  */
 export class Ahead {
   /** Chunks, the most urgent first. */

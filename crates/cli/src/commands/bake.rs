@@ -237,10 +237,10 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
     Ok(Outcome::Done)
 }
 
-/// Ends a bake that was stopped: writes what is known so far if it is better than what lies there.
+/// Ends a bake that was stopped: writes what is known so far, where no whole file lies.
 fn leave(kept: Kept, so_far: Option<Box<PvsFile>>, output: &Path) -> Result<Outcome, CliError> {
     kept.ends();
-    if let Some(file) = so_far.filter(|file| is_better(file, output)) {
+    if let Some(file) = so_far.filter(|_| may_leave(output)) {
         file.save(output).map_err(|e| at(output, e))?;
         eprintln!("{}: {SO_FAR}", output.display());
     }
@@ -248,14 +248,12 @@ fn leave(kept: Kept, so_far: Option<Box<PvsFile>>, output: &Path) -> Result<Outc
 }
 
 /// What a bake that was stopped says of its file.
-const SO_FAR: &str = "what was known so far; nothing that is visible is missing, and the rows have more than they will have";
+const SO_FAR: &str =
+    "what was known so far: it can be walked in, nothing that is visible is missing, and more than needed is drawn";
 
-/// Whether the file of a bake that was stopped is better than what lies there: nothing, one of another model, or one that was stopped, too.
-fn is_better(file: &PvsFile, output: &Path) -> bool {
-    match load_bytes(output).and_then(|bytes| PvsFile::read(&bytes)) {
-        Ok(old) => old.model_hash != file.model_hash || old.is_cut_short(),
-        Err(_) => true,
-    }
+/// Whether nothing lies there, or what another bake left that was stopped. Who stops a bake may have given it the wrong output.
+fn may_leave(output: &Path) -> bool {
+    !output.exists() || output.is_file() && PvsFile::load(output).is_ok_and(|file| file.is_cut_short())
 }
 
 /// Whether a file is whole, and the result of the bake with this digest.
