@@ -29,53 +29,56 @@ fn rows(file: &PvsFile) -> BitMatrix {
     rows
 }
 
-/// A bake that is stopped when it has told `most` times how far it is.
-fn stopped(scene: &Scene, options: &BakeOptions, most: u32) -> Result<Baked, BakeError> {
+/// How often a bake tells how far it is; and it, stopped when it has told `most` times.
+fn stopped(scene: &Scene, options: &BakeOptions, most: u32) -> (u32, Result<Baked, BakeError>) {
     let (stop, told) = (AtomicBool::new(false), AtomicU32::new(0));
     let progress = |_: &str, _: f64| stop.store(told.fetch_add(1, Relaxed) >= most, Relaxed);
-    bake(scene, options.clone(), &Job::new(&progress).until(&stop))
+    let baked = bake(scene, options.clone(), &Job::new(&progress).until(&stop));
+    (told.into_inner(), baked)
 }
+
+/// A bake, and what it leaves wherever it is stopped.
+fn stops(options: &BakeOptions) -> (PvsFile, Vec<Option<Box<PvsFile>>>) {
+    let scene = import(&building("office.glb"), &ImportOptions::default()).unwrap();
+    let (told, whole) = stopped(&scene, options, u32::MAX);
+    assert!(told > 100, "{told}");
+    let left = (0..STOPS).filter_map(|i| match stopped(&scene, options, told * i / STOPS).1 {
+        Err(BakeError::Stopped(left)) => Some(left),
+        Ok(_) => None,
+        Err(e) => panic!("{e}"),
+    });
+    (whole.unwrap().file, left.collect())
+}
+
+/// Places where a bake is stopped; the upper bound is known after some half of them.
+const STOPS: u32 = 12;
 
 /// Wherever it is stopped: nothing, or from the upper bound on a file that lacks nothing of the whole one, and has less and less too much.
 #[test]
 fn what_is_left_has_all_that_the_whole_has() {
-    let scene = import(&building("office.glb"), &ImportOptions::default()).unwrap();
-    let options = bakes::with_rays(200_000);
-    let whole = bake(&scene, options.clone(), &Job::quiet()).unwrap().file;
+    let (whole, left) = stops(&bakes::with_rays(50_000));
     assert!(!whole.is_cut_short() && whole.repairs.is_empty());
-    let needed = rows(&whole);
-    let (mut pairs, mut most) = (Vec::new(), 0);
-    loop {
-        match stopped(&scene, &options, most) {
-            Err(BakeError::Stopped(None)) => assert!(pairs.is_empty(), "there was a file before"),
-            Err(BakeError::Stopped(Some(file))) => {
-                assert!(file.is_cut_short());
-                assert_eq!(PvsFile::read(&file.write()).unwrap(), *file);
-                assert_eq!(file.cells, whole.cells);
-                assert_eq!(needed.first_outside(&rows(&file)), None, "stopped after {most}");
-                pairs.push(rows(&file).count_ones());
-            }
-            Ok(baked) => break assert!(baked.file == whole),
-            Err(e) => panic!("{e}"),
-        }
-        most += 25;
+    let (needed, mut pairs) = (rows(&whole), Vec::new());
+    for (i, file) in left.iter().enumerate() {
+        let Some(file) = file else {
+            assert!(pairs.is_empty(), "there was a file before {i}");
+            continue;
+        };
+        assert!(file.is_cut_short());
+        assert_eq!(PvsFile::read(&file.write()).unwrap(), **file);
+        assert_eq!(file.cells, whole.cells);
+        assert_eq!(needed.first_outside(&rows(file)), None, "stopped at {i}");
+        pairs.push(rows(file).count_ones());
     }
-    assert!(pairs.len() > 1 && pairs.is_sorted_by(|a, b| a >= b), "{pairs:?}");
+    assert!(left[0].is_none() && pairs.len() > 1 && pairs.is_sorted_by(|a, b| a >= b), "{pairs:?}");
     assert!(pairs[0] > needed.count_ones());
 }
 
 /// Rows of bodies can't be made of it.
 #[test]
 fn what_is_asked_for_besides_rows_is_not_left_out_in_silence() {
-    let scene = import(&building("office.glb"), &ImportOptions::default()).unwrap();
-    let options = BakeOptions { relevance: Some(2.0), ..bakes::with_rays(200_000) };
-    for most in (0..).step_by(25) {
-        match stopped(&scene, &options, most) {
-            Err(BakeError::Stopped(file)) => assert!(file.is_none()),
-            Ok(baked) => return assert!(most > 100 && baked.file.relevance.is_some()),
-            Err(e) => panic!("{e}"),
-        }
-    }
+    let (whole, left) = stops(&BakeOptions { relevance: Some(2.0), ..bakes::with_rays(50_000) });
+    assert!(whole.relevance.is_some() && left.len() > 6 && left.iter().all(Option::is_none));
 }
 
 #[cfg(unix)]
