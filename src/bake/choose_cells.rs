@@ -68,6 +68,29 @@ pub(super) fn choose(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>
     Ok(if_affordable(scene, graph))
 }
 
+/// The cells by a strategy that was chosen before, which may have been to divide nothing. `None` if today it is not to be had, or the author's
+/// are.
+pub(super) fn split_as(
+    rays: &RayScene<'_>,
+    (strategy, is_undivided): (Strategy, bool),
+    options: &SplitOptions,
+    work: &Job<'_>,
+) -> Result<Option<CellGraph>, SplitError> {
+    let scene = rays.scene();
+    let authors = by_author(scene).0;
+    let is_authors = matches!(strategy, Strategy::Authored | Strategy::Leaves);
+    if options.strategy.is_some() || strategy == Strategy::Given || authors.is_some_and(|it| it != strategy) {
+        return Ok(None);
+    }
+    if is_authors && authors.is_none() {
+        return Ok(None);
+    }
+    if is_undivided && !is_authors {
+        return Ok(Some(one_cell(scene, options)));
+    }
+    choose(rays, &SplitOptions { strategy: Some(strategy), ..*options }, work).map(Some)
+}
+
 fn choose_upright(rays: &RayScene<'_>, options: &SplitOptions, work: &Job<'_>) -> Result<CellGraph, SplitError> {
     let scene = rays.scene();
     if options.strategy.is_some() {

@@ -1,6 +1,7 @@
 //! From a scene to a file, in numbered stages; the command line, the tests and the viewer share this one.
 
 mod choose_cells;
+mod last;
 mod portal_benefit;
 mod prose;
 mod report;
@@ -9,6 +10,7 @@ mod why_open;
 mod without_rows;
 
 pub use choose_cells::find_cells;
+pub use last::{Changes, Last, Since};
 pub use prose::LINES;
 pub use report::{AuthoredReport, BakeReport, PvsReport, SecondsReport, StrategyReport, ViewCellsReport};
 pub use sizes::{DRAW_CALL, ObjectSize, ObjectSizes, size_objects};
@@ -62,6 +64,10 @@ pub struct BakeOptions {
     /// cells are merged; proofs beyond a quarter of it are left out, and their pairs stay undecided. The split has its own limit,
     /// [`SplitOptions::memory`]; neither includes the scene and its hierarchies.
     pub memory: u64,
+    /// The file of the last bake of a model that has changed since: what it hid is tried first, what it left is not tried again. The result
+    /// depends on it, and keeps the guarantee whatever is in it.
+    #[serde(skip)]
+    pub last: Option<Last>,
 }
 
 /// Default of [`BakeOptions::memory`]: 8 GiB.
@@ -81,6 +87,7 @@ impl Default for BakeOptions {
             view_cell_bytes: None,
             relevance: None,
             memory: MEMORY,
+            last: None,
         }
     }
 }
@@ -115,6 +122,8 @@ pub struct Baked {
     pub budget: Budget,
     /// Times of the stages; not part of the file.
     pub seconds: Seconds,
+    /// What changed since the last bake, and what was taken from it; `None` without one, or if it has too little in common with the scene.
+    pub since: Option<Since>,
 }
 
 /// Errors of a bake.
@@ -153,7 +162,8 @@ const SEGMENTS: u64 = 4096;
 pub fn digest(scene: &Scene, options: &BakeOptions) -> Digest {
     // Numbers and text: serialization cannot fail.
     let input = postcard::to_stdvec(&(scene.hash(), &scene.name, &scene.hints)).expect("a scene's hints can be written");
-    let options = postcard::to_stdvec(options).expect("options can be written");
+    let last = options.last.as_ref().map(Last::hash);
+    let options = postcard::to_stdvec(&(options, last)).expect("options can be written");
     Digest { input: xxh3_128(&input), options: xxh3_128(&options), build: 0 }
 }
 
@@ -175,7 +185,8 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let start = Instant::now();
     work.tell("cells", 0.0);
     let rays = RayScene::new(scene);
-    let mut graph = cells_and_portals(&rays, options.given, &options.split, options.smallest_hole, work)?;
+    let last = options.last.filter(|last| last.has_in_common(scene));
+    let mut graph = cells_and_portals(&rays, options.given, (&options.split, last.as_ref()), options.smallest_hole, work)?;
     let found = graph.strategy != Strategy::Given;
     let audit = (graph.strategy == Strategy::Authored).then(|| audit(scene, &graph));
     if found {
@@ -196,7 +207,9 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
         graph.notes.push(Note::detail(format!("one open cell sees everything: {} rays were cast", budget.cells())));
     }
     let rays = if graph.closed_holes.is_empty() { rays } else { RayScene::with_closed_holes(scene, &graph.closed_holes) };
-    let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, work)?;
+    let (changes, hints) = last.map(|last| last.hints(scene, &graph)).unzip();
+    let mut pvs = pvs::bake_by(&rays, graph, &pvs_options, hints.as_ref(), work)?;
+    let since = changes.zip(pvs.again).map(|(objects, pairs)| Since { objects, pairs });
     if !pvs.is_whole {
         // What is asked for besides rows is not there.
         let is_plain = !(has_views || options.split.module || options.relevance.is_some());
@@ -206,15 +219,7 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     if found {
         stage("mending", &pvs.graph, scene, SEGMENTS);
     }
-    let growth = options.clusters.unwrap_or(if found && pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
-    if growth > 0.0 {
-        let joined = clusters::join(scene, &mut pvs, growth);
-        pvs.graph.notes.push(Note::detail(joined.to_string()));
-        cells_found = cells_found.or((joined.cells < joined.found).then_some(joined.found));
-        if found {
-            stage("clusters", &pvs.graph, scene, SEGMENTS);
-        }
-    }
+    cells_found = cells_found.or(join_alike(scene, &mut pvs, options.clusters, found));
     let chosen = options.view_cell_bytes.map(|bytes| view_cells_of(scene, &pvs, bytes, &pvs_options, work));
     let partition = chosen.transpose()?;
     let mut view_cells = options.view_cells;
@@ -234,7 +239,21 @@ pub fn bake(scene: &Scene, options: BakeOptions, work: &Job<'_>) -> Result<Baked
     let (sampling_end, seconds) = (pvs.sampling_end, Seconds { cells, pvs: start.elapsed().as_secs_f64() });
     file.notes.extend(partition.as_ref().map(|found| found.to_string()));
     let details = details(scene.source.notes.iter().chain(&pvs.graph.notes));
-    Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, budget, seconds })
+    Ok(Baked { file, details, audit, views, partition, cells_found, sampling_end, budget, seconds, since })
+}
+
+/// Joins neighbours whose rows are alike; the number of cells before, if there are fewer now. `found`: a split found the cells.
+fn join_alike(scene: &Scene, pvs: &mut Pvs, growth: Option<f64>, found: bool) -> Option<usize> {
+    let growth = growth.unwrap_or(if found && pvs.graph.strategy == Strategy::Leaves { LEAVES_GROW } else { 0.0 });
+    if growth <= 0.0 {
+        return None;
+    }
+    let joined = clusters::join(scene, pvs, growth);
+    pvs.graph.notes.push(Note::detail(joined.to_string()));
+    if found {
+        stage("clusters", &pvs.graph, scene, SEGMENTS);
+    }
+    (joined.cells < joined.found).then_some(joined.found)
 }
 
 /// Keeps a row for each portal that leads outside, and notes how many there are.
@@ -260,13 +279,14 @@ fn relevance(file: &PvsFile, metres: f64) -> FileRelevance {
 fn cells_and_portals(
     rays: &RayScene<'_>,
     given: Option<CellGraph>,
-    split: &SplitOptions,
+    (split, last): (&SplitOptions, Option<&Last>),
     smallest_hole: Option<f64>,
     work: &Job<'_>,
 ) -> Result<CellGraph, BakeError> {
-    let mut graph = match given {
-        Some(graph) => graph,
-        None => work.once(|| choose(rays, split, work))?,
+    let mut graph = match (given, last) {
+        (Some(graph), _) => graph,
+        (None, Some(last)) => work.once(|| last.cells(rays, split, work))?,
+        (None, None) => work.once(|| choose(rays, split, work))?,
     };
     if graph.cells.is_empty() {
         return Err(BakeError::NoCells);

@@ -107,6 +107,7 @@ fn without_rows(scene: &Scene, graph: &CellGraph) -> PvsFile {
         clusters: Vec::new(),
         repairs: Vec::new(),
         stats: PvsStats::default(),
+        again: None,
     };
     PvsFile::from_bake(scene, &ImportOptions::default(), &pvs, false)
 }

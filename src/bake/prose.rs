@@ -44,6 +44,7 @@ impl BakeReport {
             format!("{triangles} triangles in {objects} objects"),
             format!("{cells} cells ({open_cells} open), {portals} portals, by {by}: {}", strategy.reason),
         ];
+        lines.extend(self.since.map(|since| since.to_string()));
         if let Some(expected) = &self.expected_draw {
             lines.push(format!("{}, on a walk through every cell", expected.brief()));
             lines.extend(expected.saves_nothing().then(|| self.advice()));

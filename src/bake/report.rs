@@ -1,7 +1,7 @@
 //! The report of a bake in numbers: one type for the prose, the JSON of the command line, and the figures of pages.
 
 use super::why_open::why_open;
-use super::{Baked, ObjectSizes};
+use super::{Baked, ObjectSizes, Since};
 use crate::cells::Finding;
 use crate::file::{Container, FileError, PvsSummary};
 use crate::pvs::budget::Budget;
@@ -94,6 +94,9 @@ pub struct BakeReport {
     pub triangles: usize,
     /// Objects.
     pub objects: usize,
+    /// What changed since the last bake, and what was taken from it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub since: Option<Since>,
     /// The measurements for the size of objects, if it was chosen.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub object_sizes: Option<ObjectSizes>,
@@ -173,6 +176,7 @@ impl BakeReport {
         Ok(Self {
             triangles: scene.triangles.len(),
             objects: file.objects.len(),
+            since: baked.since,
             object_sizes: None,
             tubes: scene.tube_count(),
             cells: file.cells.len(),

@@ -63,7 +63,8 @@ pub struct ObjectSizes {
 
 /// Finds the cells of a scene with the author's objects, unless `options` give them, and splits its objects if that draws less. Cells and
 /// size are then in `options`, ready for [`bake`](super::bake()). With `keep_whole`, objects stay, and a note states the saving of
-/// splitting.
+/// splitting. After an edit, the size is that of the last bake, and none are tried, unless its file has little in common with the scene: then
+/// `options` are without it.
 ///
 /// # Errors
 ///
@@ -73,8 +74,17 @@ pub fn size_objects(
     options: &mut BakeOptions,
     keep_whole: bool,
     work: &Job<'_>,
-) -> Result<(Scene, ObjectSizes), BakeError> {
+) -> Result<(Scene, Option<ObjectSizes>), BakeError> {
     work.tell("cells", 0.0);
+    if let Some(last) = &options.last {
+        let limit = if keep_whole { u32::MAX } else { last.file().import.object_triangles };
+        let split = split_objects(scene.clone(), limit);
+        if last.has_in_common(&split) {
+            options.import.object_triangles = limit;
+            return Ok((split, None));
+        }
+        options.last = None;
+    }
     let given = options.given.take();
     let (mut graph, sizes) = work.once(|| {
         // The benefit of walls is measurable only with small objects.
@@ -89,7 +99,7 @@ pub fn size_objects(
     let limit = if keep_whole { u32::MAX } else { sizes.best.limit() };
     options.import.object_triangles = limit;
     options.given = Some(graph);
-    Ok((split_objects(scene, limit), sizes))
+    Ok((split_objects(scene, limit), Some(sizes)))
 }
 
 /// The first size: more objects give finer cells and take longer, so there should not be many more than the author's.

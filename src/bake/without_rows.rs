@@ -29,6 +29,7 @@ pub fn without_rows(scene: &Scene, import: &ImportOptions) -> PvsFile {
         clusters: Vec::new(),
         repairs: Vec::new(),
         stats: PvsStats::default(),
+        again: None,
     };
     PvsFile::from_bake(scene, import, &pvs, true)
 }

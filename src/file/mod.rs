@@ -107,9 +107,9 @@ pub struct PvsFile {
     pub relevance: Option<FileRelevance>,
     /// Rows of portals that lead in from outside, if kept.
     pub ways_in: Option<FileWaysIn>,
-    /// Digest of the model, the options and the program of the bake ([`Digest::number`](crate::job::Digest::number)): another bake with the
-    /// same has the same result. `None`: unknown.
-    pub bake: Option<u128>,
+    /// Digests of the model, and of the options and the program of the bake ([`Digest::of_and_how`](crate::job::Digest::of_and_how)): another
+    /// bake with the same has the same result. `None`: unknown.
+    pub bake: Option<[u128; 2]>,
 }
 
 impl PvsFile {

@@ -74,7 +74,7 @@ impl<'a> SectionReader<'_, 'a> {
         file.views.bounds = self.view_bounds(&file.views, objects, file.guarantee, budget)?;
         file.clusters = self.clusters(cells, budget)?;
         file.relevance = self.relevance(cells, objects, budget)?;
-        file.bake = self.section(SectionId::Bake, budget, |c, _| c.u128())?;
+        file.bake = self.section(SectionId::Bake, budget, |c, _| Ok([c.u128()?, c.u128()?]))?;
         check_pairs(&file)?;
         Ok(file)
     }

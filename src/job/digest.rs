@@ -57,9 +57,9 @@ impl Digest {
         [self.input, self.options, self.build].into_iter().flat_map(u128::to_le_bytes).collect()
     }
 
-    /// All three as one number.
-    pub fn number(self) -> u128 {
-        xxh3_128(&self.to_bytes())
+    /// What it is of, and how it is done: the input's digest, and one of options and program.
+    pub fn of_and_how(self) -> [u128; 2] {
+        [self.input, xxh3_128(&self.to_bytes()[16..])]
     }
 
     pub(super) fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {

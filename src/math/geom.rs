@@ -140,6 +140,13 @@ pub fn middle(winding: &[DVec3]) -> DVec3 {
 /// nothing is left.
 pub fn clip(winding: &[DVec3], plane: &Plane, eps: f64) -> Vec<DVec3> {
     let mut out = Vec::with_capacity(winding.len() + 1);
+    clip_to(winding, plane, eps, &mut out);
+    out
+}
+
+/// As [`clip`], into `out`.
+pub(crate) fn clip_to(winding: &[DVec3], plane: &Plane, eps: f64, out: &mut Vec<DVec3>) {
+    out.clear();
     for (i, &a) in winding.iter().enumerate() {
         let b = winding[(i + 1) % winding.len()];
         let (da, db) = (plane.distance(a), plane.distance(b));
@@ -150,7 +157,9 @@ pub fn clip(winding: &[DVec3], plane: &Plane, eps: f64) -> Vec<DVec3> {
             out.push(a + (b - a) * (da / (da - db)));
         }
     }
-    if out.len() < 3 { Vec::new() } else { out }
+    if out.len() < 3 {
+        out.clear();
+    }
 }
 
 #[cfg(test)]

@@ -60,6 +60,10 @@ impl Fronts {
                 let (mut parts, mut rims) = (Vec::new(), Vec::new());
                 locator.pieces_in_box(&Aabb::of(corners).inflated(margin), |cell, piece| {
                     let piece = &graph.cells[cell.index()].pieces[piece];
+                    let is_outside = |plane: &Plane| corners.iter().all(|&p| plane.distance(p) > margin);
+                    if piece.planes.iter().any(is_outside) {
+                        return;
+                    }
                     let Some(front) = front(&corners, piece, margin) else { return };
                     let is_rim = is_rim(&corners, piece, margin, &tolerance);
                     if is_rim { &mut rims } else { &mut parts }.push((cell.0, front));
@@ -159,7 +163,9 @@ fn lies_in(corners: &[DVec3; 3], plane: &Plane, margin: f64) -> bool {
 
 /// The part of a triangle inside planes, each moved out by a distance, metres.
 fn cut(corners: &[DVec3; 3], planes: &[Plane], by: f64) -> Vec<DVec3> {
-    let moved = planes.iter().map(|plane| Plane { d: plane.d + by, ..*plane });
+    // Most planes have all of it inside.
+    let cuts = planes.iter().filter(|plane| corners.iter().any(|&p| plane.distance(p) > by));
+    let moved = cuts.map(|plane| Plane { d: plane.d + by, ..*plane });
     moved.fold(corners.to_vec(), |polygon, plane| clip(&polygon, &plane, 0.0))
 }
 

@@ -1,5 +1,6 @@
 //! Both bounds, step by step: sampling, portal flow, occluders, and repairs between them.
 
+use super::again::{Again, Hints};
 use super::backfaces::Fronts;
 use super::budget::Budget;
 use super::flow::{FlowInput, FlowResult, flow};
@@ -27,21 +28,27 @@ const MET: f64 = 0.01;
 ///
 /// If it was stopped in a step from which no upper bound is left; otherwise [`Pvs::is_whole`] is `false`.
 pub fn bake(scene: &Scene, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
-    bake_by(&RayScene::with_closed_holes(scene, &graph.closed_holes), graph, options, work)
+    bake_by(&RayScene::with_closed_holes(scene, &graph.closed_holes), graph, options, None, work)
 }
 
-/// As [`bake`], with rays that end at the graph's closed holes.
-pub(crate) fn bake_by(rays: &RayScene<'_>, graph: CellGraph, options: &PvsOptions, work: &Job<'_>) -> Result<Pvs, Stopped> {
-    let mut bake = Bake::new(rays, graph, options, work);
+/// As [`bake`], with rays that end at the graph's closed holes, and with what the last bake tells.
+pub(crate) fn bake_by(
+    rays: &RayScene<'_>,
+    graph: CellGraph,
+    options: &PvsOptions,
+    hints: Option<&Hints>,
+    work: &Job<'_>,
+) -> Result<Pvs, Stopped> {
+    let mut bake = Bake::new(rays, graph, (options, hints), work);
     // 1. The lower bound: proofs by rays and cubes; and a bound of the unseen part.
-    let (unseen, end) = bake.sample()?;
+    bake.sample()?;
     // 2. Holes in the graph, found by these proofs.
     work.tell("holes", 0.0);
     bake.mend();
     // 3. The upper bound: portal flow, which skips proven pairs.
     let mut upper = bake.flow()?;
     let is_whole = bake.refine(&mut upper)?;
-    Ok(Pvs { unseen, sampling_end: end, is_whole, ..bake.close(upper) })
+    Ok(Pvs { is_whole, ..bake.close(upper) })
 }
 
 /// The state of a bake.
@@ -49,6 +56,8 @@ struct Bake<'a> {
     scene: &'a Scene,
     rays: &'a RayScene<'a>,
     options: &'a PvsOptions,
+    /// What the last bake tells.
+    hints: Option<&'a Hints>,
     budget: Budget,
     work: &'a Job<'a>,
     graph: CellGraph,
@@ -62,10 +71,18 @@ struct Bake<'a> {
     repairs: Vec<Repair>,
     /// Numbers of witnesses and sights checked against the graph.
     followed: [usize; 2],
+    /// The bound of the unseen part, and why sampling ended.
+    sampled: (Option<Unseen>, SamplingEnd),
+    again: Option<Again>,
 }
 
 impl<'a> Bake<'a> {
-    fn new(rays: &'a RayScene<'a>, mut graph: CellGraph, options: &'a PvsOptions, work: &'a Job<'a>) -> Self {
+    fn new(
+        rays: &'a RayScene<'a>,
+        mut graph: CellGraph,
+        (options, hints): (&'a PvsOptions, Option<&'a Hints>),
+        work: &'a Job<'a>,
+    ) -> Self {
         let scene = rays.scene();
         work.tell("placement", 0.0);
         graph.round(scene);
@@ -78,19 +95,27 @@ impl<'a> Bake<'a> {
             unresolved: BitMatrix::new(cells, objects),
             repairs: Vec::new(),
             followed: [0, 0],
+            sampled: (None, SamplingEnd::Rays),
+            again: None,
             scene,
             rays,
             options,
+            hints,
             budget: Budget::of_cells(options.ray_budget),
             work,
             graph,
         }
     }
 
-    /// Runs rays and cubes by schedule, and test rays; no bound without test rays.
-    fn sample(&mut self) -> Result<(Option<Unseen>, SamplingEnd), Stopped> {
-        let Self { rays, options, budget, work, graph, lower, .. } = self;
+    /// Runs rays and cubes by schedule, and test rays; after an edit fewer, once the last bake's witnesses are held against the triangles of today.
+    fn sample(&mut self) -> Result<(), Stopped> {
+        let Self { rays, options, hints, budget, work, graph, lower, .. } = self;
         work.tell("sampling", 0.0);
+        if let Some(hints) = hints {
+            let found = hints.witnessed(rays, graph, work)?;
+            found.into_iter().for_each(|found| _ = lower.merge(found));
+            *budget = budget.again(hints.share_new());
+        }
         let (goal, to_test) = (options.unseen, budget.tests);
         // Towards a goal, sampling and tests share their rays.
         let rays_of_plan = budget.sampling + if goal.is_some() { to_test } else { 0 };
@@ -103,7 +128,8 @@ impl<'a> Bake<'a> {
         if goal.is_some() {
             *budget = budget.after_goal(lower.rays);
         }
-        Ok((unseen, end))
+        self.sampled = (unseen, end);
+        Ok(())
     }
 
     /// Adds missing portals according to new proofs; true if there were any.
@@ -123,13 +149,21 @@ impl<'a> Bake<'a> {
 
     /// Portal flow, with back-face culling.
     fn flow(&self) -> Result<FlowResult, Stopped> {
+        let lower = &self.lower;
+        let known = self.hints.map(|hints| {
+            let [mut cells, mut objects] = hints.assumed(&self.graph, &self.placement.matrix);
+            cells.union_with(&lower.cells);
+            objects.union_with(&lower.objects);
+            [cells, objects]
+        });
+        let [cells_lower, objects_lower] = known.as_ref().map_or([&lower.cells, &lower.objects], |known| known.each_ref());
         let input = FlowInput {
             graph: &self.graph,
             placement: &self.placement.matrix,
             placed_boxes: self.placement.boxes.as_deref(),
             object_bounds: &self.object_bounds,
-            cells_lower: &self.lower.cells,
-            objects_lower: &self.lower.objects,
+            cells_lower,
+            objects_lower,
             max_steps: self.options.flow_steps,
             coplanar: self.scene.tolerance().coplanar,
             fronts: Some(&self.fronts),
@@ -162,21 +196,37 @@ impl<'a> Bake<'a> {
         Ok(true)
     }
 
-    /// Aims rays at undecided pairs.
+    /// Aims rays at undecided pairs; after an edit, at those that the last bake does not know.
     fn aim(&mut self, upper: &FlowResult) -> Result<(), Stopped> {
-        let Self { rays, options, budget, work, graph, placement, lower, .. } = self;
+        let Self { rays, options, hints, budget, work, graph, placement, lower, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
-        let undecided = aimed::Undecided { cells_upper, objects_upper, placement: &placement.matrix };
+        let (pairs, placement) = (hints.map(|hints| hints.to_aim_at(objects_upper)), &placement.matrix);
+        let undecided = match &pairs {
+            // No pairs of cells: nothing follows from them.
+            Some(pairs) => aimed::Undecided { cells_upper: &lower.cells.clone(), objects_upper: pairs, placement },
+            None => aimed::Undecided { cells_upper, objects_upper, placement },
+        };
         aimed::sample(rays, graph, undecided, options.seed, budget.cells(), lower, work)
     }
 
     /// Removes pairs hidden by triangles from the upper set.
     fn occlude(&mut self, upper: &mut FlowResult) -> Result<(), Stopped> {
-        let Self { rays, options, budget, work, graph, placement, lower, unresolved, .. } = self;
+        let Self { rays, options, hints, budget, work, graph, placement, object_bounds, lower, unresolved, .. } = self;
         let FlowResult { cells_upper, objects_upper, .. } = upper;
         let placement = &placement.matrix;
-        let bounds = occluders::Bounds { placement, cells_upper, objects_upper, lower, unresolved };
-        occluders::decide(rays, graph, (budget.shafts, options.seed), bounds, work)
+        let anew = hints.map(|hints| hints.cells_anew(objects_upper));
+        let leave = hints.zip(anew.as_ref()).map(|(hints, anew)| hints.to_leave(graph, objects_upper, anew, object_bounds));
+        let hidden = |upper: &BitMatrix| hints.zip(anew.as_ref()).map_or(0, |(hints, anew)| hints.hidden(upper, anew));
+        let before = hidden(objects_upper);
+        let bounds = occluders::Bounds { placement, cells_upper, objects_upper, lower, unresolved, leave: leave.as_ref() };
+        occluders::decide(rays, graph, (budget.shafts, options.seed), bounds, work)?;
+        self.again = anew.as_ref().map(|anew| Again {
+            cells: anew.len(),
+            cells_anew: anew.iter().filter(|anew| **anew).count(),
+            hidden: before,
+            hidden_again: before - hidden(objects_upper),
+        });
+        Ok(())
     }
 
     /// Makes the lower set a subset of the upper one: contradictions become visible, and are counted.
@@ -215,13 +265,14 @@ impl<'a> Bake<'a> {
             placement: self.placement,
             unresolved: self.unresolved,
             witnesses,
-            unseen: None,
-            sampling_end: SamplingEnd::Rays,
+            unseen: self.sampled.0,
+            sampling_end: self.sampled.1,
             is_whole: true,
             guarantee: self.options.rows_from,
             clusters: Vec::new(),
             repairs: self.repairs,
             stats,
+            again: self.again,
         }
     }
 }

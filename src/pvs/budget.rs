@@ -16,6 +16,9 @@ const VIEW_CELL_TESTS: f64 = 0.2;
 const ONE_OPEN_CELL: f64 = 0.02;
 /// Rays that take about as long as a shaft.
 const RAYS_PER_SHAFT: u64 = 5;
+/// After an edit, sampling and tests get this share of theirs, and more for new cells. Larger: what was found before is found again at its
+/// old cost. Smaller: a lower set that says little.
+const AGAIN: f64 = 0.02;
 /// If an accuracy goal (`--unseen`) costs more rays, the budgets of segments and shafts are based on this many.
 const MOST_AFTER_GOAL: u64 = 20_000_000;
 
@@ -62,6 +65,12 @@ impl Budget {
     pub(super) fn after_goal(&self, rays: u64) -> Self {
         let all = (rays as f64 / (1.0 - AIMED)) as u64;
         Self { view_cells: self.view_cells, ..Self::of_cells(self.cells().min(all).min(MOST_AFTER_GOAL)) }
+    }
+
+    /// The shares of a bake after an edit, by which this share of the cells is new.
+    pub(super) fn again(&self, new: f64) -> Self {
+        let share = |rays: u64| (rays as f64 * (AGAIN + (1.0 - AGAIN) * new)) as u64;
+        Self { sampling: share(self.sampling), tests: share(self.tests), ..*self }
     }
 
     /// The test rays among `rays` for view cells.

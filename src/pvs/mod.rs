@@ -1,9 +1,10 @@
 //! Potentially visible sets of cells, with both bounds.
 //!
 //! [`bake`] is the main path. The lower bound: [`sampling`], with the engines of [`cubes`]. The upper bound: `flow`, `backfaces`, then
-//! `occluders`. Contradictions between the two: `repair`. Undecided pairs: `gap`. Both bounds for regions across cells: `view_cells`, which
+//! `occluders`. Contradictions between the two: `repair`. Undecided pairs: `gap`. A bake after an edit: `again`. Both bounds for regions across cells: `view_cells`, which
 //! a user gives or [`partition`] chooses by cost. Common rows of neighbours: [`clusters`]. Single pairs with a proof: `pair_proof`.
 
+pub mod again;
 mod backfaces;
 mod bake;
 mod beyond;
@@ -68,6 +69,8 @@ pub struct Pvs {
     pub repairs: Vec<Repair>,
     /// Counters.
     pub stats: PvsStats,
+    /// What became of the last bake's pairs, if there was one.
+    pub again: Option<again::Again>,
 }
 
 /// Memory of a witness during a bake, bytes.

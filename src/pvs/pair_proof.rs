@@ -192,7 +192,8 @@ pub fn is_occluded(
     let options = PvsOptions::default();
     let budget = (Budget::of_cells(options.ray_budget).shafts, options.seed);
     let unresolved = &mut BitMatrix::new(rows, columns);
-    let bounds = occluders::Bounds { placement, cells_upper, objects_upper: &mut upper, lower: &mut lower, unresolved };
+    let bounds =
+        occluders::Bounds { placement, cells_upper, objects_upper: &mut upper, lower: &mut lower, unresolved, leave: None };
     let asked = occluders::decide(rays, graph, budget, bounds, &Job::quiet());
     debug_assert_eq!(asked, Ok(()), "nobody stops it");
     !upper.get(cell, object)

@@ -1,5 +1,6 @@
 //! A bake from a scene to a file.
 
+mod again;
 mod bytes;
 mod faults;
 mod object_size;

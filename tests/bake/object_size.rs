@@ -1,7 +1,7 @@
 //! How large objects are: splitting afterwards is importing with a limit, and what is chosen costs least.
 
 use crate::cli::{building, done, enfilade, folder, text};
-use enfilade::bake::{BakeOptions, DRAW_CALL, size_objects};
+use enfilade::bake::{BakeOptions, DRAW_CALL, ObjectSizes, size_objects};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Role, Scene, SceneBuilder, Source, split_objects};
@@ -49,11 +49,16 @@ fn splitting_afterwards_is_importing_with_a_limit() {
     }
 }
 
+/// A scene with objects of the chosen size, and the sizes tried.
+fn sized(scene: Scene, options: &mut BakeOptions, keep_whole: bool) -> (Scene, ObjectSizes) {
+    let (scene, sizes) = size_objects(scene, options, keep_whole, &Job::quiet()).unwrap();
+    (scene, sizes.expect("sizes are tried"))
+}
+
 #[test]
 fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
-    let work = Job::quiet();
     let mut options = BakeOptions::default();
-    let (scene, sizes) = size_objects(house(120), &mut options, false, &work).unwrap();
+    let (scene, sizes) = sized(house(120), &mut options, false);
     let limit = sizes.best.most_triangles.expect("stools of the other room needn't be drawn");
     assert_eq!((options.import.object_triangles, scene.objects.len()), (limit, sizes.best.objects));
     assert!(scene.objects.iter().all(|object| object.triangles.len() <= limit as usize));
@@ -70,12 +75,12 @@ fn a_mesh_that_fills_two_rooms_is_split_and_small_ones_are_not() {
     );
     // They stay whole, where that is asked for; what it costs is told.
     let mut options = BakeOptions::default();
-    let (kept, told) = size_objects(house(120), &mut options, true, &work).unwrap();
+    let (kept, told) = sized(house(120), &mut options, true);
     assert!(kept == house(120) && told == sizes && options.import.object_triangles == u32::MAX);
     assert!(options.given.unwrap().notes.iter().any(|note| note.contains("--object-triangles whole")));
     // Nothing larger than a wall of twelve triangles.
     let mut options = BakeOptions::default();
-    let (scene, sizes) = size_objects(house(0), &mut options, false, &work).unwrap();
+    let (scene, sizes) = sized(house(0), &mut options, false);
     assert!(scene == house(0) && sizes.best.most_triangles.is_none());
 }
 
@@ -89,7 +94,7 @@ fn a_house_that_is_one_mesh_has_its_rooms() {
     builder.add(soup("house", Role::Unknown, true, &all)).unwrap();
     let scene = builder.finish("house").unwrap();
     let mut options = BakeOptions::default();
-    let (_, sizes) = size_objects(scene, &mut options, false, &Job::quiet()).unwrap();
+    let (_, sizes) = sized(scene, &mut options, false);
     let graph = options.given.as_ref().unwrap();
     let closed = graph.cells.iter().filter(|cell| !cell.open).count();
     assert!(closed == 2 && graph.portals.len() == 1, "{closed} rooms, {} portals: {}", graph.portals.len(), graph.reason);

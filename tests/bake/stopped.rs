@@ -42,16 +42,14 @@ fn stops(options: &BakeOptions) -> (PvsFile, Vec<Option<Box<PvsFile>>>) {
     let scene = import(&building("office.glb"), &ImportOptions::default()).unwrap();
     let (told, whole) = stopped(&scene, options, u32::MAX);
     assert!(told > 100, "{told}");
-    let left = (0..STOPS).filter_map(|i| match stopped(&scene, options, told * i / STOPS).1 {
+    // The upper bound is known in the last few.
+    let left = (0..told.ilog2()).rev().filter_map(|i| match stopped(&scene, options, told - (1 << i)).1 {
         Err(BakeError::Stopped(left)) => Some(left),
         Ok(_) => None,
         Err(e) => panic!("{e}"),
     });
     (whole.unwrap().file, left.collect())
 }
-
-/// Places where a bake is stopped; the upper bound is known after some half of them.
-const STOPS: u32 = 12;
 
 /// Wherever it is stopped: nothing, or from the upper bound on a file that lacks nothing of the whole one, and has less and less too much.
 #[test]

@@ -83,7 +83,7 @@ impl PvsFile {
             add(SectionId::WayInCells, true, &|| encode_rows(cells));
             add(SectionId::WayInObjects, true, &|| encode_rows(objects));
         }
-        let bake = || self.bake.iter().flat_map(|digest| digest.to_le_bytes()).collect();
+        let bake = || self.bake.iter().flatten().flat_map(|digest| digest.to_le_bytes()).collect();
         add(SectionId::Bake, self.bake.is_some(), &bake);
         assemble(self.model_hash, self.guarantee, &sections)
     }

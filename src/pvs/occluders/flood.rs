@@ -26,6 +26,7 @@ const MOST: usize = 192;
 pub(super) struct Flood {
     members: Vec<u32>,
     covers: Vec<Seam>,
+    part: [Vec<DVec3>; 2],
 }
 
 /// Where a surface ends.
@@ -56,6 +57,19 @@ impl Flood {
     /// Succeeds if the surface around triangle `seed` hides one end from the other: every segment between the two meets it, or passes an
     /// edge of it within the clearance. Otherwise returns where the surface ends.
     pub fn closes(&mut self, mesh: &Mesh, between: &Between<'_>, seed: u32) -> Result<(), Failed> {
+        let mut buffers = std::mem::take(&mut self.part);
+        let closed = self.closes_by(mesh, between, seed, &mut buffers);
+        self.part = buffers;
+        closed
+    }
+
+    fn closes_by(
+        &mut self,
+        mesh: &Mesh,
+        between: &Between<'_>,
+        seed: u32,
+        buffers: &mut [Vec<DVec3>; 2],
+    ) -> Result<(), Failed> {
         let Between { ends: [from, to], shaft, object, count_grazing_lines } = *between;
         let axis = to.bounds.centre() - from.bounds.centre();
         self.members.clear();
@@ -64,18 +78,18 @@ impl Flood {
         while let Some(&tri) = self.members.get(next) {
             next += 1;
             let t = &mesh.tris[tri as usize];
-            let part = shaft.clip(&t.corners);
+            let part = shaft.clip(&t.corners, buffers);
             if part.is_empty() {
                 continue;
             }
             // Near its end, a line may pass triangles within the clearance of the target.
-            if !apart(from, &part, mesh.gap) {
+            if !apart(from, part, mesh.gap) {
                 if !count_grazing_lines && from.points.iter().all(|&p| t.is_near(p, NEAR * mesh.clearance)) {
                     return Ok(()); // all lines are within the clearance of it there
                 }
-                return Err(Failed { at: middle(&part), across: t.plane.n });
+                return Err(Failed { at: middle(part), across: t.plane.n });
             }
-            if !apart(to, &part, mesh.clearance) {
+            if !apart(to, part, mesh.clearance) {
                 if !count_grazing_lines
                     && object != Some(t.object)
                     && object.is_some()
@@ -83,7 +97,7 @@ impl Flood {
                 {
                     return Ok(());
                 }
-                return Err(Failed { at: middle(&part), across: t.plane.n });
+                return Err(Failed { at: middle(part), across: t.plane.n });
             }
             let sides = [from.side(&t.plane, 2.0 * mesh.gap), to.side(&t.plane, 2.0 * mesh.gap)];
             for edge in 0..3u8 {
@@ -229,7 +243,7 @@ mod tests {
         let mesh = Mesh::new(scene, MARGIN);
         let shaft = Shaft::new(&from, &to, 0.25 * mesh.gap, Vec::new());
         let mut crossed = Vec::new();
-        mesh.crossed(middle(&from.points) + 0.01, middle(&to.points) + 0.02, 8, &mut crossed);
+        let _ = mesh.crossed(middle(&from.points) + 0.01, middle(&to.points) + 0.02, [8, 0], &mut crossed);
         let between = Between { ends: [&from, &to], shaft: &shaft, object: None, count_grazing_lines: false };
         crossed.iter().any(|&(_, seed)| Flood::default().closes(&mesh, &between, seed).is_ok())
     }

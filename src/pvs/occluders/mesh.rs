@@ -16,6 +16,8 @@ pub(super) struct Tri {
     pub corners: [DVec3; 3],
     /// Its plane; seen from the tip of the normal, corners run counter-clockwise.
     pub plane: Plane,
+    /// Its area, square metres.
+    pub area: f64,
     /// Index into [`Scene::triangles`].
     pub id: u32,
     /// Index into [`Scene::objects`].
@@ -72,7 +74,7 @@ impl Mesh {
             let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
             // Thinner than the gap: its neighbours are connected across it.
             let thin = n.length_squared() <= longest * gap * gap;
-            (!thin).then(|| Tri { corners, plane: Plane::through(a, n.normalize()), id, object })
+            (!thin).then(|| Tri { corners, plane: Plane::through(a, n.normalize()), area: 0.5 * n.length(), id, object })
         };
         let tris: Vec<Tri> = opaque.filter_map(tri).collect();
         let boxes: Vec<Aabb> = tris.iter().map(|t| Aabb::of(t.corners)).collect();
@@ -146,8 +148,15 @@ impl Mesh {
         reached >= 1.0 - slack
     }
 
-    /// Triangles that the segment from `a` to `b` crosses, in order from `a`, at most `most`.
-    pub fn crossed(&self, a: DVec3, b: DVec3, most: usize, out: &mut Vec<(f64, u32)>) {
+    /// The first triangle that the segment from `a` to `b` crosses, with its place; and those to try as occluders in `out`: so many of the
+    /// largest, whose edges are seldom in the shaft, then so many of the nearest to `a`.
+    pub fn crossed(
+        &self,
+        a: DVec3,
+        b: DVec3,
+        [largest, nearest]: [usize; 2],
+        out: &mut Vec<(f64, u32)>,
+    ) -> Option<(f64, u32)> {
         out.clear();
         let length = a.distance(b);
         let direction = (b - a) / length;
@@ -161,8 +170,15 @@ impl Mesh {
                 }
             }
         });
-        out.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
-        out.truncate(most);
+        let nearer = |x: &(f64, u32), y: &(f64, u32)| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1));
+        let first = out.iter().copied().min_by(nearer);
+        let area = |&(_, tri): &(f64, u32)| self.tris[tri as usize].area;
+        out.sort_by(|x, y| area(y).total_cmp(&area(x)).then(nearer(x, y)));
+        if out.len() > largest {
+            out[largest..].sort_by(nearer);
+        }
+        out.truncate(largest + nearest);
+        first
     }
 }
 

@@ -4,7 +4,7 @@
 //! of one set and a corner of the other with both sets on one side, so the shaft is the convex hull without caps.
 
 use super::mesh::keep_inside;
-use crate::math::geom::{Aabb, Plane, clip};
+use crate::math::geom::{Aabb, Plane, clip_to};
 use glam::DVec3;
 
 /// A convex set at one end of a shaft.
@@ -112,18 +112,20 @@ impl Shaft {
         Some(span)
     }
 
-    /// The part of a triangle that may lie in the shaft.
-    pub fn clip(&self, corners: &[DVec3; 3]) -> Vec<DVec3> {
-        let mut winding = corners.to_vec();
+    /// The part of a triangle that may lie in the shaft, in one of two buffers.
+    pub fn clip<'b>(&self, corners: &[DVec3; 3], [part, rest]: &'b mut [Vec<DVec3>; 2]) -> &'b [DVec3] {
+        part.clear();
+        part.extend(corners);
         for plane in &self.planes {
-            if winding.iter().any(|&p| plane.distance(p) > 0.0) {
-                winding = clip(&winding, plane, 0.0);
-                if winding.is_empty() {
+            if part.iter().any(|&p| plane.distance(p) > 0.0) {
+                clip_to(part, plane, 0.0, rest);
+                std::mem::swap(part, rest);
+                if part.is_empty() {
                     break;
                 }
             }
         }
-        winding
+        part
     }
 
     /// Returns its memory for reuse.

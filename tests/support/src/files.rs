@@ -66,6 +66,7 @@ pub fn pvs(graph: CellGraph, cells: [BitMatrix; 2], objects: [BitMatrix; 2], pla
         unseen: None,
         sampling_end: SamplingEnd::Rays,
         is_whole: true,
+        again: None,
         stats: PvsStats::default(),
     }
 }

@@ -329,7 +329,7 @@ pub fn random_file(seed: u64, shape: Shape) -> PvsFile {
         clusters: if r.below(2) > 0 { (0..cells).map(|_| 1 + r.below(9) as u32).collect() } else { Vec::new() },
         relevance: relevance(r, cells, objects),
         ways_in: ways_in(r, portals, cells, objects),
-        bake: (r.below(2) > 0).then(|| (r.below(1 << 30) as u128) << 64 | 7),
+        bake: (r.below(2) > 0).then(|| [(r.below(1 << 30) as u128) << 64 | 7, 1 << 100]),
     }
 }
 

@@ -5,6 +5,7 @@ pub mod boxes;
 pub mod crowd;
 pub mod cube_times;
 pub mod data;
+pub mod edits;
 pub mod explain;
 pub mod eyes;
 pub mod files;

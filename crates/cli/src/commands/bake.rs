@@ -6,7 +6,7 @@ use super::resume::{Kept, Of, StateFlags, WorkerFlags, catch_interrupts, state_p
 use super::scene::{RAYS, SceneFlags};
 use super::{CliError, Outcome, RunFlags, at};
 use clap::ValueEnum;
-use enfilade::bake::{BakeError, BakeOptions, BakeReport, bake, digest};
+use enfilade::bake::{BakeError, BakeOptions, BakeReport, Baked, Last, ObjectSizes, bake, digest};
 use enfilade::cells::{SplitOptions, ViewCell, read_view_cells};
 use enfilade::file::{PvsFile, load_bytes, replace_file};
 use enfilade::pvs::{Guarantee, PvsOptions};
@@ -26,6 +26,9 @@ pub struct Args {
     /// The file to write [default: INPUT with the extension .pvs]
     #[arg(short, long, value_name = "OUT.pvs")]
     output: Option<PathBuf>,
+    /// The last bake of this model, before it was changed: what is hidden in it is tried first, which is quicker [default: what is in OUT.pvs]
+    #[arg(long, value_name = "OLD.pvs", conflicts_with_all = ["fresh", "with"])]
+    from: Option<PathBuf>,
     /// Print JSON to stdout; docs/cli.md lists the keys
     #[arg(long)]
     json: bool,
@@ -121,7 +124,7 @@ impl Args {
         let alone = self.workers.folder().is_none();
         let state = state_path((&output, "bake-state")).filter(|_| alone);
         let files = Files::new().model(&self.input).reads_too(self.scene.paths());
-        let files = files.reads_too(self.view_cells.view_cells.as_ref().and_then(ViewCells::path));
+        let files = files.reads_too(self.view_cells.view_cells.as_ref().and_then(ViewCells::path)).reads_too(&self.from);
         let files = files.writes(&state, Kind::State).writes(&output, Kind::Pvs).writes(&self.leak(), Kind::Points);
         files.fills(&self.workers.folder())
     }
@@ -174,6 +177,7 @@ fn options(args: &Args, scene: &Scene, import: ImportOptions) -> Result<BakeOpti
         relevance: args.relevance,
         import,
         memory: args.memory,
+        last: None,
     })
 }
 
@@ -191,18 +195,22 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         bar.set_message(stage.to_owned());
         bar.set_position((done * 1000.0) as u64);
     };
-    let digest = digest(&scene, &options);
-    let number = digest.of_this_build().number();
+    let of_and_how = digest(&scene, &options).of_this_build().of_and_how();
     let is_alone = args.workers.folder().is_none();
-    if !args.state.fresh && is_alone && is_result_of(number, &output) {
-        bar.finish_and_clear();
-        return unchanged(args, &output);
+    if !args.state.fresh && is_alone {
+        let last = last(args, &output)?;
+        if args.from.is_none() && last.as_ref().is_some_and(|last| last.file().bake == Some(of_and_how)) {
+            bar.finish_and_clear();
+            return unchanged(args, &output);
+        }
+        options.last = last.filter(|last| is_of_use(last, args, of_and_how[1]));
     }
-    let of = Of { digest, beside: (&output, "bake-state"), outputs: &[&output] };
+    let of = Of { digest: digest(&scene, &options), beside: (&output, "bake-state"), outputs: &[&output] };
     let kept = Kept::open(&args.state, Some(&args.workers), &of)?;
     if kept.is_done() {
         return kept.stopped();
     }
+    let has_last = options.last.is_some();
     let work = kept.work(&progress);
     let since = Instant::now();
     let baked = args.scene.sized(scene, &mut options, &work).and_then(|(scene, sizes)| {
@@ -221,19 +229,29 @@ fn bake_file(args: &Args) -> Result<Outcome, CliError> {
         }
     };
     kept.ends();
-    baked.file.bake = Some(number);
+    baked.file.bake = Some(of_and_how);
     baked.file.save(&output).map_err(|e| at(&output, e))?;
     kept.done()?;
-    let bytes = load_bytes(&output)?;
-    let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
-    let report = BakeReport::new(&scene, &baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
-        .map_err(|e| at(&output, e))?;
-    let report = BakeReport { object_sizes: sizes, ..report };
-    if args.json {
-        super::answer(&super::json(&report)?)?;
-    } else {
-        super::answer(&report.prose(&output.display().to_string()))?;
+    if has_last && baked.since.is_none() {
+        let path = args.from.as_ref().unwrap_or(&output);
+        eprintln!("note: all is baked, and nothing taken from {}: the two models have too little in common", path.display());
     }
+    let seconds = [import_seconds, begin.elapsed().as_secs_f64()];
+    report(args, &output, (&scene, sizes, &baked), seconds)
+}
+
+/// Prints what a bake found and wrote. `seconds`: of the import, and in all.
+fn report(
+    args: &Args,
+    output: &Path,
+    (scene, sizes, baked): (&Scene, Option<ObjectSizes>, &Baked),
+    seconds: [f64; 2],
+) -> Result<Outcome, CliError> {
+    let bytes = load_bytes(output)?;
+    let report = BakeReport::new(scene, baked, &bytes, expected_draw(&baked.file), seconds, peak_rss_mb())
+        .map_err(|e| at(output, e))?;
+    let report = BakeReport { object_sizes: sizes, ..report };
+    super::answer(&if args.json { super::json(&report)? } else { report.prose(&output.display().to_string()) })?;
     Ok(Outcome::Done)
 }
 
@@ -256,10 +274,34 @@ fn may_leave(output: &Path) -> bool {
     !output.exists() || output.is_file() && PvsFile::load(output).is_ok_and(|file| file.is_cut_short())
 }
 
-/// Whether a file is whole, and the result of the bake with this digest.
-fn is_result_of(digest: u128, output: &Path) -> bool {
-    let read = || PvsFile::read(&load_bytes(output).ok()?).ok();
-    output.is_file() && read().is_some_and(|file| file.bake == Some(digest))
+/// The last bake of this model: the file that was named, or what lies where the new one will.
+fn last(args: &Args, output: &Path) -> Result<Option<Last>, CliError> {
+    if let Some(path) = &args.from {
+        return Last::read(&load_bytes(path)?).map(Some).map_err(|e| at(path, e));
+    }
+    if !output.is_file() {
+        return Ok(None);
+    }
+    let last = load_bytes(output).ok().map(|bytes| Last::read(&bytes));
+    if let Some(Err(e)) = &last {
+        eprintln!("note: {}: all is baked, and nothing taken from what was there: {e}", output.display());
+    }
+    Ok(last.and_then(Result::ok))
+}
+
+/// Whether something can be taken from the last bake for what is asked for now; if it was named, says why not.
+fn is_of_use(last: &Last, args: &Args, how: u128) -> bool {
+    let why = if last.file().bake.is_none_or(|[_, was]| was != how) {
+        Some("it was baked with other options, or by another build of this program")
+    } else if args.rows == Rows::Sampled || args.unseen.is_some() {
+        Some("rows that are sampled, or to a goal, are sampled anew")
+    } else {
+        last.is_of_no_use()
+    };
+    if let Some((path, why)) = args.from.as_ref().zip(why) {
+        eprintln!("note: all is baked, and nothing taken from {}: {why}", path.display());
+    }
+    why.is_none()
 }
 
 /// Says that there is nothing to do.

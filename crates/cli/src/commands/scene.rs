@@ -164,7 +164,7 @@ impl SceneFlags {
             options.import.object_triangles = ImportOptions::default().object_triangles;
             return Ok((split_objects(scene, options.import.object_triangles), None));
         }
-        size_objects(scene, options, is_whole, work).map(|(scene, sizes)| (scene, Some(sizes)))
+        size_objects(scene, options, is_whole, work)
     }
 
     /// How to split.

@@ -67,7 +67,7 @@ pub(super) fn report(args: &Args, output: &Path, table: &Path) -> Result<Outcome
         }
     };
     let cpu = clock.seconds();
-    baked.file.bake = Some(of.digest.of_this_build().number());
+    baked.file.bake = Some(of.digest.of_this_build().of_and_how());
 
     // 3. Comparisons.
     let measured = Measured::new(args, &scene, &graph, &options, (&baked, cpu), &progress)?;
