@@ -84,13 +84,13 @@ impl Model {
     }
 }
 
-/// As an OBJ file, a group a part.
+/// As an OBJ file, a group a part, each with a name of its own.
 pub fn obj(model: &Model) -> String {
     use std::fmt::Write;
     let (mut out, mut first) = (String::new(), 1);
     let mut line = |text: std::fmt::Arguments<'_>| writeln!(out, "{text}").expect("a string grows");
-    for part in &model.parts {
-        line(format_args!("g {}", part.node.replace(' ', "_")));
+    for (i, part) in model.parts.iter().enumerate() {
+        line(format_args!("g {}_{i}", part.node.replace(' ', "_")));
         part.positions.iter().for_each(|p| line(format_args!("v {} {} {}", p.x, p.y, p.z)));
         part.triangles.iter().for_each(|t| {
             let [a, b, c] = t.map(|i| first + i);
