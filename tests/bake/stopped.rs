@@ -44,8 +44,8 @@ const STAGES: [(&str, f64); 8] = [
     ("flow: cells", 0.0),
     ("aimed rays", 0.0),
     ("occluders", 0.0),
-    ("occluders", 0.4),
-    ("occluders", 0.7),
+    ("occluders", 0.1),
+    ("occluders", 0.2),
 ];
 const KNOWN: usize = 4;
 
