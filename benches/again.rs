@@ -8,12 +8,12 @@ use enfilade::bake::{BakeOptions, Baked, Last, bake, size_objects};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::scene::Scene;
-use enfilade::{BitMatrix, CellId};
 use enfilade_formats::import;
 use std::path::Path;
 use std::time::Duration;
 use testing::bakes::{office, on, with_rays};
 use testing::edits::Model;
+use testing::files::rows;
 use testing::random::Random;
 use testing::times::{is_told, names, timed};
 
@@ -37,7 +37,7 @@ fn main() {
     println!("| edit | seconds | of all | share | pairs | of all | factor |\n| --- | --- | --- | --- | --- | --- | --- |");
     type Edit<'e> = (&'e str, &'e dyn Fn(&mut Model));
     let edits: [Edit; 3] = [
-        ("furniture moved", &|model| _ = model.move_furniture(&mut Random::new(1))),
+        ("furniture moved", &|model| model.move_furniture(&mut Random::new(1))),
         ("a wall", &|model| model.add_wall(&mut Random::new(1))),
         ("a storey", &|model| model.add_storey([storey[0], storey[1]], storey[2])),
     ];
@@ -51,7 +51,7 @@ fn main() {
         match i % 5 {
             0 => model.add_wall(&mut random),
             1 => model.remove_furniture(&mut random),
-            _ => _ = model.move_furniture(&mut random),
+            _ => model.move_furniture(&mut random),
         }
         file = bench.bake(&model.scene(), Some(&file)).0.file;
     }
@@ -97,13 +97,4 @@ impl Bench {
             pairs[0] as f64 / pairs[1] as f64
         );
     }
-}
-
-/// Objects in the rows.
-fn rows(file: &PvsFile) -> BitMatrix {
-    let mut rows = BitMatrix::new(file.cells.len(), file.objects.len());
-    for cell in 0..file.cells.len() {
-        file.objects_seen(CellId(cell as u32)).for_each(|object| _ = rows.set(cell, object.index()));
-    }
-    rows
 }

@@ -77,12 +77,9 @@ pub(super) fn split_as(
     work: &Job<'_>,
 ) -> Result<Option<CellGraph>, SplitError> {
     let scene = rays.scene();
-    let authors = by_author(scene).0;
     let is_authors = matches!(strategy, Strategy::Authored | Strategy::Leaves);
-    if options.strategy.is_some() || strategy == Strategy::Given || authors.is_some_and(|it| it != strategy) {
-        return Ok(None);
-    }
-    if is_authors && authors.is_none() {
+    let is_as_before = by_author(scene).0 == is_authors.then_some(strategy);
+    if options.strategy.is_some() || strategy == Strategy::Given || !is_as_before {
         return Ok(None);
     }
     if is_undivided && !is_authors {

@@ -68,8 +68,8 @@ impl std::fmt::Display for Since {
         let counts = if counts.is_empty() { "no object moved".to_owned() } else { format!("objects {counts}") };
         write!(
             f,
-            "since the last bake: {counts}, {same} as they were; {} of {cells} cells see no change; {hidden_again} of {hidden} pairs were proven \
-             hidden again (--fresh takes nothing from it)",
+            "since the last bake: {counts}, {same} as they were; {} of {cells} cells see no change; of {hidden} pairs that it hid, {hidden_again} are \
+             hidden again, and the others drawn (--fresh bakes all)",
             cells - cells_anew
         )
     }
@@ -107,7 +107,7 @@ impl Last {
     }
 
     /// Whether enough of the objects are as they were, for a scene that was split as the file's.
-    pub fn has_in_common(&self, scene: &Scene) -> bool {
+    pub(super) fn has_in_common(&self, scene: &Scene) -> bool {
         let same = Matching::new(&self.file, scene).changes.same;
         same as f64 >= IN_COMMON * scene.objects.len().max(1) as f64
     }

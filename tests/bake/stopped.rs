@@ -5,28 +5,19 @@ use enfilade::bake::{BakeError, BakeOptions, Baked, bake};
 use enfilade::file::PvsFile;
 use enfilade::job::Job;
 use enfilade::scene::{ImportOptions, Scene};
-use enfilade::{BitMatrix, CellId};
 use enfilade_formats::import;
 use std::path::Path;
 use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 use testing::bakes;
+use testing::files::rows;
 
 /// What a run that succeeds says.
 fn said(words: &[&str]) -> String {
     let out = run_words(words);
     done(&out);
     String::from_utf8(out.stdout).unwrap()
-}
-
-/// The objects that each cell sees.
-fn rows(file: &PvsFile) -> BitMatrix {
-    let mut rows = BitMatrix::new(file.cells.len(), file.objects.len());
-    for cell in 0..file.cells.len() {
-        file.objects_seen(CellId(cell as u32)).for_each(|object| _ = rows.set(cell, object.index()));
-    }
-    rows
 }
 
 /// What a bake leaves that is stopped once it tells that so much of a stage is done.

@@ -243,7 +243,7 @@ mod tests {
         let mesh = Mesh::new(scene, MARGIN);
         let shaft = Shaft::new(&from, &to, 0.25 * mesh.gap, Vec::new());
         let mut crossed = Vec::new();
-        let _ = mesh.crossed(middle(&from.points) + 0.01, middle(&to.points) + 0.02, [8, 0], &mut crossed);
+        mesh.crossed(middle(&from.points) + 0.01, middle(&to.points) + 0.02, [8, 0], &mut crossed);
         let between = Between { ends: [&from, &to], shaft: &shaft, object: None, count_grazing_lines: false };
         crossed.iter().any(|&(_, seed)| Flood::default().closes(&mesh, &between, seed).is_ok())
     }

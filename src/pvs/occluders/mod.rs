@@ -35,7 +35,7 @@ const POINT: f64 = 1e-3;
 /// Most shafts per object and portal in each round; undecided pairs go to the next round. More rounds or shafts decide few more pairs: on a
 /// real house, ten times the shafts decide a sixth of the rest.
 const ROUNDS: [f64; 3] = [24.0, 192.0, 1536.0];
-/// Surfaces tried in one shaft in each round: the largest on a segment, and the nearest. The largest decide more pairs for half of the shafts;
+/// Surfaces tried in one shaft in each round: the largest on a segment, and the nearest. The largest decide more pairs for six tenths of the shafts;
 /// but shafts are halved at the edge of the first one, and with the largest in all rounds 4 % more pairs of a furnished office stay undecided.
 const SEEDS: [[usize; 2]; 3] = [[3, 0], [0, 6], [0, 6]];
 

@@ -4,13 +4,12 @@ use crate::meshes::{cuboid, soup};
 use crate::random::Random;
 use enfilade::math::geom::Aabb;
 use enfilade::scene::{ImportOptions, Mesh, Role, Scene, SceneBuilder, Source};
-use glam::{DVec3, dvec3};
+use glam::dvec3;
 
 /// The parts of a model, in its own coordinates. It has no moving parts, no tubes and no hints.
 #[derive(Clone)]
 pub struct Model {
     pub parts: Vec<Mesh>,
-    options: ImportOptions,
 }
 
 impl Model {
@@ -20,12 +19,12 @@ impl Model {
             let corners = object.triangles.clone().map(|t| scene.corners(t as usize).map(|p| p + scene.origin));
             soup(&object.node, object.role, object.opaque, &corners.collect::<Vec<_>>())
         };
-        let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
-        Self { parts: scene.objects.iter().map(part).collect(), options }
+        Self { parts: scene.objects.iter().map(part).collect() }
     }
 
     pub fn scene(&self) -> Scene {
-        let mut builder = SceneBuilder::new(&self.options, Source::default());
+        let options = ImportOptions { object_triangles: u32::MAX, ..ImportOptions::default() };
+        let mut builder = SceneBuilder::new(&options, Source::default());
         self.parts.iter().for_each(|part| builder.add(part.clone()).expect("a part"));
         builder.finish("model").expect("a model")
     }
@@ -44,12 +43,11 @@ impl Model {
         small[random.below(small.len())]
     }
 
-    /// Moves a piece of furniture by up to 15 centimetres; which.
-    pub fn move_furniture(&mut self, random: &mut Random) -> usize {
+    /// Moves a piece of furniture by up to 15 centimetres.
+    pub fn move_furniture(&mut self, random: &mut Random) {
         let part = self.furniture(random);
         let by = dvec3(0.15 * random.signed(), 0.0, 0.15 * random.signed());
         self.parts[part].positions.iter_mut().for_each(|p| *p += by);
-        part
     }
 
     /// Puts a wall of three metres beside a piece of furniture.
@@ -57,12 +55,7 @@ impl Model {
         let by = self.furniture(random);
         let at = self.bounds(by);
         let low = dvec3(at.min.x - 0.5, at.min.y, at.max.z + 0.2);
-        self.add("new wall", low, low + dvec3(3.0, 2.6, 0.12));
-    }
-
-    /// Puts a box somewhere.
-    pub fn add(&mut self, node: &str, low: DVec3, high: DVec3) {
-        self.parts.push(soup(node, Role::Structure, true, &cuboid(low, high)));
+        self.parts.push(soup("new wall", Role::Structure, true, &cuboid(low, low + dvec3(3.0, 2.6, 0.12))));
     }
 
     /// Repeats what has its middle between two heights, higher up.

@@ -1,10 +1,10 @@
 //! Files and bakes by hand, to be filled in.
 
-use enfilade::BitMatrix;
 use enfilade::cells::{CellGraph, Placement, Strategy};
 use enfilade::file::{Import, PairCounts, PvsFile};
 use enfilade::pvs::{Guarantee, Pvs, PvsStats, SamplingEnd};
 use enfilade::scene::ImportOptions;
+use enfilade::{BitMatrix, CellId};
 use glam::DVec3;
 
 /// A conservative file without anything in it.
@@ -69,4 +69,13 @@ pub fn pvs(graph: CellGraph, cells: [BitMatrix; 2], objects: [BitMatrix; 2], pla
         again: None,
         stats: PvsStats::default(),
     }
+}
+
+/// Cells x objects: the pairs in a file's rows.
+pub fn rows(file: &PvsFile) -> BitMatrix {
+    let mut rows = BitMatrix::new(file.cells.len(), file.objects.len());
+    for cell in 0..file.cells.len() {
+        file.objects_seen(CellId(cell as u32)).for_each(|object| _ = rows.set(cell, object.index()));
+    }
+    rows
 }

@@ -291,13 +291,12 @@ fn last(args: &Args, output: &Path) -> Result<Option<Last>, CliError> {
 
 /// Whether something can be taken from the last bake for what is asked for now; if it was named, says why not.
 fn is_of_use(last: &Last, args: &Args, how: u128) -> bool {
-    let why = if last.file().bake.is_none_or(|[_, was]| was != how) {
-        Some("it was baked with other options, or by another build of this program")
-    } else if args.rows == Rows::Sampled || args.unseen.is_some() {
-        Some("rows that are sampled, or to a goal, are sampled anew")
-    } else {
-        last.is_of_no_use()
-    };
+    let is_other = last.file().bake.is_none_or(|[_, was]| was != how);
+    let is_sampled = args.rows == Rows::Sampled || args.unseen.is_some();
+    let why = last
+        .is_of_no_use()
+        .or_else(|| is_other.then_some("it was baked with other options, or by another build of this program"));
+    let why = why.or_else(|| is_sampled.then_some("rows that are sampled, or to a goal, are sampled anew"));
     if let Some((path, why)) = args.from.as_ref().zip(why) {
         eprintln!("note: all is baked, and nothing taken from {}: {why}", path.display());
     }
